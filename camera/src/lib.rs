@@ -1,0 +1,57 @@
+//! Camera models: where a 3-D point lands in an image, and back. Pure maths in f64, no I/O, no GPU.
+//!
+//! Conventions, everywhere in Vantage:
+//! - **World**: right-handed, y up, metres, seconds, radians.
+//! - **Eye**: x right, **y down, z forward**, so the ray of the image point `(u, v)` is `(x', y', 1)`.
+//! - **Image**: pixels, origin top left, pixel centres at +0.5.
+//! - Depth is stored inverted as `w`; each camera defines its own. For [`Pinhole`], `w = 1/z` (1/m), which is linear in
+//!   the image on a plane.
+//! - Transforms are named by the spaces they connect, so that inner names cancel:
+//!   `image_from_world = image_from_eye * eye_from_world`.
+
+mod pinhole;
+mod rigid;
+mod trace;
+
+pub use pinhole::{ImagePoint, Pinhole};
+pub use rigid::Rigid;
+pub use trace::{Trace, TraceError, TracePose};
+
+use serde::{Deserialize, Serialize};
+
+/// A camera model. The set is closed: every consumer handles each model, and the laws in `tests/laws.rs` hold for all.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Camera {
+    /// A planar pinhole camera.
+    Pinhole(Pinhole),
+}
+
+impl Camera {
+    /// Image width and height in pixels.
+    pub fn size_px(&self) -> (u32, u32) {
+        match self {
+            Camera::Pinhole(camera) => (camera.width_px, camera.height_px),
+        }
+    }
+
+    /// Where a world point lands, or `None` where this camera has no image of it.
+    pub fn image_from_world(&self, p_world: glam::DVec3) -> Option<ImagePoint> {
+        match self {
+            Camera::Pinhole(camera) => camera.image_from_world(p_world),
+        }
+    }
+
+    /// The world point of an image point with its inverse depth.
+    pub fn world_from_image(&self, point: ImagePoint) -> glam::DVec3 {
+        match self {
+            Camera::Pinhole(camera) => camera.world_from_image(point),
+        }
+    }
+
+    /// The eye, in world space.
+    pub fn eye_world(&self) -> glam::DVec3 {
+        match self {
+            Camera::Pinhole(camera) => camera.world_from_eye.translation,
+        }
+    }
+}

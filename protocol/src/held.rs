@@ -1,0 +1,116 @@
+//! What the client holds: patches of samples, and the edits that change them.
+//!
+//! A sample's address is `(patch, x, y)`. The server keeps the same copy as the client; both fold every edit into a running
+//! digest over integers, and compare it at edit numbers that the client has acknowledged.
+
+use std::collections::BTreeMap;
+
+use glam::DAffine3;
+use serde::{Deserialize, Serialize};
+
+use crate::image::DepthImage;
+use crate::look::{Lighting, Material};
+
+/// Names a patch for the life of a session. Never used twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct PatchId(pub u32);
+
+/// What a patch is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Purpose {
+    /// Seen from the viewer's region.
+    Eye,
+    /// Seen from light number `.0`.
+    Light(u16),
+    /// An impostor of object `.0`.
+    Impostor(u16),
+    /// An impostor of the surroundings.
+    Environment,
+    /// Relief shared by the instances of object `.0`.
+    Relief(u16),
+}
+
+/// Where an object was when a patch captured it, or is now. Objects that never move are left out everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ObjectPose {
+    /// The object.
+    pub object: u16,
+    /// f64, as the scene composes it.
+    pub world_from_object: DAffine3,
+}
+
+/// One depth image, or the residual part of one, with what is needed to place it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// Its name.
+    pub id: PatchId,
+    /// What it is for.
+    pub purpose: Purpose,
+    /// Scene time of the capture, in seconds.
+    pub capture_time_s: f64,
+    /// The moving rigid objects in it, at capture.
+    pub objects: Vec<ObjectPose>,
+    /// The samples.
+    pub image: DepthImage,
+}
+
+/// One change of what the client holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Edit {
+    /// Holds a new patch.
+    Add(Box<Patch>),
+    /// Forgets a patch.
+    Remove(PatchId),
+    /// Forgets single samples of a patch; addresses `(x, y)` of held samples.
+    Delete(PatchId, Vec<(u16, u16)>),
+    /// Sets the extent of single samples to `2^-n` of their pixel, `n` at most 4; false cover shrinks with it.
+    Trim(PatchId, Vec<(u16, u16, u8)>),
+    /// Moves rigid objects to where they are now.
+    Move(Vec<ObjectPose>),
+    /// Replaces the material table.
+    Materials(Vec<Material>),
+    /// Replaces the lights.
+    Light(Box<Lighting>),
+}
+
+/// The edits that one server tick makes; applied as a whole or not at all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Update {
+    /// Counts from 1 without gaps.
+    pub number: u64,
+    /// Scene time that the held copy shows afterwards.
+    pub scene_time_s: f64,
+    /// The newest pose that the server had heard when it made this, 0 before any; closes the round trip.
+    pub pose_seq: u64,
+    /// In order.
+    pub edits: Vec<Edit>,
+    /// Digest of the held copy afterwards, see [`Held::digest`].
+    pub digest: u64,
+}
+
+/// A held patch with what edits did to its samples since.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldPatch {
+    /// As it was added, less the deleted samples.
+    pub patch: Patch,
+    /// Extent codes (see [`Edit::Trim`]) of the samples, in the order of the planes; empty where none was trimmed.
+    pub trims: Vec<u8>,
+}
+
+/// The copy of the client, as both ends keep it.
+#[derive(Debug, Clone, Default)]
+pub struct Held {
+    /// By id.
+    pub patches: BTreeMap<PatchId, HeldPatch>,
+    /// Where the moving rigid objects are now.
+    pub poses_now: BTreeMap<u16, DAffine3>,
+    /// Indexed by the samples.
+    pub materials: Vec<Material>,
+    /// `None` before the first update.
+    pub lighting: Option<Lighting>,
+    /// Number of the last update applied, 0 before any.
+    pub number: u64,
+    /// Scene time shown.
+    pub scene_time_s: f64,
+    pub(crate) digest: u64,
+}

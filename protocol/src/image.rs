@@ -1,0 +1,163 @@
+//! [`DepthImage`]: what one camera captured, as plain values with no GPU handle.
+
+use camera::Camera;
+use serde::{Deserialize, Serialize};
+
+/// Which pixels of an image hold a sample. Row-major bits, least significant first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mask {
+    width_px: u32,
+    height_px: u32,
+    words: Vec<u64>,
+}
+
+impl Mask {
+    /// A mask without any sample.
+    pub fn empty(width_px: u32, height_px: u32) -> Mask {
+        let bits = width_px as usize * height_px as usize;
+        Mask { width_px, height_px, words: vec![0; bits.div_ceil(64)] }
+    }
+
+    /// Width and height in pixels.
+    pub fn size_px(&self) -> (u32, u32) {
+        (self.width_px, self.height_px)
+    }
+
+    /// Whether pixel `(x, y)` holds a sample; false outside of the image.
+    pub fn get(&self, x: u32, y: u32) -> bool {
+        x < self.width_px && y < self.height_px && {
+            let bit = self.bit(x, y);
+            self.words[bit / 64] >> (bit % 64) & 1 == 1
+        }
+    }
+
+    /// Marks pixel `(x, y)`, which must lie inside of the image.
+    pub fn set(&mut self, x: u32, y: u32, occupied: bool) {
+        assert!(x < self.width_px && y < self.height_px, "pixel outside of the mask");
+        let bit = self.bit(x, y);
+        let word = &mut self.words[bit / 64];
+        *word = *word & !(1 << (bit % 64)) | u64::from(occupied) << (bit % 64);
+    }
+
+    /// How many samples there are.
+    pub fn count(&self) -> usize {
+        self.words.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// The occupied pixels `(x, y)` in row-major order: the order of every plane of a [`DepthImage`].
+    pub fn occupied(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        self.words.iter().enumerate().flat_map(move |(index, &word)| {
+            std::iter::successors((word != 0).then_some(word), |&rest| {
+                let rest = rest & (rest - 1);
+                (rest != 0).then_some(rest)
+            })
+            .map(move |rest| {
+                let bit = index * 64 + rest.trailing_zeros() as usize;
+                ((bit % self.width_px as usize) as u32, (bit / self.width_px as usize) as u32)
+            })
+        })
+    }
+
+    /// The bits as words; bits past the last pixel are zero.
+    pub fn words(&self) -> &[u64] {
+        &self.words
+    }
+
+    fn bit(&self, x: u32, y: u32) -> usize {
+        y as usize * self.width_px as usize + x as usize
+    }
+}
+
+/// The uniform quantization of inverse depth: `w = w_min + code * w_step`.
+///
+/// Uniform in `w`, because the parallax error in pixels of an eye offset `r` parallel to the image is `f * r * dw` at every
+/// depth.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DepthScale {
+    /// Inverse depth of code 0, in 1/m.
+    pub w_min: f32,
+    /// One step, in 1/m; zero where all samples have one depth.
+    pub w_step: f32,
+}
+
+impl DepthScale {
+    /// The inverse depth of a code, in 1/m.
+    pub fn w(&self, code: u16) -> f32 {
+        self.w_min + f32::from(code) * self.w_step
+    }
+
+    /// The nearest code of an inverse depth.
+    pub fn code(&self, w: f32) -> u16 {
+        if self.w_step > 0.0 { ((w - self.w_min) / self.w_step).round().clamp(0.0, 65535.0) as u16 } else { 0 }
+    }
+}
+
+/// What one camera captured. Every plane holds one value a sample, in the order of [`Mask::occupied`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthImage {
+    /// The camera, with the size of the image.
+    pub camera: Camera,
+    /// How `depth` codes inverse depth.
+    pub depth_scale: DepthScale,
+    /// Which pixels hold a sample.
+    pub mask: Mask,
+    /// Inverse depth codes, see [`DepthScale`]. At most 65535.
+    pub depth: Vec<u16>,
+    /// Shading normals in **world space at capture**, octahedral, see [`octahedral_code`].
+    pub normal: Vec<[u8; 2]>,
+    /// Base colour, sRGB-encoded.
+    pub colour: Vec<[u8; 3]>,
+    /// Object ids: stable over the life of a scene.
+    pub object: Vec<u16>,
+    /// Indices into the material table.
+    pub material: Vec<u8>,
+}
+
+impl DepthImage {
+    /// How many samples the image holds.
+    pub fn sample_count(&self) -> usize {
+        self.depth.len()
+    }
+
+    /// Raw bytes at wire width: depth 2, normal 2, colour 3, object 2, material 1 a sample; planes of one value are left out,
+    /// as the codec leaves them out.
+    pub fn raw_bytes(&self) -> usize {
+        fn plane<T: PartialEq>(values: &[T]) -> usize {
+            let constant = values.iter().all(|value| *value == values[0]);
+            if constant { 0 } else { size_of_val(values) }
+        }
+        plane(&self.depth) + plane(&self.normal) + plane(&self.colour) + plane(&self.object) + plane(&self.material)
+    }
+}
+
+/// The octahedral code of a unit vector, 8 + 8 bits (mean error 0.34 degrees): the sphere is projected on the octahedron
+/// `|x| + |y| + |z| = 1`, whose lower half is folded outwards over the upper one, and each of the two coordinates is
+/// quantized to 255 steps over [-1, 1] (Cigolle et al., A Survey of Efficient Representations for Independent Unit Vectors,
+/// 2014).
+pub fn octahedral_code(normal: glam::Vec3) -> [u8; 2] {
+    let sum = normal.x.abs() + normal.y.abs() + normal.z.abs();
+    if !(sum > 0.0) {
+        return [127, 127];
+    }
+    let p = glam::Vec2::new(normal.x, normal.y) / sum;
+    let p = if normal.z < 0.0 { fold(p) } else { p };
+    [quantize(p.x), quantize(p.y)]
+}
+
+/// The unit vector of an octahedral code.
+pub fn octahedral_normal(code: [u8; 2]) -> glam::Vec3 {
+    let p = glam::Vec2::new(f32::from(code[0]), f32::from(code[1])) / 127.0 - 1.0;
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let p = if z < 0.0 { fold(p) } else { p };
+    glam::Vec3::new(p.x, p.y, z).normalize_or(glam::Vec3::Z)
+}
+
+/// -1..1 to 0..254, so that 0, and with it every axis, is exact.
+fn quantize(value: f32) -> u8 {
+    ((value + 1.0) * 127.0).round().clamp(0.0, 254.0) as u8
+}
+
+fn fold(p: glam::Vec2) -> glam::Vec2 {
+    let sign = glam::Vec2::new(1.0_f32.copysign(p.x), 1.0_f32.copysign(p.y));
+    (glam::Vec2::ONE - glam::Vec2::new(p.y.abs(), p.x.abs())) * sign
+}

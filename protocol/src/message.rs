@@ -1,0 +1,126 @@
+//! The messages of both directions.
+//!
+//! Every message travels in an envelope with `at_s`, its time on the sender's clock: under the wall clock information only;
+//! under the virtual clock the time at which it counts as sent (server) or delivered (client, whose link model adds the way
+//! up), so that nothing depends on how fast the machine is.
+
+use camera::Rigid;
+use serde::{Deserialize, Serialize};
+
+use crate::held::Update;
+use crate::look::Look;
+
+/// The version of the protocol; both ends must agree.
+pub const VERSION: u16 = 1;
+
+/// Which clock a session runs on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Clock {
+    /// Real time.
+    #[default]
+    Wall,
+    /// Time advances only with [`ClientMessage::Advance`].
+    Virtual,
+}
+
+/// What a client tells the server about its view.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ViewSize {
+    /// Output width.
+    pub width_px: u32,
+    /// Output height.
+    pub height_px: u32,
+    /// Vertical field of view of the output.
+    pub fov_y_rad: f64,
+}
+
+/// From the client.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum ClientMessage {
+    /// The first message.
+    Hello {
+        /// [`VERSION`].
+        version: u16,
+        /// The clock that the client asks for; the server refuses one that it does not run.
+        clock: Clock,
+        /// The output.
+        view: ViewSize,
+    },
+    /// The output changed.
+    View(ViewSize),
+    /// Where the eye is. Sent only when it moved.
+    Pose {
+        /// Counts from 1.
+        seq: u64,
+        /// Client clock when the pose was sampled.
+        sampled_at_s: f64,
+        /// The eye.
+        world_from_eye: Rigid,
+        /// Metres a second, for prediction.
+        velocity_world: [f32; 3],
+    },
+    /// An update was decoded and is held.
+    Ack {
+        /// Its number.
+        number: u64,
+        /// Digest of the held copy, checked by the server.
+        digest: u64,
+        /// Bytes of bulk received so far: the credit.
+        bytes_received: u64,
+    },
+    /// The client's copy is broken: start anew.
+    Restart,
+    /// Answered by a pong with the same number.
+    Ping(u32),
+    /// Virtual clock only: run everything up to this time, then answer [`ServerMessage::Advanced`].
+    Advance {
+        /// Seconds.
+        to_s: f64,
+    },
+}
+
+/// From the server. `Update` is bulk: it is coded by the codec and travels in fragments.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ServerMessage {
+    /// The first message.
+    Welcome(Welcome),
+    /// Edits to what the client holds.
+    Update(Box<Update>),
+    /// The answer to a ping.
+    Pong(u32),
+    /// Virtual clock only: everything up to this time has been sent.
+    Advanced {
+        /// Seconds.
+        to_s: f64,
+    },
+    /// Why the server hangs up.
+    Goodbye {
+        /// For a person.
+        reason: String,
+    },
+}
+
+/// What a client learns at first.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Welcome {
+    /// [`VERSION`].
+    pub version: u16,
+    /// For a person.
+    pub scene_name: String,
+    /// Smallest corner of the scene's bounds.
+    pub bounds_min_world: [f64; 3],
+    /// Largest corner of the scene's bounds.
+    pub bounds_max_world: [f64; 3],
+    /// Where to begin.
+    pub start_world_from_eye: Rigid,
+    /// Whether one walks in it (a room, a city) or turns it (an object).
+    pub walk: bool,
+    /// Nearest distance that may be drawn, in metres.
+    pub near_m: f64,
+    /// How colour is shown.
+    pub look: Look,
+    /// Seconds between two server ticks of this session.
+    pub update_interval_s: f64,
+    /// Scene time at the start of the session.
+    pub scene_time_s: f64,
+}
