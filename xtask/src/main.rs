@@ -1,1 +1,108 @@
-fn main() {}
+//! `cargo xtask`: the commands of this repository, and everything that CI and the README call.
+//!
+//! Small on purpose: a bare machine builds it first, and it installs what the rest needs.
+
+mod architecture;
+mod run;
+mod setup;
+mod test;
+mod web;
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::{Parser, Subcommand};
+
+use run::{cargo, step};
+use setup::Need;
+
+/// The commands of the Vantage repository.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Set up what is missing, build server and web client in release, and serve a scene on http://127.0.0.1:PORT.
+    Serve {
+        /// A scene file (glTF, GLB, OBJ, PLY) or a built-in scene; without it, a built-in moving one.
+        scene: Option<OsString>,
+        /// The port to listen on.
+        #[arg(long, default_value_t = 8080)]
+        port: u16,
+        /// Passed on to vantage-server.
+        #[arg(last = true)]
+        server_arguments: Vec<OsString>,
+    },
+    /// Set up what is missing and run every check and test; ends with `N passed, N failed, N skipped`.
+    Test {
+        /// Run only the steps whose name holds one of these words.
+        only: Vec<String>,
+    },
+    /// Build vantage-report in release and run a topic, e.g. `report timing --quick`.
+    Report {
+        /// Passed on to vantage-report.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
+    /// Build the native viewer in release and run it.
+    View {
+        /// Passed on to vantage-view.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
+    /// Build the web client into target/web.
+    Web {
+        /// Build the small, optimized client that is served; otherwise the one that builds fast.
+        #[arg(long)]
+        release: bool,
+    },
+    /// Install what building, serving and testing need, and nothing else.
+    Setup,
+}
+
+fn main() -> anyhow::Result<()> {
+    let root = root()?;
+    std::env::set_current_dir(&root).with_context(|| format!("entering {}", root.display()))?;
+    match Arguments::parse().command {
+        Command::Serve { scene, port, server_arguments } => serve(scene, port, &server_arguments),
+        Command::Test { only } => test::run_all(&only),
+        Command::Report { arguments } => run_release("vantage-bench", "vantage-report", &arguments),
+        Command::View { arguments } => run_release("vantage-client", "vantage-view", &arguments),
+        Command::Web { release } => {
+            setup::install(&[Need::WasmTarget, Need::Clang])?;
+            web::build(if release { web::Profile::Release } else { web::Profile::Fast }).map(|_| ())
+        }
+        Command::Setup => setup::install(Need::ALL),
+    }
+}
+
+fn serve(scene: Option<OsString>, port: u16, server_arguments: &[OsString]) -> anyhow::Result<()> {
+    setup::install(&[Need::Vulkan, Need::WasmTarget, Need::Clang])?;
+    step("Building the server (release)");
+    cargo().args(["build", "--release", "--package", "vantage-server", "--bin", "vantage-server"]).check()?;
+    let web_dir = web::build(web::Profile::Release)?;
+    let server = run::target_dir().join("release").join("vantage-server");
+    run::Tool::new(server)
+        .args(scene)
+        .args(["--port".into(), port.to_string(), "--web".into(), web_dir.display().to_string()])
+        .args(server_arguments)
+        .replace_this_process()
+}
+
+fn run_release(package: &str, binary: &str, arguments: &[OsString]) -> anyhow::Result<()> {
+    setup::install(&[Need::Vulkan])?;
+    step(&format!("Building {binary} (release)"));
+    cargo().args(["build", "--release", "--package", package, "--bin", binary]).check()?;
+    run::Tool::new(run::target_dir().join("release").join(binary)).args(arguments).replace_this_process()
+}
+
+/// The repository's root: the parent of this package.
+fn root() -> anyhow::Result<PathBuf> {
+    let manifest = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    manifest.parent().map(PathBuf::from).context("xtask lies in the repository")
+}

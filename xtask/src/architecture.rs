@@ -1,0 +1,62 @@
+//! Keeps ARCHITECTURE.md true: the paths it names exist, and imports run one way.
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+
+/// The crates in the order of the data's way: each may depend only on crates of an earlier group.
+const ORDER: &[&[&str]] = &[
+    &["camera", "network"],
+    &["protocol", "shaders", "scene"],
+    &["gpu"],
+    &["surface"],
+    &["server", "client"],
+    &["web", "bench"],
+    &["tests"],
+];
+
+/// What must stay thin: these never see a scene.
+const WITHOUT_SCENE: &[&str] = &["gpu", "surface", "client", "web"];
+
+/// Checks both.
+pub fn check() -> anyhow::Result<()> {
+    check_imports()?;
+    check_paths()
+}
+
+fn check_imports() -> anyhow::Result<()> {
+    for (rank, group) in ORDER.iter().enumerate() {
+        let allowed: Vec<&str> = ORDER[..rank].concat();
+        for name in *group {
+            let manifest =
+                std::fs::read_to_string(format!("{name}/Cargo.toml")).with_context(|| format!("reading {name}"))?;
+            for dependency in ORDER.concat() {
+                let depends = manifest.lines().any(|line| {
+                    line.strip_prefix(dependency)
+                        .is_some_and(|rest| rest.starts_with(".workspace") || rest.starts_with(" ="))
+                });
+                if depends && !allowed.contains(&dependency) {
+                    bail!("{name} must not depend on {dependency}: imports run {ORDER:?}");
+                }
+                if depends && dependency == "scene" && WITHOUT_SCENE.contains(name) {
+                    bail!("{name} must not depend on scene: it is for the server side only");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Every `code span` of ARCHITECTURE.md that looks like a path must exist.
+fn check_paths() -> anyhow::Result<()> {
+    let text = std::fs::read_to_string("ARCHITECTURE.md").context("reading ARCHITECTURE.md")?;
+    for span in text.split('`').skip(1).step_by(2) {
+        let is_path = span.contains('/')
+            && !span.starts_with(['/', '-', '.'])
+            && span.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c));
+        if is_path && !Path::new(span).exists() {
+            bail!("ARCHITECTURE.md names {span}, which does not exist");
+        }
+    }
+    Ok(())
+}

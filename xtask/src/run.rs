@@ -1,0 +1,97 @@
+//! Running other programs: with their name in every error, and their output passed through.
+
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, bail};
+
+/// Announces what happens next.
+pub fn step(what: &str) {
+    println!("\n==> {what}");
+}
+
+/// A command line under construction.
+pub struct Tool {
+    command: Command,
+    name: String,
+}
+
+impl Tool {
+    /// A program by name or path.
+    pub fn new(program: impl AsRef<OsStr>) -> Tool {
+        let name = program.as_ref().to_string_lossy().into_owned();
+        Tool { command: Command::new(program), name }
+    }
+
+    /// More arguments.
+    pub fn args<A: AsRef<OsStr>>(mut self, arguments: impl IntoIterator<Item = A>) -> Tool {
+        self.command.args(arguments);
+        self
+    }
+
+    /// An environment variable.
+    pub fn env(mut self, key: &str, value: impl AsRef<OsStr>) -> Tool {
+        self.command.env(key, value);
+        self
+    }
+
+    /// The working directory.
+    pub fn dir(mut self, dir: &Path) -> Tool {
+        self.command.current_dir(dir);
+        self
+    }
+
+    /// Runs it with its output on the terminal; an exit code but 0 is an error.
+    pub fn check(mut self) -> anyhow::Result<()> {
+        let status = self.command.status().with_context(|| format!("starting {}", self.name))?;
+        if !status.success() {
+            bail!("{} failed ({status})", self.name);
+        }
+        Ok(())
+    }
+
+    /// Runs it silently: whether it could be started and succeeded.
+    pub fn succeeds(mut self) -> bool {
+        let status = self.command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status();
+        status.is_ok_and(|status| status.success())
+    }
+
+    /// What it prints on standard output, when it succeeds.
+    pub fn output(mut self) -> Option<String> {
+        let output = self.command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    /// Runs it, shows each line of its standard output and hands it to `see`; whether it succeeded.
+    pub fn watch(mut self, mut see: impl FnMut(&str)) -> anyhow::Result<bool> {
+        let mut child =
+            self.command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {}", self.name))?;
+        let stdout = child.stdout.take().context("standard output is piped")?;
+        for line in BufReader::new(stdout).split(b'\n') {
+            let line = line?;
+            let line = String::from_utf8_lossy(&line);
+            println!("{line}");
+            see(&line);
+        }
+        Ok(child.wait()?.success())
+    }
+
+    /// Becomes the program, so that signals and its exit code are its own.
+    pub fn replace_this_process(mut self) -> anyhow::Result<()> {
+        use std::os::unix::process::CommandExt;
+        let error = self.command.exec();
+        Err(error).with_context(|| format!("starting {}", self.name))
+    }
+}
+
+/// The cargo that runs this.
+pub fn cargo() -> Tool {
+    Tool::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+/// Where cargo builds into.
+pub fn target_dir() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from)
+}

@@ -1,0 +1,62 @@
+//! Builds the web client: cargo for wasm32, then wasm-bindgen as a library, then the static files.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use crate::run::{Tool, cargo, step, target_dir};
+use crate::setup::{WasmToolchain, wasm_toolchain};
+
+/// Which web client to build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Profile {
+    /// Small and optimized: what is served.
+    Release,
+    /// Built in seconds: what is tested.
+    Fast,
+}
+
+/// Builds the web client and returns the folder that a server can serve.
+pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
+    let name = match profile {
+        Profile::Release => "web",
+        Profile::Fast => "web-dev",
+    };
+    step(&format!("Building the web client (profile {name})"));
+    wasm_cargo("build").args(["--package", "vantage-web", "--lib", "--profile", name]).check()?;
+    let out_dir = target_dir().join("web").join(name);
+    std::fs::create_dir_all(&out_dir).with_context(|| format!("making {}", out_dir.display()))?;
+    let wasm = target_dir().join("wasm32-unknown-unknown").join(name).join("vantage_web.wasm");
+    step("Binding it for the browser");
+    cargo().args(["run", "--quiet", "--package", "vantage-bindgen", "--"]).args([&wasm, &out_dir]).check()?;
+    copy_files(Path::new("web/static"), &out_dir)?;
+    let size = std::fs::metadata(out_dir.join("vantage_web_bg.wasm"))?.len();
+    println!("    {}: {} KiB of wasm", out_dir.display(), size / 1024);
+    Ok(out_dir)
+}
+
+/// `cargo SUBCOMMAND` for wasm32, by whichever toolchain has it.
+pub fn wasm_cargo(subcommand: &str) -> Tool {
+    let target = ["--target", "wasm32-unknown-unknown"];
+    let tool = match wasm_toolchain() {
+        Some(WasmToolchain::Debian) => Tool::new("cargo")
+            .args(["+debian-web", subcommand, "-Zbuild-std=std,panic_abort"])
+            .env("RUSTC_BOOTSTRAP", "1"),
+        Some(WasmToolchain::Rustup) | None => cargo().args([subcommand]),
+    };
+    tool.args(target).env("CC_wasm32_unknown_unknown", "clang").env("AR_wasm32_unknown_unknown", "llvm-ar")
+}
+
+fn copy_files(from: &Path, to: &Path) -> anyhow::Result<()> {
+    for entry in std::fs::read_dir(from).with_context(|| format!("reading {}", from.display()))? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            std::fs::create_dir_all(&target)?;
+            copy_files(&entry.path(), &target)?;
+        } else {
+            std::fs::copy(entry.path(), &target).with_context(|| format!("copying {}", entry.path().display()))?;
+        }
+    }
+    Ok(())
+}
