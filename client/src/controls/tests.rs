@@ -1,0 +1,194 @@
+use super::*;
+
+fn walking() -> Controls {
+    let start = Rigid::look_along(DVec3::new(0.0, 1.7, 5.0), DVec3::NEG_Z);
+    let mut controls = Controls::new(start, true, DVec3::splat(-20.0), DVec3::splat(20.0));
+    controls.set_view(DVec2::new(800.0, 600.0), 60_f64.to_radians());
+    controls
+}
+
+fn orbiting() -> Controls {
+    let start = Rigid::look_at(DVec3::new(0.0, 1.0, 4.0), DVec3::ZERO);
+    let mut controls = Controls::new(start, false, DVec3::splat(-1.0), DVec3::splat(1.0));
+    controls.set_view(DVec2::new(800.0, 600.0), 60_f64.to_radians());
+    controls
+}
+
+fn key(key: Key, down: bool) -> Input {
+    Input::Key { key, down }
+}
+
+fn drag(controls: &mut Controls, drag: Drag, from: (f64, f64), to: (f64, f64)) {
+    controls.handle(Input::PointerDown { id: 1, drag, at_px: from.into() });
+    controls.handle(Input::PointerMove { id: 1, at_px: to.into() });
+    controls.handle(Input::PointerUp { id: 1 });
+}
+
+fn forward(controls: &Controls) -> DVec3 {
+    controls.pose().transform_vector(DVec3::Z)
+}
+
+#[test]
+fn begins_at_the_start_pose() {
+    for (start, walk) in [
+        (Rigid::look_along(DVec3::new(3.0, 1.7, 5.0), DVec3::new(0.3, -0.2, -1.0)), true),
+        (Rigid::look_at(DVec3::new(2.0, 1.0, 4.0), DVec3::ZERO), false),
+    ] {
+        let controls = Controls::new(start, walk, DVec3::splat(-1.0), DVec3::splat(1.0));
+        let pose = controls.pose();
+        assert!(pose.translation.distance(start.translation) < 1e-9);
+        assert!(pose.rotation.angle_between(start.rotation) < 1e-6);
+    }
+}
+
+#[test]
+fn keys_give_the_same_path_at_every_frame_rate() {
+    for mut coarse in [walking(), orbiting()] {
+        let mut fine = coarse.clone();
+        for (pressed, down) in [(Key::Forward, true), (Key::Right, true), (Key::Forward, false), (Key::Right, false)] {
+            coarse.handle(key(pressed, down));
+            fine.handle(key(pressed, down));
+            for _ in 0..2 {
+                coarse.advance(0.2);
+            }
+            for _ in 0..80 {
+                fine.advance(0.005);
+            }
+        }
+        assert!(coarse.pose().translation.distance(fine.pose().translation) < 1e-9);
+        assert!(coarse.pose().translation.distance(walking().pose().translation) > 0.5, "it must have moved");
+    }
+}
+
+#[test]
+fn walking_forward_follows_the_ground_even_when_looking_down() {
+    let mut controls = walking();
+    drag(&mut controls, Drag::Look, (400.0, 500.0), (400.0, 100.0));
+    assert!(forward(&controls).y < -0.3, "dragging the picture up looks down");
+    let before = controls.pose().translation;
+    controls.handle(key(Key::Forward, true));
+    for _ in 0..10 {
+        controls.advance(0.1);
+    }
+    let way = controls.pose().translation - before;
+    assert!(way.y.abs() < 1e-12 && way.z < -1.0, "{way}");
+}
+
+#[test]
+fn a_dragged_point_stays_under_the_pointer_when_walking() {
+    let mut controls = walking();
+    let right_of_middle = camera::Pinhole::symmetric(controls.pose(), (800, 600), 60_f64.to_radians(), 0.1);
+    let far = right_of_middle.world_from_image(camera::ImagePoint { u: 402.0, v: 300.0, w: 1e-6 });
+    drag(&mut controls, Drag::Look, (402.0, 300.0), (400.0, 300.0));
+    let after = camera::Pinhole::symmetric(controls.pose(), (800, 600), 60_f64.to_radians(), 0.1);
+    let shown = after.image_from_world(far).expect("in front");
+    assert!((shown.u - 400.0).abs() < 0.5, "{shown:?}");
+}
+
+#[test]
+fn orbiting_keeps_the_distance_and_looks_at_the_pivot() {
+    let mut controls = orbiting();
+    let distance = controls.pose().translation.length();
+    drag(&mut controls, Drag::Look, (100.0, 100.0), (500.0, 40.0));
+    controls.handle(key(Key::Left, true));
+    controls.advance(0.2);
+    let pose = controls.pose();
+    assert!((pose.translation.length() - distance).abs() < 1e-9);
+    assert!(forward(&controls).dot(-pose.translation.normalize()) > 1.0 - 1e-9);
+    assert!(pose.translation.distance(orbiting().pose().translation) > 0.5);
+}
+
+#[test]
+fn dragging_right_turns_the_object_right() {
+    let mut controls = orbiting();
+    let before = controls.pose().translation;
+    drag(&mut controls, Drag::Look, (400.0, 300.0), (500.0, 300.0));
+    assert!(controls.pose().translation.x < before.x - 0.5, "the eye goes left");
+}
+
+#[test]
+fn the_wheel_goes_nearer_and_never_through() {
+    let mut controls = orbiting();
+    controls.handle(Input::Wheel { notches: 1e6 });
+    let nearest = controls.pose().translation.length();
+    assert!(nearest > 0.0 && nearest < 0.01);
+    controls.handle(Input::Wheel { notches: f64::NAN });
+    controls.handle(Input::Wheel { notches: -1e6 });
+    assert!(controls.pose().translation.is_finite());
+    let mut controls = walking();
+    controls.handle(Input::Wheel { notches: 1.0 });
+    assert!(controls.pose().translation.z < 5.0);
+}
+
+#[test]
+fn pitch_stops_short_of_the_vertical() {
+    let mut controls = walking();
+    for _ in 0..20 {
+        drag(&mut controls, Drag::Look, (0.0, 0.0), (0.0, 600.0));
+    }
+    assert!(forward(&controls).y > 0.99);
+    assert!(controls.pose().is_valid());
+}
+
+#[test]
+fn two_fingers_pinch_and_move() {
+    let mut controls = orbiting();
+    let down = |id, x: f64| Input::PointerDown { id, drag: Drag::Look, at_px: DVec2::new(x, 300.0) };
+    controls.handle(down(7, 300.0));
+    controls.handle(down(8, 500.0));
+    controls.handle(Input::PointerMove { id: 7, at_px: DVec2::new(200.0, 300.0) });
+    controls.handle(Input::PointerMove { id: 8, at_px: DVec2::new(600.0, 300.0) });
+    let pose = controls.pose();
+    // The fingers move one after the other, so the middle sways a little on the way.
+    let off = pose.translation - orbiting().pose().translation / 2.0;
+    assert!(
+        off.y.abs() < 1e-9 && off.z.abs() < 1e-9 && off.x.abs() < 0.2,
+        "twice the spread is half the distance: {off}"
+    );
+    let before = controls.pose();
+    controls.handle(Input::PointerMove { id: 7, at_px: DVec2::new(260.0, 300.0) });
+    controls.handle(Input::PointerMove { id: 8, at_px: DVec2::new(660.0, 300.0) });
+    let way = controls.pose().translation - before.translation;
+    assert!(way.x < -0.05, "moving both to the right moves the eye to the left: {way}");
+    // A lifted finger leaves one that looks again.
+    controls.handle(Input::PointerUp { id: 8 });
+    let before = controls.pose();
+    controls.handle(Input::PointerMove { id: 7, at_px: DVec2::new(360.0, 300.0) });
+    assert!(controls.pose().rotation.angle_between(before.rotation) > 0.1);
+}
+
+#[test]
+fn losing_the_focus_releases_everything() {
+    let mut controls = walking();
+    controls.handle(key(Key::Forward, true));
+    assert!(controls.advance(0.1));
+    controls.handle(Input::FocusLost);
+    for _ in 0..100 {
+        controls.advance(0.1);
+    }
+    let stopped = controls.pose();
+    assert!(!controls.advance(0.1));
+    assert_eq!(controls.pose(), stopped);
+}
+
+#[test]
+fn switching_the_mode_keeps_the_eye() {
+    let mut controls = walking();
+    drag(&mut controls, Drag::Look, (0.0, 0.0), (50.0, 30.0));
+    let before = controls.pose();
+    controls.set_mode(Mode::Orbit);
+    assert!(controls.pose().translation.distance(before.translation) < 1e-9);
+    controls.set_mode(Mode::Walk);
+    assert!(controls.pose().translation.distance(before.translation) < 1e-9);
+}
+
+#[test]
+fn shift_is_faster() {
+    let (mut slow, mut fast) = (walking(), walking());
+    fast.handle(key(Key::Fast, true));
+    for controls in [&mut slow, &mut fast] {
+        controls.handle(key(Key::Forward, true));
+        controls.advance(0.2);
+    }
+    assert!((5.0 - fast.pose().translation.z) > 3.0 * (5.0 - slow.pose().translation.z));
+}
