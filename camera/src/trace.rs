@@ -55,6 +55,27 @@ impl Trace {
         if poses.is_empty() { Err(TraceError::Empty) } else { Ok(Trace { poses }) }
     }
 
+    /// One turn around bounds within `duration_s`, sampled 60 times a second: the eye looks at their middle from 20 degrees
+    /// above, as far away as it takes for the bounding sphere to fit into `fov_rad`, the narrower field of view.
+    pub fn orbit(bounds_min_world: DVec3, bounds_max_world: DVec3, fov_rad: f64, duration_s: f64) -> Trace {
+        const POSES_PER_S: f64 = 60.0;
+        const ELEVATION_RAD: f64 = 20.0 / 180.0 * std::f64::consts::PI;
+        let middle = (bounds_min_world + bounds_max_world) / 2.0;
+        let radius_m = (bounds_max_world - bounds_min_world).length() / 2.0;
+        let distance_m = radius_m.max(f64::MIN_POSITIVE) / (fov_rad / 2.0).sin();
+        let steps = (duration_s * POSES_PER_S).round().max(1.0);
+        let pose = |step: f64| {
+            let angle_rad = std::f64::consts::TAU * step / steps;
+            let out = DVec3::new(
+                angle_rad.sin() * ELEVATION_RAD.cos(),
+                ELEVATION_RAD.sin(),
+                angle_rad.cos() * ELEVATION_RAD.cos(),
+            );
+            TracePose { t_s: step / POSES_PER_S, world_from_eye: Rigid::look_along(middle + out * distance_m, -out) }
+        };
+        Trace { poses: (0..=steps as usize).map(|step| pose(step as f64)).collect() }
+    }
+
     /// The trace's length in seconds.
     pub fn duration_s(&self) -> f64 {
         self.poses.last().map_or(0.0, |pose| pose.t_s)
@@ -83,4 +104,24 @@ fn parse_line(line: &str) -> Option<TracePose> {
         * DQuat::from_rotation_x(rx.to_radians())
         * DQuat::from_rotation_z(rz.to_radians());
     Some(TracePose { t_s: t_ms / 1000.0, world_from_eye: Rigid::from_gl(DVec3::new(px, py, pz), world_from_gl) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_orbit_frames_the_bounds() {
+        let (min, max) = (DVec3::new(1.0, 0.0, -3.0), DVec3::new(3.0, 2.0, 1.0));
+        let trace = Trace::orbit(min, max, 60_f64.to_radians(), 2.0);
+        assert_eq!((trace.poses.len(), trace.duration_s()), (121, 2.0));
+        for pose in &trace.poses {
+            let view = crate::Pinhole::symmetric(pose.world_from_eye, (100, 100), 60_f64.to_radians(), 0.01);
+            for corner in 0..8 {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
+                let point = view.image_from_world(DVec3::new(pick(0), pick(1), pick(2))).expect("in front");
+                assert!(view.contains(point), "{point:?}");
+            }
+        }
+    }
 }
