@@ -5,6 +5,9 @@
 //! rest of the importing file; `enable …;` lines are moved to the top, where WGSL wants them. Variants are made with
 //! `override` constants, never by editing text.
 
+#[cfg(feature = "layout")]
+pub mod layout;
+
 use std::collections::BTreeSet;
 
 /// Every shader file: its path below `wgsl/` and its text.

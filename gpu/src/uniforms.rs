@@ -1,0 +1,208 @@
+//! The Rust twins of the WGSL structs that both ends use. A test compares them with the WGSL, field by field.
+
+use bytemuck::{Pod, Zeroable};
+use camera::Pinhole;
+use glam::{DVec3, Mat3};
+use protocol::{Light, Lighting, Material};
+
+/// `Pinhole` of `camera/pinhole.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct PinholeUniform {
+    /// Columns, each padded to four.
+    pub eye_from_world: [[f32; 4]; 3],
+    /// The eye relative to the anchor, metres, world axes.
+    pub eye_anchor: [f32; 3],
+    /// Metres.
+    pub near_m: f32,
+    /// Pixels.
+    pub centre_px: [f32; 2],
+    /// Pixels.
+    pub size_px: [f32; 2],
+    /// Pixels.
+    pub focal_px: f32,
+    /// Unused.
+    pub padding: [f32; 3],
+}
+
+impl PinholeUniform {
+    /// The camera as seen from `anchor_world`; the difference is taken in f64.
+    pub fn new(camera: &Pinhole, anchor_world: DVec3) -> PinholeUniform {
+        let eye_from_world = Mat3::from_quat(camera.world_from_eye.rotation.conjugate().as_quat());
+        PinholeUniform {
+            eye_from_world: columns(eye_from_world),
+            eye_anchor: (camera.world_from_eye.translation - anchor_world).as_vec3().to_array(),
+            near_m: camera.near_m as f32,
+            centre_px: camera.centre_px.as_vec2().to_array(),
+            size_px: [camera.width_px as f32, camera.height_px as f32],
+            focal_px: camera.focal_px as f32,
+            padding: [0.0; 3],
+        }
+    }
+}
+
+/// The columns of a WGSL `mat3x3f`.
+pub fn columns(matrix: Mat3) -> [[f32; 4]; 3] {
+    [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|column| column.extend(0.0).to_array())
+}
+
+/// `Light` of `common/shade.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct LightUniform {
+    /// Relative to the output eye, world axes.
+    pub position: [f32; 3],
+    /// 0 directional, 1 point or spot.
+    pub kind: u32,
+    /// Irradiance or radiant intensity.
+    pub colour: [f32; 3],
+    /// 1/m; 0 where unlimited.
+    pub inverse_range: f32,
+    /// The way the light travels.
+    pub direction: [f32; 3],
+    /// Cosine of the inner half angle.
+    pub spot_cos_inner: f32,
+    /// Cosine of the outer half angle.
+    pub spot_cos_outer: f32,
+    /// Unused.
+    pub padding: [f32; 3],
+}
+
+/// `Lighting` of `common/shade.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct LightingUniform {
+    /// Linear RGB from everywhere.
+    pub ambient: [f32; 3],
+    /// How many of `lights` count.
+    pub light_count: u32,
+    /// sRGB-encoded, 0 to 1.
+    pub background: [f32; 3],
+    /// 1 for Burley's diffuse term.
+    pub burley: u32,
+    /// At most [`Lighting::MAX_LIGHTS`].
+    pub lights: [LightUniform; Lighting::MAX_LIGHTS],
+}
+
+impl LightingUniform {
+    /// The lighting as seen from an eye. Lights past [`Lighting::MAX_LIGHTS`] are left out.
+    pub fn new(lighting: &Lighting, eye_world: DVec3) -> LightingUniform {
+        let mut lights = [LightUniform::zeroed(); Lighting::MAX_LIGHTS];
+        for (uniform, light) in lights.iter_mut().zip(&lighting.lights) {
+            *uniform = LightUniform::new(light, eye_world);
+        }
+        LightingUniform {
+            ambient: lighting.ambient,
+            light_count: lighting.lights.len().min(Lighting::MAX_LIGHTS) as u32,
+            background: lighting.background.map(|value| f32::from(value) / 255.0),
+            burley: u32::from(lighting.burley),
+            lights,
+        }
+    }
+}
+
+impl LightUniform {
+    fn new(light: &Light, eye_world: DVec3) -> LightUniform {
+        match *light {
+            Light::Directional { direction_world, irradiance } => {
+                LightUniform { kind: 0, colour: irradiance, direction: direction_world, ..LightUniform::zeroed() }
+            }
+            Light::Point { position_world, intensity, direction_world, spot_cos, range_m } => LightUniform {
+                position: (DVec3::from(position_world) - eye_world).as_vec3().to_array(),
+                kind: 1,
+                colour: intensity,
+                inverse_range: if range_m.is_finite() && range_m > 0.0 { 1.0 / range_m } else { 0.0 },
+                direction: direction_world,
+                spot_cos_inner: spot_cos[0],
+                spot_cos_outer: spot_cos[1],
+                padding: [0.0; 3],
+            },
+        }
+    }
+}
+
+/// `Material` of `common/shade.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct MaterialUniform {
+    /// Linear RGB.
+    pub emissive: [f32; 3],
+    /// 0 to 1.
+    pub metallic: f32,
+    /// 0 to 1.
+    pub roughness: f32,
+    /// 0 to 1.
+    pub transmission: f32,
+    /// 1 and more.
+    pub ior: f32,
+    /// [`MaterialUniform::UNLIT`], [`MaterialUniform::DOUBLE_SIDED`].
+    pub flags: u32,
+}
+
+impl MaterialUniform {
+    /// Shown as its base colour.
+    pub const UNLIT: u32 = 1;
+    /// Its normals face both ways.
+    pub const DOUBLE_SIDED: u32 = 2;
+    /// Entries of the table in a uniform buffer: one a material code of a sample, 8 KiB.
+    pub const TABLE_LEN: usize = 256;
+
+    /// The table that shaders index by a sample's material code; entries past `materials` are the default.
+    pub fn table(materials: &[Material]) -> Vec<MaterialUniform> {
+        let default = MaterialUniform::from(&Material::default());
+        let used = materials.iter().map(MaterialUniform::from);
+        used.chain(std::iter::repeat(default)).take(MaterialUniform::TABLE_LEN).collect()
+    }
+}
+
+impl From<&Material> for MaterialUniform {
+    fn from(material: &Material) -> MaterialUniform {
+        let unlit = if material.unlit { MaterialUniform::UNLIT } else { 0 };
+        let double_sided = if material.double_sided { MaterialUniform::DOUBLE_SIDED } else { 0 };
+        MaterialUniform {
+            emissive: material.emissive,
+            metallic: material.metallic,
+            roughness: material.roughness,
+            transmission: material.transmission,
+            ior: material.ior,
+            flags: unlit | double_sided,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shaders::assert_layout;
+
+    #[test]
+    fn uniforms_are_laid_out_as_in_wgsl() {
+        let pinhole = "camera/pinhole.wgsl";
+        assert_layout!(
+            PinholeUniform,
+            pinhole,
+            "Pinhole",
+            eye_from_world,
+            eye_anchor,
+            near_m,
+            centre_px,
+            size_px,
+            focal_px
+        );
+        let shade = "common/shade.wgsl";
+        assert_layout!(
+            LightUniform,
+            shade,
+            "Light",
+            position,
+            kind,
+            colour,
+            inverse_range,
+            direction,
+            spot_cos_inner,
+            spot_cos_outer
+        );
+        assert_layout!(LightingUniform, shade, "Lighting", ambient, light_count, background, burley, lights);
+        assert_layout!(MaterialUniform, shade, "Material", emissive, metallic, roughness, transmission, ior, flags);
+    }
+}
