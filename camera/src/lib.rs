@@ -48,6 +48,13 @@ impl Camera {
         }
     }
 
+    /// Whether every field is finite and in range: bytes from outside may hold anything.
+    pub fn is_valid(&self) -> bool {
+        match self {
+            Camera::Pinhole(camera) => camera.is_valid(),
+        }
+    }
+
     /// The eye, in world space.
     pub fn eye_world(&self) -> glam::DVec3 {
         match self {

@@ -3,15 +3,19 @@
 //! A sample's address is `(patch, x, y)`. The server keeps the same copy as the client; both fold every edit into a running
 //! digest over integers, and compare it at edit numbers that the client has acknowledged.
 
+mod apply;
+mod digest;
+
 use std::collections::BTreeMap;
 
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use crate::image::DepthImage;
 use crate::look::{Lighting, Material};
 
-/// Names a patch for the life of a session. Never used twice.
+/// Names a patch for the life of a session. Ids ascend from one added patch to the next, so none is used twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct PatchId(pub u32);
 
@@ -48,7 +52,7 @@ pub struct Patch {
     pub purpose: Purpose,
     /// Scene time of the capture, in seconds.
     pub capture_time_s: f64,
-    /// The moving rigid objects in it, at capture.
+    /// The moving rigid objects in it, at capture; ids ascend.
     pub objects: Vec<ObjectPose>,
     /// The samples.
     pub image: DepthImage,
@@ -57,15 +61,20 @@ pub struct Patch {
 /// One change of what the client holds.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Edit {
+    /// Forgets everything: patches, poses, tables and the digest. Only as the first edit of an update, whose number may then
+    /// leave a gap; the other edits of that update bring the new picture, so the old one stays on screen until it is there.
+    Clear,
     /// Holds a new patch.
     Add(Box<Patch>),
     /// Forgets a patch.
     Remove(PatchId),
-    /// Forgets single samples of a patch; addresses `(x, y)` of held samples.
+    /// Forgets single samples of a patch; addresses `(x, y)` of held samples, ascending row by row. A patch without samples
+    /// stays until it is removed.
     Delete(PatchId, Vec<(u16, u16)>),
-    /// Sets the extent of single samples to `2^-n` of their pixel, `n` at most 4; false cover shrinks with it.
+    /// Sets the extent of single samples to `2^-n` of their pixel, `n` at most [`Edit::MAX_TRIM`]; false cover shrinks with
+    /// it. Addresses `(x, y)` ascend row by row.
     Trim(PatchId, Vec<(u16, u16, u8)>),
-    /// Moves rigid objects to where they are now.
+    /// Moves rigid objects to where they are now; ids ascend.
     Move(Vec<ObjectPose>),
     /// Replaces the material table.
     Materials(Vec<Material>),
@@ -73,10 +82,15 @@ pub enum Edit {
     Light(Box<Lighting>),
 }
 
+impl Edit {
+    /// The smallest extent is `2^-4` of a pixel.
+    pub const MAX_TRIM: u8 = 4;
+}
+
 /// The edits that one server tick makes; applied as a whole or not at all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Update {
-    /// Counts from 1 without gaps.
+    /// Counts from 1 without gaps, except before an update that begins with [`Edit::Clear`].
     pub number: u64,
     /// Scene time that the held copy shows afterwards.
     pub scene_time_s: f64,
@@ -112,5 +126,73 @@ pub struct Held {
     pub number: u64,
     /// Scene time shown.
     pub scene_time_s: f64,
-    pub(crate) digest: u64,
+    /// `None` before the first update.
+    digest: Option<u64>,
+    /// The newest patch ever added.
+    last_patch: Option<PatchId>,
+    /// Samples and mask pixels of all patches.
+    samples: usize,
+    pixels: usize,
+}
+
+/// Why an update was refused; nothing of it was applied. The sender is at fault, or the copy went wrong before.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum HeldError {
+    /// An update is missing, or came twice.
+    #[error("update {update} does not follow update {held}")]
+    Number {
+        /// The last one applied.
+        held: u64,
+        /// The refused one.
+        update: u64,
+    },
+    /// The copies of both ends differ.
+    #[error("the digest after update {number} differs from the sender's")]
+    Digest {
+        /// The refused update.
+        number: u64,
+    },
+    /// Ids ascend and are never used again.
+    #[error("patch id {0:?} was used before")]
+    PatchIdUsed(PatchId),
+    /// An edit of a patch that is not held.
+    #[error("{0:?} is not held")]
+    UnknownPatch(PatchId),
+    /// An address where nothing is held.
+    #[error("{patch:?} holds no sample at ({x}, {y})")]
+    NoSample {
+        /// The patch.
+        patch: PatchId,
+        /// Column.
+        x: u16,
+        /// Row.
+        y: u16,
+    },
+    /// Addresses are out of order or come twice.
+    #[error("addresses of {0:?} do not ascend")]
+    NotAscending(PatchId),
+    /// Object ids are out of order or come twice.
+    #[error("object ids do not ascend")]
+    ObjectsNotAscending,
+    /// An extent code above [`Edit::MAX_TRIM`].
+    #[error("{patch:?} trims to 2^-{extent}")]
+    TrimTooFar {
+        /// The patch.
+        patch: PatchId,
+        /// The code.
+        extent: u8,
+    },
+    /// Planes, mask and camera of a patch do not have one size.
+    #[error("planes, mask and camera of {0:?} differ in size")]
+    PlanesDiffer(PatchId),
+    /// A number that is infinite, not a number, or out of its range.
+    #[error("{0} is not finite or out of range")]
+    NotFinite(&'static str),
+    /// Past one of the [`crate::Limits`].
+    #[error("more {0} than allowed")]
+    TooMuch(&'static str),
+    /// [`Edit::Clear`] anywhere but first.
+    #[error("an update clears after its first edit")]
+    LateClear,
 }

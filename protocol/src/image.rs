@@ -18,6 +18,13 @@ impl Mask {
         Mask { width_px, height_px, words: vec![0; bits.div_ceil(64)] }
     }
 
+    /// The mask of [`Mask::words`]; `None` where their number does not fit the size or a bit past the last pixel is set.
+    pub fn from_words(width_px: u32, height_px: u32, words: Vec<u64>) -> Option<Mask> {
+        let bits = width_px as usize * height_px as usize;
+        let past = words.last().filter(|_| bits % 64 != 0).map_or(0, |last| last >> (bits % 64));
+        (words.len() == bits.div_ceil(64) && past == 0).then_some(Mask { width_px, height_px, words })
+    }
+
     /// Width and height in pixels.
     pub fn size_px(&self) -> (u32, u32) {
         (self.width_px, self.height_px)

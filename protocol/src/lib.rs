@@ -3,15 +3,23 @@
 //! - [`image`]: [`DepthImage`], what one camera captured, as plain values.
 //! - [`held`]: [`Patch`], [`Edit`], [`Update`], and [`Held`], the copy of the client that both ends keep.
 //! - [`look`]: materials, lights and how colour is shown.
-//! - `codec`: bytes of the bulk samples; `wire`: bytes of everything else (the only file that names the serializer).
-//! - `session`: the sans-IO state machines of both ends.
+//! - [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
+//!   samples.
+//! - [`session`]: the sans-IO state machines of both ends: bytes and the time go in, bytes, events and deadlines come out.
+//! - [`limits`]: caps on everything that comes from outside.
 
+mod bytes;
+pub mod codec;
 pub mod held;
 pub mod image;
+pub mod limits;
 pub mod look;
 pub mod message;
+pub mod session;
+pub mod wire;
 
-pub use held::{Edit, Held, ObjectPose, Patch, PatchId, Purpose, Update};
+pub use held::{Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
 pub use image::{DepthImage, DepthScale, Mask};
+pub use limits::Limits;
 pub use look::{Light, Lighting, Look, Material};
 pub use message::{ClientMessage, ServerMessage};

@@ -1,0 +1,133 @@
+//! What a patch says of itself before its samples: id, purpose, capture time, camera, depth scale, objects.
+
+use camera::{Camera, Pinhole, Rigid};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+
+use super::CodecError;
+use crate::bytes::{EndsEarly, Reader, Writer};
+use crate::held::{ObjectPose, Patch, PatchId, Purpose};
+use crate::image::DepthScale;
+use crate::limits::Limits;
+
+/// A patch without its samples.
+#[derive(Debug, Clone)]
+pub(super) struct Header {
+    pub id: PatchId,
+    pub purpose: Purpose,
+    pub capture_time_s: f64,
+    pub objects: Vec<ObjectPose>,
+    pub camera: Camera,
+    pub depth_scale: DepthScale,
+}
+
+const PINHOLE: u8 = 0;
+
+pub(super) fn write(patch: &Patch, out: &mut Writer) {
+    out.u32(patch.id.0);
+    let (tag, index) = match patch.purpose {
+        Purpose::Eye => (0, 0),
+        Purpose::Light(light) => (1, light),
+        Purpose::Impostor(object) => (2, object),
+        Purpose::Environment => (3, 0),
+        Purpose::Relief(object) => (4, object),
+    };
+    out.u8(tag);
+    out.u16(index);
+    out.f64(patch.capture_time_s);
+    match &patch.image.camera {
+        Camera::Pinhole(camera) => {
+            out.u8(PINHOLE);
+            write_pinhole(camera, out);
+        }
+    }
+    out.f32(patch.image.depth_scale.w_min);
+    out.f32(patch.image.depth_scale.w_step);
+    write_objects(&patch.objects, out);
+}
+
+pub(super) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecError> {
+    let id = PatchId(bytes.u32()?);
+    let (tag, index) = (bytes.u8()?, bytes.u16()?);
+    let purpose = match tag {
+        0 => Purpose::Eye,
+        1 => Purpose::Light(index),
+        2 => Purpose::Impostor(index),
+        3 => Purpose::Environment,
+        4 => Purpose::Relief(index),
+        _ => return Err(CodecError::Damaged("purpose")),
+    };
+    let capture_time_s = bytes.f64()?;
+    let camera = match bytes.u8()? {
+        PINHOLE => Camera::Pinhole(read_pinhole(bytes)?),
+        _ => return Err(CodecError::Damaged("kind of camera")),
+    };
+    if !camera.is_valid() {
+        return Err(CodecError::Damaged("camera"));
+    }
+    let (width_px, height_px) = camera.size_px();
+    if width_px > limits.image_side_px || height_px > limits.image_side_px {
+        return Err(CodecError::TooMuch("pixels of an image's side"));
+    }
+    let depth_scale = DepthScale { w_min: bytes.f32()?, w_step: bytes.f32()? };
+    let objects = read_objects(bytes)?;
+    Ok(Header { id, purpose, capture_time_s, objects, camera, depth_scale })
+}
+
+fn write_pinhole(camera: &Pinhole, out: &mut Writer) {
+    let Pinhole { world_from_eye, width_px, height_px, focal_px, centre_px, near_m } = camera;
+    for value in world_from_eye.rotation.to_array().into_iter().chain(world_from_eye.translation.to_array()) {
+        out.f64(value);
+    }
+    out.u32(*width_px);
+    out.u32(*height_px);
+    for value in [*focal_px, centre_px.x, centre_px.y, *near_m] {
+        out.f64(value);
+    }
+}
+
+fn read_pinhole(bytes: &mut Reader) -> Result<Pinhole, EndsEarly> {
+    let rotation = DQuat::from_array(floats(bytes)?);
+    let translation = DVec3::from_array(floats(bytes)?);
+    let (width_px, height_px) = (bytes.u32()?, bytes.u32()?);
+    let [focal_px, centre_x, centre_y, near_m] = floats(bytes)?;
+    let world_from_eye = Rigid { rotation, translation };
+    Ok(Pinhole { world_from_eye, width_px, height_px, focal_px, centre_px: DVec2::new(centre_x, centre_y), near_m })
+}
+
+fn floats<const N: usize>(bytes: &mut Reader) -> Result<[f64; N], EndsEarly> {
+    let mut values = [0.0; N];
+    for value in &mut values {
+        *value = bytes.f64()?;
+    }
+    Ok(values)
+}
+
+/// Bytes of one object's pose: id and the columns of the affine map.
+const OBJECT_BYTES: usize = 2 + 12 * 8;
+
+/// Appends a count and the poses.
+pub(crate) fn write_objects(objects: &[ObjectPose], out: &mut Writer) {
+    out.u32(u32::try_from(objects.len()).expect("at most one pose an object id"));
+    for ObjectPose { object, world_from_object } in objects {
+        out.u16(*object);
+        for value in world_from_object.to_cols_array() {
+            out.f64(value);
+        }
+    }
+}
+
+/// Reads what [`write_objects`] wrote.
+pub(crate) fn read_objects(bytes: &mut Reader) -> Result<Vec<ObjectPose>, CodecError> {
+    let count = bytes.u32()? as usize;
+    if count > bytes.remaining() / OBJECT_BYTES {
+        return Err(EndsEarly.into());
+    }
+    let pose = |bytes: &mut Reader| {
+        let object = bytes.u16()?;
+        let columns: [f64; 9] = floats(bytes)?;
+        let translation = DVec3::from_array(floats(bytes)?);
+        let world_from_object = DAffine3 { matrix3: DMat3::from_cols_array(&columns), translation };
+        Ok(ObjectPose { object, world_from_object })
+    };
+    (0..count).map(|_| pose(bytes)).collect()
+}

@@ -1,0 +1,56 @@
+//! Bytes of patches.
+
+mod addresses;
+mod header;
+mod pack;
+mod planes;
+
+pub(crate) use addresses::{read_addresses, write_addresses};
+pub(crate) use header::{read_objects, write_objects};
+pub(crate) use pack::{Packer, Unpacker};
+
+use thiserror::Error;
+
+use crate::bytes::{EndsEarly, Reader, Writer};
+use crate::held::Patch;
+use crate::limits::Limits;
+
+/// What the coder optimizes for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Profile {
+    /// Speed: 2-D prediction, byte planes, zstd at level 1. Exactly lossless on the quantized planes.
+    #[default]
+    Fast,
+}
+
+/// Why the bytes of a patch or an update were refused. The sender, or what lies between, is at fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum CodecError {
+    /// The bytes end before the patch does.
+    #[error(transparent)]
+    EndsEarly(#[from] EndsEarly),
+    /// Past one of the [`Limits`].
+    #[error("more {0} than allowed")]
+    TooMuch(&'static str),
+    /// Bytes that no coder writes.
+    #[error("damaged: {0}")]
+    Damaged(&'static str),
+}
+
+/// The bytes of a patch.
+pub fn encode_patch(patch: &Patch, profile: Profile) -> Vec<u8> {
+    let Profile::Fast = profile;
+    let mut out = Writer::default();
+    header::write(patch, &mut out);
+    planes::write(&patch.image, &mut Packer::new(), &mut out);
+    out.bytes
+}
+
+/// The patch of [`encode_patch`]'s bytes. Planes fit the mask; whether the patch fits the held copy, [`crate::Held::apply`] says.
+pub fn decode_patch(bytes: &[u8], limits: &Limits) -> Result<Patch, CodecError> {
+    let mut bytes = Reader::new(bytes);
+    let header = header::read(&mut bytes, limits)?;
+    let patch = planes::read(header, &mut Unpacker::new(), &mut bytes, limits)?;
+    if bytes.remaining() == 0 { Ok(patch) } else { Err(CodecError::Damaged("bytes after the patch")) }
+}

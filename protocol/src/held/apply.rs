@@ -1,0 +1,341 @@
+//! Applying an update: checked edit by edit on the side, then taken over as a whole.
+
+use std::collections::BTreeMap;
+
+use super::digest::{Digest, EMPTY};
+use super::{Edit, Held, HeldError, HeldPatch, ObjectPose, Patch, PatchId, Update};
+use crate::image::{DepthImage, Mask};
+use crate::limits::Limits;
+
+/// What an update changes, before it counts.
+struct Staged<'a> {
+    base: &'a Held,
+    limits: &'a Limits,
+    /// Whether everything of `base` is forgotten.
+    cleared: bool,
+    /// Patches that differ from `base`; `None` where one was removed.
+    patches: BTreeMap<PatchId, Option<HeldPatch>>,
+    poses: Vec<ObjectPose>,
+    materials: Option<Vec<crate::look::Material>>,
+    lighting: Option<crate::look::Lighting>,
+    last_patch: Option<PatchId>,
+    count: usize,
+    samples: usize,
+    pixels: usize,
+    digest: Digest,
+}
+
+impl Held {
+    /// Applies an update with the default [`Limits`]; see [`Held::apply_within`].
+    pub fn apply(&mut self, update: &Update) -> Result<(), HeldError> {
+        self.apply_within(update, &Limits::default())
+    }
+
+    /// Applies an update as a whole, or changes nothing: its number must follow, ids must be new, addresses must name held
+    /// samples, planes must fit their masks, everything must be finite and within `limits`, and the digest must come out as
+    /// the update says.
+    pub fn apply_within(&mut self, update: &Update, limits: &Limits) -> Result<(), HeldError> {
+        let changes = self.stage(update.number, update.scene_time_s, &update.edits, limits)?;
+        if changes.digest != update.digest {
+            return Err(HeldError::Digest { number: update.number });
+        }
+        self.take_over(changes, update.number, update.scene_time_s);
+        Ok(())
+    }
+
+    /// Makes the next update from edits and applies it: the server's side of [`Held::apply`], which fills in number and digest.
+    pub fn commit(&mut self, edits: Vec<Edit>, scene_time_s: f64, pose_seq: u64) -> Result<Update, HeldError> {
+        let number = self.number + 1;
+        let changes = self.stage(number, scene_time_s, &edits, &Limits::default())?;
+        let digest = changes.digest;
+        self.take_over(changes, number, scene_time_s);
+        Ok(Update { number, scene_time_s, pose_seq, edits, digest })
+    }
+
+    fn stage(&self, number: u64, scene_time_s: f64, edits: &[Edit], limits: &Limits) -> Result<Changes, HeldError> {
+        let clears = matches!(edits.first(), Some(Edit::Clear));
+        let follows = if clears { number > self.number } else { number == self.number + 1 };
+        if !follows {
+            return Err(HeldError::Number { held: self.number, update: number });
+        }
+        if !scene_time_s.is_finite() {
+            return Err(HeldError::NotFinite("scene time"));
+        }
+        let mut staged = Staged::new(self, limits);
+        for (index, edit) in edits.iter().enumerate() {
+            if matches!(edit, Edit::Clear) && index > 0 {
+                return Err(HeldError::LateClear);
+            }
+            staged.edit(edit)?;
+        }
+        staged.digest.number(number);
+        Ok(Changes {
+            cleared: staged.cleared,
+            patches: staged.patches,
+            poses: staged.poses,
+            materials: staged.materials,
+            lighting: staged.lighting,
+            last_patch: staged.last_patch,
+            samples: staged.samples,
+            pixels: staged.pixels,
+            digest: staged.digest.0,
+        })
+    }
+
+    fn take_over(&mut self, changes: Changes, number: u64, scene_time_s: f64) {
+        if changes.cleared {
+            *self = Held::default();
+        }
+        for (id, patch) in changes.patches {
+            match patch {
+                Some(patch) => self.patches.insert(id, patch),
+                None => self.patches.remove(&id),
+            };
+        }
+        self.poses_now.extend(changes.poses.iter().map(|pose| (pose.object, pose.world_from_object)));
+        if let Some(materials) = changes.materials {
+            self.materials = materials;
+        }
+        if changes.lighting.is_some() {
+            self.lighting = changes.lighting;
+        }
+        self.last_patch = changes.last_patch;
+        self.samples = changes.samples;
+        self.pixels = changes.pixels;
+        self.digest = Some(changes.digest);
+        self.number = number;
+        self.scene_time_s = scene_time_s;
+    }
+
+    /// The running digest over every edit so far; equal at both ends after the same updates.
+    pub fn digest(&self) -> u64 {
+        self.digest.unwrap_or(EMPTY)
+    }
+
+    /// How many samples are held.
+    pub fn sample_count(&self) -> usize {
+        self.samples
+    }
+}
+
+/// [`Staged`] without its hold on the base.
+struct Changes {
+    cleared: bool,
+    patches: BTreeMap<PatchId, Option<HeldPatch>>,
+    poses: Vec<ObjectPose>,
+    materials: Option<Vec<crate::look::Material>>,
+    lighting: Option<crate::look::Lighting>,
+    last_patch: Option<PatchId>,
+    samples: usize,
+    pixels: usize,
+    digest: u64,
+}
+
+impl<'a> Staged<'a> {
+    fn new(base: &'a Held, limits: &'a Limits) -> Staged<'a> {
+        Staged {
+            base,
+            limits,
+            cleared: false,
+            patches: BTreeMap::new(),
+            poses: Vec::new(),
+            materials: None,
+            lighting: None,
+            last_patch: base.last_patch,
+            count: base.patches.len(),
+            samples: base.samples,
+            pixels: base.pixels,
+            digest: Digest(base.digest()),
+        }
+    }
+
+    fn edit(&mut self, edit: &Edit) -> Result<(), HeldError> {
+        match edit {
+            Edit::Clear => {
+                self.cleared = true;
+                (self.count, self.samples, self.pixels) = (0, 0, 0);
+            }
+            Edit::Add(patch) => self.add(patch)?,
+            Edit::Remove(id) => {
+                let held = self.held(*id).ok_or(HeldError::UnknownPatch(*id))?;
+                let (samples, pixels) = (held.patch.image.sample_count(), pixels(&held.patch.image.mask));
+                self.patches.insert(*id, None);
+                self.count -= 1;
+                self.samples -= samples;
+                self.pixels -= pixels;
+            }
+            Edit::Delete(id, addresses) => {
+                ascending(*id, addresses.iter().copied())?;
+                let held = self.held_mut(*id)?;
+                held.delete(addresses)?;
+                self.samples -= addresses.len();
+            }
+            Edit::Trim(id, trims) => {
+                ascending(*id, trims.iter().map(|&(x, y, _)| (x, y)))?;
+                self.held_mut(*id)?.trim(trims)?;
+            }
+            Edit::Move(poses) => {
+                check_poses(poses)?;
+                self.poses.extend_from_slice(poses);
+            }
+            Edit::Materials(materials) => {
+                if materials.len() > self.limits.materials {
+                    return Err(HeldError::TooMuch("materials"));
+                }
+                self.materials = Some(materials.clone());
+            }
+            Edit::Light(lighting) => {
+                if lighting.lights.len() > crate::look::Lighting::MAX_LIGHTS {
+                    return Err(HeldError::TooMuch("lights"));
+                }
+                self.lighting = Some(lighting.as_ref().clone());
+            }
+        }
+        self.digest.edit(edit);
+        Ok(())
+    }
+
+    fn add(&mut self, patch: &Patch) -> Result<(), HeldError> {
+        if self.last_patch.is_some_and(|last| patch.id <= last) {
+            return Err(HeldError::PatchIdUsed(patch.id));
+        }
+        check_patch(patch)?;
+        self.count += 1;
+        self.samples += patch.image.sample_count();
+        self.pixels += pixels(&patch.image.mask);
+        if self.count > self.limits.held_patches {
+            return Err(HeldError::TooMuch("patches"));
+        }
+        if self.samples > self.limits.held_samples {
+            return Err(HeldError::TooMuch("samples"));
+        }
+        if self.pixels > self.limits.held_pixels {
+            return Err(HeldError::TooMuch("mask pixels"));
+        }
+        self.last_patch = Some(patch.id);
+        self.patches.insert(patch.id, Some(HeldPatch { patch: patch.clone(), trims: Vec::new() }));
+        Ok(())
+    }
+
+    fn held(&self, id: PatchId) -> Option<&HeldPatch> {
+        match self.patches.get(&id) {
+            Some(staged) => staged.as_ref(),
+            None if self.cleared => None,
+            None => self.base.patches.get(&id),
+        }
+    }
+
+    fn held_mut(&mut self, id: PatchId) -> Result<&mut HeldPatch, HeldError> {
+        let held = match self.patches.remove(&id) {
+            Some(staged) => staged,
+            None => self.held(id).cloned(),
+        };
+        self.patches.entry(id).insert_entry(held).into_mut().as_mut().ok_or(HeldError::UnknownPatch(id))
+    }
+}
+
+impl HeldPatch {
+    /// Forgets samples; `addresses` ascend.
+    fn delete(&mut self, addresses: &[(u16, u16)]) -> Result<(), HeldError> {
+        let id = self.patch.id;
+        let image = &mut self.patch.image;
+        let mut keep = vec![true; image.sample_count()];
+        let ranks = Ranks::new(&image.mask);
+        for &(x, y) in addresses {
+            keep[ranks.of(&image.mask, x, y).ok_or(HeldError::NoSample { patch: id, x, y })?] = false;
+        }
+        for &(x, y) in addresses {
+            image.mask.set(u32::from(x), u32::from(y), false);
+        }
+        retain(&mut image.depth, &keep);
+        retain(&mut image.normal, &keep);
+        retain(&mut image.colour, &keep);
+        retain(&mut image.object, &keep);
+        retain(&mut image.material, &keep);
+        if !self.trims.is_empty() {
+            retain(&mut self.trims, &keep);
+        }
+        Ok(())
+    }
+
+    fn trim(&mut self, trims: &[(u16, u16, u8)]) -> Result<(), HeldError> {
+        let id = self.patch.id;
+        if self.trims.is_empty() {
+            self.trims = vec![0; self.patch.image.sample_count()];
+        }
+        let ranks = Ranks::new(&self.patch.image.mask);
+        for &(x, y, extent) in trims {
+            if extent > Edit::MAX_TRIM {
+                return Err(HeldError::TrimTooFar { patch: id, extent });
+            }
+            let rank = ranks.of(&self.patch.image.mask, x, y).ok_or(HeldError::NoSample { patch: id, x, y })?;
+            self.trims[rank] = extent;
+        }
+        Ok(())
+    }
+}
+
+fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    values.retain(|_| *keep.next().expect("one flag a sample"));
+}
+
+/// How many samples lie before each word of a mask, so that an address finds its place in the planes at once.
+struct Ranks(Vec<u32>);
+
+impl Ranks {
+    fn new(mask: &Mask) -> Ranks {
+        let ranks = mask.words().iter().scan(0, |before, word| {
+            let rank = *before;
+            *before += word.count_ones();
+            Some(rank)
+        });
+        Ranks(ranks.collect())
+    }
+
+    /// The place of a pixel's sample, `None` where the pixel holds none.
+    fn of(&self, mask: &Mask, x: u16, y: u16) -> Option<usize> {
+        mask.get(u32::from(x), u32::from(y)).then(|| {
+            let bit = usize::from(y) * mask.size_px().0 as usize + usize::from(x);
+            let below = mask.words()[bit / 64] & ((1 << (bit % 64)) - 1);
+            self.0[bit / 64] as usize + below.count_ones() as usize
+        })
+    }
+}
+
+fn pixels(mask: &Mask) -> usize {
+    mask.size_px().0 as usize * mask.size_px().1 as usize
+}
+
+/// Addresses must ascend row by row, which also says that none comes twice.
+fn ascending(id: PatchId, addresses: impl Iterator<Item = (u16, u16)>) -> Result<(), HeldError> {
+    if addresses.map(|(x, y)| (y, x)).is_sorted_by(|a, b| a < b) { Ok(()) } else { Err(HeldError::NotAscending(id)) }
+}
+
+fn check_poses(poses: &[ObjectPose]) -> Result<(), HeldError> {
+    let ordered = poses.is_sorted_by(|a, b| a.object < b.object);
+    if !ordered {
+        return Err(HeldError::ObjectsNotAscending);
+    }
+    if poses.iter().all(|pose| pose.world_from_object.is_finite()) {
+        Ok(())
+    } else {
+        Err(HeldError::NotFinite("object pose"))
+    }
+}
+
+fn check_patch(patch: &Patch) -> Result<(), HeldError> {
+    let DepthImage { camera, depth_scale, mask, depth, normal, colour, object, material } = &patch.image;
+    let planes = [depth.len(), normal.len(), colour.len(), object.len(), material.len()];
+    if camera.size_px() != mask.size_px() || planes.iter().any(|&length| length != mask.count()) {
+        return Err(HeldError::PlanesDiffer(patch.id));
+    }
+    if !camera.is_valid() {
+        return Err(HeldError::NotFinite("camera"));
+    }
+    let scale_holds = depth_scale.w_min.is_finite() && depth_scale.w_step.is_finite() && depth_scale.w_step >= 0.0;
+    if !scale_holds || !patch.capture_time_s.is_finite() {
+        return Err(HeldError::NotFinite("depth scale or capture time"));
+    }
+    check_poses(&patch.objects)
+}

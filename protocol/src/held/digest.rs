@@ -1,0 +1,111 @@
+//! The running digest of what is held.
+//!
+//! Both ends fold every edit into 64 bits and compare the result, so a client whose copy went wrong is found at its next
+//! ack. It guards against faults, not against forgery. Only integers enter - numbers, ids, addresses, sizes, codes - never
+//! floats, which two machines may print, parse or round differently.
+//!
+//! Mixing: `state = (state ^ value) * K`, then the high half is folded onto the low one; `K` is odd (the golden ratio in 64
+//! bits, Knuth, TAOCP 3, 6.4), so every step is a bijection of the state and a single different value can never cancel out.
+
+use super::{Edit, ObjectPose, Patch, Purpose};
+
+/// The digest of an empty copy.
+pub(super) const EMPTY: u64 = 0x5641_4e54_4147_4501;
+const GOLDEN_RATIO: u64 = 0x9e37_79b9_7f4a_7c15;
+
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Digest(pub u64);
+
+impl Digest {
+    pub fn number(&mut self, value: u64) {
+        let product = (self.0 ^ value).wrapping_mul(GOLDEN_RATIO);
+        self.0 = product ^ product >> 32;
+    }
+
+    /// Bytes in eights, the last group filled up with zeros; the length goes in first.
+    fn bytes(&mut self, bytes: &[u8]) {
+        self.number(bytes.len() as u64);
+        let (eights, rest) = bytes.as_chunks::<8>();
+        for eight in eights {
+            self.number(u64::from_le_bytes(*eight));
+        }
+        let mut last = [0; 8];
+        last[..rest.len()].copy_from_slice(rest);
+        self.number(u64::from_le_bytes(last));
+    }
+
+    /// Numbers in fours, as [`Digest::bytes`] of their little-endian bytes.
+    fn shorts(&mut self, shorts: &[u16]) {
+        self.number(shorts.len() as u64);
+        let pack = |four: &[u16]| four.iter().rev().fold(0, |packed, &short| packed << 16 | u64::from(short));
+        let (fours, rest) = shorts.as_chunks::<4>();
+        for four in fours {
+            self.number(pack(four));
+        }
+        self.number(pack(rest));
+    }
+
+    pub fn edit(&mut self, edit: &Edit) {
+        match edit {
+            Edit::Clear => self.0 = EMPTY,
+            Edit::Add(patch) => {
+                self.number(1);
+                self.patch(patch);
+            }
+            Edit::Remove(id) => {
+                self.number(2);
+                self.number(u64::from(id.0));
+            }
+            Edit::Delete(id, addresses) => {
+                self.number(3 | u64::from(id.0) << 8);
+                self.number(addresses.len() as u64);
+                for &(x, y) in addresses {
+                    self.number(u64::from(x) | u64::from(y) << 16);
+                }
+            }
+            Edit::Trim(id, trims) => {
+                self.number(4 | u64::from(id.0) << 8);
+                self.number(trims.len() as u64);
+                for &(x, y, extent) in trims {
+                    self.number(u64::from(x) | u64::from(y) << 16 | u64::from(extent) << 32);
+                }
+            }
+            Edit::Move(poses) => {
+                self.number(5);
+                self.objects(poses);
+            }
+            Edit::Materials(materials) => self.number(6 | (materials.len() as u64) << 8),
+            Edit::Light(lighting) => self.number(7 | (lighting.lights.len() as u64) << 8),
+        }
+    }
+
+    fn patch(&mut self, patch: &Patch) {
+        self.number(u64::from(patch.id.0));
+        self.number(match patch.purpose {
+            Purpose::Eye => 0,
+            Purpose::Light(light) => 1 | u64::from(light) << 8,
+            Purpose::Impostor(object) => 2 | u64::from(object) << 8,
+            Purpose::Environment => 3,
+            Purpose::Relief(object) => 4 | u64::from(object) << 8,
+        });
+        self.objects(&patch.objects);
+        let image = &patch.image;
+        let (width_px, height_px) = image.mask.size_px();
+        self.number(u64::from(width_px) | u64::from(height_px) << 32);
+        for &word in image.mask.words() {
+            self.number(word);
+        }
+        self.shorts(&image.depth);
+        self.bytes(image.normal.as_flattened());
+        self.bytes(image.colour.as_flattened());
+        self.shorts(&image.object);
+        self.bytes(&image.material);
+    }
+
+    fn objects(&mut self, poses: &[ObjectPose]) {
+        self.number(poses.len() as u64);
+        for pose in poses {
+            self.number(u64::from(pose.object));
+        }
+    }
+}

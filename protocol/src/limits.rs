@@ -1,0 +1,47 @@
+//! Caps on everything that comes from the other end. Decoders take them first; nothing is allocated because a header claims it.
+
+/// What a decoder accepts at most. The defaults suit a client; a server's own limits on messages are the same.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// One message from a client. The largest, `Hello` or `Pose`, stays under 200 bytes.
+    pub client_message_bytes: usize,
+    /// One message from a server: a fragment of [`crate::wire::FRAGMENT_BYTES`] with its header, or a welcome.
+    pub server_message_bytes: usize,
+    /// One update, reassembled from its fragments.
+    pub update_bytes: usize,
+    /// Edits of one update.
+    pub update_edits: usize,
+    /// Width and height of one image.
+    pub image_side_px: u32,
+    /// Pixels of all images of one update: bounds the masks, which cost a bit a pixel.
+    pub update_pixels: usize,
+    /// Samples of all patches of one update, also addresses of deletes and trims.
+    pub update_samples: usize,
+    /// Samples of the whole held copy; one costs ten bytes, twelve when trimmed.
+    pub held_samples: usize,
+    /// Pixels of all masks of the held copy.
+    pub held_pixels: usize,
+    /// Patches of the held copy.
+    pub held_patches: usize,
+    /// Entries of the material table; samples name them by one byte.
+    pub materials: usize,
+}
+
+impl Default for Limits {
+    /// An update of one 4096x4096 image, and a held copy of four of them.
+    fn default() -> Self {
+        Limits {
+            client_message_bytes: 1024,
+            server_message_bytes: 48 * 1024,
+            update_bytes: 64 << 20,
+            update_edits: 1 << 17,
+            image_side_px: 8192,
+            update_pixels: 1 << 26,
+            update_samples: 1 << 24,
+            held_samples: 1 << 26,
+            held_pixels: 1 << 31,
+            held_patches: 1 << 17,
+            materials: 256,
+        }
+    }
+}

@@ -1,0 +1,489 @@
+//! The server's end. See [the module](super) for the states.
+
+use std::collections::VecDeque;
+
+use camera::Rigid;
+use thiserror::Error;
+
+use super::SessionError;
+use super::flow::{Acked, Flow};
+use super::rate::TokenBucket;
+use crate::limits::Limits;
+use crate::message::{ClientMessage, Clock, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::wire::{self, EncodedUpdate, Envelope};
+
+/// Largest output side that is believed.
+const MAX_VIEW_PX: u32 = 16384;
+/// Fastest motion that is believed, in metres a second; scenes of planetary scale fit.
+const MAX_SPEED_M_PER_S: f32 = 1e7;
+/// The longest step of virtual time in one message.
+const MAX_ADVANCE_S: f64 = 60.0;
+/// Messages of the future that a virtual session keeps: a minute of poses, acks and pings.
+const MAX_INBOX: usize = 16 * 1024;
+/// Longest text sent to a client.
+const MAX_TEXT_CHARS: usize = 256;
+/// Fresh starts that are not a nuisance: a few at once, then one in ten seconds.
+const RESTARTS_PER_S: f64 = 0.1;
+const RESTART_BURST: f64 = 5.0;
+
+/// What a server session starts with.
+#[derive(Debug, Clone)]
+pub struct ServerConfig {
+    /// The clock that the server runs.
+    pub clock: Clock,
+    /// Said to every client.
+    pub welcome: Welcome,
+    /// Caps on what the client sends.
+    pub limits: Limits,
+    /// A client must greet within this time.
+    pub greeting_s: f64,
+    /// A client that says nothing for this long is gone; it pings every few seconds.
+    pub silence_s: f64,
+    /// A client that neither takes nor acknowledges anything for this long, while something is in flight, is cut off.
+    pub stall_s: f64,
+    /// Messages a second; poses at 60 a second, an ack an update and pings make less than 150.
+    pub messages_per_s: f64,
+    /// Messages at once, after a network's stall.
+    pub message_burst: f64,
+}
+
+impl ServerConfig {
+    /// The usual limits.
+    pub fn new(clock: Clock, welcome: Welcome) -> ServerConfig {
+        ServerConfig {
+            clock,
+            welcome,
+            limits: Limits::default(),
+            greeting_s: 10.0,
+            silence_s: 20.0,
+            stall_s: 30.0,
+            messages_per_s: 200.0,
+            message_burst: 2000.0,
+        }
+    }
+}
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ServerEvent {
+    /// The client greeted; the session is open and has a view.
+    Opened,
+    /// The client's output changed, see [`ServerSession::view`].
+    View(ViewSize),
+    /// A new pose, see [`ServerSession::pose`].
+    Pose,
+    /// The client holds an update.
+    Acked {
+        /// Its number.
+        number: u64,
+        /// Seconds from its sending to here.
+        delay_s: f64,
+    },
+    /// The client's copy is broken: forget what it holds; the next update must begin with [`crate::Edit::Clear`].
+    Restart,
+    /// Virtual clock: run every tick up to `to_s`, then call [`ServerSession::advanced`].
+    Advance {
+        /// Seconds.
+        to_s: f64,
+    },
+}
+
+/// Where a client's eye is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClientPose {
+    /// The client's count of poses.
+    pub seq: u64,
+    /// Client clock when it was sampled.
+    pub sampled_at_s: f64,
+    /// This end's clock when it came (virtual clock: when it counts as having come).
+    pub received_at_s: f64,
+    /// The eye.
+    pub world_from_eye: Rigid,
+    /// Metres a second.
+    pub velocity_world: [f32; 3],
+}
+
+/// Why an update was not sent: the caller's fault, or the session is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum SendError {
+    /// The client did not greet yet, or the session has ended.
+    #[error("the session is not open")]
+    NotOpen,
+    /// [`ServerSession::can_send_update`] says no.
+    #[error("no credit")]
+    NoCredit,
+    /// The client begins anew, and the update does not start with [`crate::Edit::Clear`].
+    #[error("the next update must clear the client's copy")]
+    MustClear,
+    /// The update is larger than the client accepts.
+    #[error("the update has {bytes} bytes, the client accepts {limit}")]
+    TooLarge {
+        /// Its size.
+        bytes: usize,
+        /// [`Limits::update_bytes`].
+        limit: usize,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    Greeting,
+    Open,
+    Closed,
+}
+
+/// The server's end of a session with one client.
+#[derive(Debug)]
+pub struct ServerSession {
+    config: ServerConfig,
+    state: State,
+    control: VecDeque<Vec<u8>>,
+    bulk: VecDeque<Vec<u8>>,
+    events: VecDeque<ServerEvent>,
+    view: Option<ViewSize>,
+    pose: Option<ClientPose>,
+    flow: Flow,
+    must_clear: bool,
+    rate: TokenBucket,
+    restarts: TokenBucket,
+    begun_at_s: f64,
+    heard_at_s: f64,
+    taken_at_s: f64,
+    /// Virtual clock: messages stamped later than the last tick.
+    inbox: VecDeque<Envelope<ClientMessage>>,
+    stamped_at_s: f64,
+    advancing_to_s: Option<f64>,
+    advanced_to_s: f64,
+    bytes_received: u64,
+    bytes_sent: u64,
+}
+
+impl ServerSession {
+    /// Waits for Hello.
+    pub fn new(mut config: ServerConfig, now_s: f64) -> ServerSession {
+        config.welcome.version = VERSION;
+        config.welcome.scene_name = shortened(&config.welcome.scene_name);
+        ServerSession {
+            rate: TokenBucket::new(config.messages_per_s, config.message_burst, now_s),
+            restarts: TokenBucket::new(RESTARTS_PER_S, RESTART_BURST, now_s),
+            config,
+            state: State::Greeting,
+            control: VecDeque::new(),
+            bulk: VecDeque::new(),
+            events: VecDeque::new(),
+            view: None,
+            pose: None,
+            flow: Flow::default(),
+            must_clear: false,
+            begun_at_s: now_s,
+            heard_at_s: now_s,
+            taken_at_s: now_s,
+            inbox: VecDeque::new(),
+            stamped_at_s: f64::NEG_INFINITY,
+            advancing_to_s: None,
+            advanced_to_s: f64::NEG_INFINITY,
+            bytes_received: 0,
+            bytes_sent: 0,
+        }
+    }
+
+    /// Takes a message that came now; `now_s` is the wall clock on either clock. After an error the session is closed, with a
+    /// Goodbye to send.
+    pub fn handle(&mut self, bytes: &[u8], now_s: f64) -> Result<(), SessionError> {
+        if self.state == State::Closed {
+            return Err(SessionError::Closed);
+        }
+        let result = self.receive(bytes, now_s);
+        self.close_on_error(result, now_s)
+    }
+
+    fn receive(&mut self, bytes: &[u8], now_s: f64) -> Result<(), SessionError> {
+        self.heard_at_s = now_s;
+        self.bytes_received += bytes.len() as u64;
+        let envelope = wire::decode_client(bytes, &self.config.limits)?;
+        let on_virtual = self.config.clock == Clock::Virtual;
+        if on_virtual && envelope.at_s < self.stamped_at_s && !matches!(envelope.message, ClientMessage::Advance { .. })
+        {
+            return Err(SessionError::Range("a stamp that runs backwards"));
+        }
+        if !self.rate.take(if on_virtual { envelope.at_s } else { now_s }) {
+            return Err(SessionError::TooMany("messages"));
+        }
+        match (self.state, envelope.message) {
+            (State::Greeting, ClientMessage::Hello { version, clock, view }) => {
+                self.greet(version, clock, view, envelope.at_s, now_s)
+            }
+            (State::Greeting, _) => Err(SessionError::Unexpected("a message before Hello")),
+            (_, ClientMessage::Hello { .. }) => Err(SessionError::Unexpected("a second Hello")),
+            (_, ClientMessage::Advance { to_s }) => self.ask_advance(to_s),
+            (_, message) if on_virtual => {
+                self.stamped_at_s = envelope.at_s;
+                if self.inbox.len() >= MAX_INBOX {
+                    return Err(SessionError::TooMany("messages ahead of time"));
+                }
+                self.inbox.push_back(Envelope { at_s: envelope.at_s, message });
+                Ok(())
+            }
+            (_, message) => self.take(message, now_s),
+        }
+    }
+
+    fn greet(&mut self, version: u16, clock: Clock, view: ViewSize, at_s: f64, now_s: f64) -> Result<(), SessionError> {
+        if version != VERSION {
+            return Err(SessionError::Version { ours: VERSION, theirs: version });
+        }
+        if clock != self.config.clock {
+            return Err(SessionError::Clock { server: self.config.clock, client: clock });
+        }
+        check_view(&view)?;
+        self.view = Some(view);
+        self.state = State::Open;
+        if clock == Clock::Virtual {
+            self.advanced_to_s = at_s;
+        }
+        self.say(ServerMessage::Welcome(self.config.welcome.clone()), now_s);
+        self.events.push_back(ServerEvent::Opened);
+        Ok(())
+    }
+
+    fn ask_advance(&mut self, to_s: f64) -> Result<(), SessionError> {
+        if self.config.clock != Clock::Virtual {
+            return Err(SessionError::Unexpected("Advance on the wall clock"));
+        }
+        if self.advancing_to_s.is_some() {
+            return Err(SessionError::Unexpected("Advance before the last one was answered"));
+        }
+        if !(to_s >= self.advanced_to_s && to_s <= self.advanced_to_s + MAX_ADVANCE_S) {
+            return Err(SessionError::Range("a step of virtual time"));
+        }
+        self.advancing_to_s = Some(to_s);
+        self.events.push_back(ServerEvent::Advance { to_s });
+        Ok(())
+    }
+
+    fn take(&mut self, message: ClientMessage, now_s: f64) -> Result<(), SessionError> {
+        match message {
+            ClientMessage::View(view) => {
+                check_view(&view)?;
+                self.view = Some(view);
+                self.events.push_back(ServerEvent::View(view));
+            }
+            ClientMessage::Pose { seq, sampled_at_s, world_from_eye, velocity_world } => {
+                let slow = velocity_world.iter().all(|speed| speed.abs() <= MAX_SPEED_M_PER_S);
+                if !world_from_eye.is_valid() || !sampled_at_s.is_finite() || !slow {
+                    return Err(SessionError::Range("a value of a pose"));
+                }
+                if self.pose.is_some_and(|pose| seq <= pose.seq) {
+                    return Err(SessionError::Range("the number of a pose"));
+                }
+                let pose = ClientPose { seq, sampled_at_s, received_at_s: now_s, world_from_eye, velocity_world };
+                // One event stands for all poses since the last poll: the newest counts.
+                if !self.events.contains(&ServerEvent::Pose) {
+                    self.events.push_back(ServerEvent::Pose);
+                }
+                self.pose = Some(pose);
+            }
+            ClientMessage::Ack { number, digest, bytes_received } => {
+                match self.flow.acked(number, digest, bytes_received, now_s) {
+                    Acked::Update { delay_s } => self.events.push_back(ServerEvent::Acked { number, delay_s }),
+                    Acked::Old => {}
+                    Acked::DigestDiffers => self.restart(now_s)?,
+                    Acked::NeverSent => return Err(SessionError::Range("an ack of what was never sent")),
+                }
+            }
+            ClientMessage::Restart => self.restart(now_s)?,
+            ClientMessage::Ping(number) => self.say(ServerMessage::Pong(number), now_s),
+            ClientMessage::Hello { .. } | ClientMessage::Advance { .. } => unreachable!("taken on receipt"),
+        }
+        Ok(())
+    }
+
+    fn restart(&mut self, now_s: f64) -> Result<(), SessionError> {
+        if !self.restarts.take(now_s) {
+            return Err(SessionError::TooMany("fresh starts"));
+        }
+        self.flow.forget();
+        self.must_clear = true;
+        self.events.push_back(ServerEvent::Restart);
+        Ok(())
+    }
+
+    fn close_on_error(&mut self, result: Result<(), SessionError>, now_s: f64) -> Result<(), SessionError> {
+        if let Err(error) = &result {
+            self.close(&error.to_string(), now_s);
+        }
+        result
+    }
+
+    /// Ends the session: nothing but a Goodbye is left to send.
+    pub fn close(&mut self, reason: &str, now_s: f64) {
+        if self.state != State::Closed {
+            self.bulk.clear();
+            self.say(ServerMessage::Goodbye { reason: shortened(reason) }, now_s);
+            self.state = State::Closed;
+        }
+    }
+
+    fn say(&mut self, message: ServerMessage, now_s: f64) {
+        let bytes = wire::encode_server(&Envelope { at_s: now_s, message });
+        // On the virtual clock stamps must ascend, so nothing overtakes bulk there.
+        let queue = if self.config.clock == Clock::Virtual { &mut self.bulk } else { &mut self.control };
+        queue.extend(bytes);
+    }
+
+    /// Whether an update may be sent now: the session is open, the socket has taken the last one, and less is in flight than
+    /// the path holds (or nothing at all).
+    pub fn can_send_update(&self) -> bool {
+        let taken = self.config.clock == Clock::Virtual || self.bulk.is_empty();
+        self.state == State::Open && taken && self.flow.has_credit()
+    }
+
+    /// Sends an update, stamped `now_s` (virtual clock: the tick).
+    pub fn send_update(&mut self, update: &EncodedUpdate, now_s: f64) -> Result<(), SendError> {
+        let limit = self.config.limits.update_bytes;
+        if self.state != State::Open {
+            Err(SendError::NotOpen)
+        } else if !self.can_send_update() {
+            Err(SendError::NoCredit)
+        } else if self.must_clear && !update.clears {
+            Err(SendError::MustClear)
+        } else if update.bytes.len() > limit {
+            Err(SendError::TooLarge { bytes: update.bytes.len(), limit })
+        } else {
+            self.must_clear = false;
+            self.taken_at_s = now_s;
+            self.flow.sent(update.number, update.digest, update.bytes.len(), now_s);
+            self.bulk.extend(wire::fragments(now_s, update));
+            Ok(())
+        }
+    }
+
+    /// The next message to send: control before bulk. Take it only when the socket can write it: what is not taken yet holds
+    /// back [`ServerSession::can_send_update`].
+    pub fn poll_transmit(&mut self, now_s: f64) -> Option<Vec<u8>> {
+        let bytes = self.control.pop_front().or_else(|| self.bulk.pop_front())?;
+        self.taken_at_s = now_s;
+        self.bytes_sent += bytes.len() as u64;
+        Some(bytes)
+    }
+
+    /// The next event.
+    pub fn poll_event(&mut self) -> Option<ServerEvent> {
+        self.events.pop_front()
+    }
+
+    /// When [`ServerSession::handle_timeout`] wants to be called next, on the wall clock.
+    pub fn next_deadline_s(&self) -> Option<f64> {
+        match self.state {
+            State::Closed => None,
+            State::Greeting => Some(self.begun_at_s + self.config.greeting_s),
+            State::Open => {
+                let silence_s = self.heard_at_s + self.config.silence_s;
+                Some(self.stalled_at_s().map_or(silence_s, |stalled_s| silence_s.min(stalled_s)))
+            }
+        }
+    }
+
+    fn stalled_at_s(&self) -> Option<f64> {
+        let waiting_since_s = self.flow.waiting_since_s().filter(|_| self.config.clock == Clock::Wall)?;
+        Some(waiting_since_s.max(self.taken_at_s) + self.config.stall_s)
+    }
+
+    /// Gives the client up when it is due; `now_s` is the wall clock on either clock.
+    pub fn handle_timeout(&mut self, now_s: f64) -> Result<(), SessionError> {
+        let result = match self.state {
+            State::Closed => return Err(SessionError::Closed),
+            State::Greeting if now_s >= self.begun_at_s + self.config.greeting_s => {
+                Err(SessionError::NoGreeting { after_s: self.config.greeting_s })
+            }
+            State::Open if now_s >= self.heard_at_s + self.config.silence_s => {
+                Err(SessionError::Silent { after_s: self.config.silence_s })
+            }
+            State::Open if self.stalled_at_s().is_some_and(|at_s| now_s >= at_s) => {
+                Err(SessionError::Stalled { after_s: self.config.stall_s })
+            }
+            State::Greeting | State::Open => Ok(()),
+        };
+        self.close_on_error(result, now_s)
+    }
+
+    /// Virtual clock: takes in what is stamped up to `tick_s`, in order. Each message is handled, and a ping answered, at its
+    /// own stamp.
+    pub fn run_until(&mut self, tick_s: f64) -> Result<(), SessionError> {
+        while self.state == State::Open
+            && let Some(envelope) = self.inbox.pop_front_if(|envelope| envelope.at_s <= tick_s)
+        {
+            let result = self.take(envelope.message, envelope.at_s);
+            self.close_on_error(result, envelope.at_s)?;
+        }
+        Ok(())
+    }
+
+    /// Virtual clock: every tick up to the last [`ServerEvent::Advance`] was run and its updates sent.
+    pub fn advanced(&mut self) {
+        if let Some(to_s) = self.advancing_to_s.take() {
+            self.advanced_to_s = to_s;
+            self.say(ServerMessage::Advanced { to_s }, to_s);
+        }
+    }
+
+    /// The client's output; `None` before Hello.
+    pub fn view(&self) -> Option<ViewSize> {
+        self.view
+    }
+
+    /// The newest pose; `None` before any.
+    pub fn pose(&self) -> Option<ClientPose> {
+        self.pose
+    }
+
+    /// From the sending of an update to its acknowledgement (both ways, transmission and decoding), smoothed; `None` before the
+    /// first one.
+    pub fn round_trip_s(&self) -> Option<f64> {
+        self.flow.round_trip_s()
+    }
+
+    /// The path's throughput as far as it was used; `None` before the first acknowledgement.
+    pub fn throughput_bytes_per_s(&self) -> Option<f64> {
+        self.flow.bytes_per_s()
+    }
+
+    /// Bytes of updates sent and not acknowledged, and how many may be.
+    pub fn in_flight_and_window_bytes(&self) -> (u64, u64) {
+        (self.flow.in_flight_bytes(), self.flow.window_bytes() as u64)
+    }
+
+    /// Bytes of messages received and sent so far, without the transport's own.
+    pub fn bytes_received_and_sent(&self) -> (u64, u64) {
+        (self.bytes_received, self.bytes_sent)
+    }
+
+    /// The clock that the session runs on.
+    pub fn clock(&self) -> Clock {
+        self.config.clock
+    }
+
+    /// Whether the session is open: greeted, and not closed.
+    pub fn is_open(&self) -> bool {
+        self.state == State::Open
+    }
+
+    /// Whether the session is over and everything is sent.
+    pub fn is_drained(&self) -> bool {
+        self.state == State::Closed && self.control.is_empty() && self.bulk.is_empty()
+    }
+}
+
+fn check_view(view: &ViewSize) -> Result<(), SessionError> {
+    let sides = 1..=MAX_VIEW_PX;
+    let opens = view.fov_y_rad > 0.0 && view.fov_y_rad < std::f64::consts::PI;
+    if sides.contains(&view.width_px) && sides.contains(&view.height_px) && opens {
+        Ok(())
+    } else {
+        Err(SessionError::Range("the view's size or field of view"))
+    }
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(MAX_TEXT_CHARS).collect()
+}
