@@ -1,1 +1,18 @@
+//! Evidence: how good, how fast and how small Vantage is, on the built-in scenes and on any scene of your own.
 //!
+//! - [`compare`]: scores of a picture against the truth (FLIP, SSIM, PSNR, flicker, holes), for one frame or a folder.
+//! - [`poses`]: the eye, frame by frame.
+//! - [`report`]: the frame of every report: rows of figures with their bars, written as JSON, CSV, SVG plots and one page.
+//! - [`topic`]: what a topic is; [`topics`] holds them, one file each.
+//! - [`spread`]: mean, median, bad tail and worst of a measure. No mean is shown without the others.
+//!
+//! The truth is never made by the code under test: it is the full scene drawn by `server::truth`, which shares nothing with
+//! the reconstruction of the client.
+
+pub mod compare;
+pub mod options;
+pub mod poses;
+pub mod report;
+pub mod spread;
+pub mod topic;
+pub mod topics;

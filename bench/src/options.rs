@@ -1,0 +1,55 @@
+//! What people type, parsed.
+
+/// A size such as `640x360`, each side 7 to 16,384 pixels: the window of SSIM, and the largest texture of the adapters we
+/// know.
+pub fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    match sides {
+        Some((width, height)) if (7..=16_384).contains(&width) && (7..=16_384).contains(&height) => Ok((width, height)),
+        _ => Err("a size is WIDTHxHEIGHT in pixels, for example 640x360, each from 7 to 16384".to_owned()),
+    }
+}
+
+/// A vertical field of view in degrees, above 0 and below 180.
+pub fn fov_y_deg(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if degrees > 0.0 && degrees < 180.0 => Ok(degrees),
+        _ => Err("a field of view lies above 0 and below 180 degrees".to_owned()),
+    }
+}
+
+/// A factor above 0.
+pub fn scale(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(scale) if scale > 0.0 && scale.is_finite() => Ok(scale),
+        _ => Err("a scale is a number above 0".to_owned()),
+    }
+}
+
+/// `default` or `flat`.
+pub fn look(text: &str) -> Result<protocol::Look, String> {
+    match text {
+        "default" => Ok(protocol::Look::Default),
+        "flat" => Ok(protocol::Look::Flat),
+        _ => Err("the look is default or flat".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_checked() {
+        assert_eq!(size("640x360"), Ok((640, 360)));
+        for wrong in ["640", "x360", "0x7", "640x360x2", "99999x9", "-5x9", ""] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn angles_and_scales_are_checked() {
+        assert_eq!(fov_y_deg("60"), Ok(60.0));
+        assert!(fov_y_deg("180").is_err() && fov_y_deg("NaN").is_err() && scale("0").is_err() && scale("inf").is_err());
+    }
+}

@@ -1,0 +1,90 @@
+//! What a topic is. A new one is a file in [`crate::topics`] that implements [`Topic`], and a line in its list.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use anyhow::Context;
+use gpu::Gpu;
+
+use crate::report::{Figure, Report};
+
+/// One question that a report answers with figures.
+pub trait Topic: Sync {
+    /// What people type, and the name of the files.
+    fn name(&self) -> &'static str;
+
+    /// What it shows, in a sentence or two.
+    fn about(&self) -> &'static str;
+
+    /// What it runs on where nobody named a scene. `quick`: what continuous integration can afford.
+    fn default_scenes(&self, quick: bool) -> Vec<String>;
+
+    /// Fills the report. A scene or method that cannot be run becomes a failed row; an error ends the whole topic.
+    fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()>;
+}
+
+/// What a topic was asked to do, and what it may use.
+pub struct Run {
+    /// Names of built-in scenes, or files.
+    pub scenes: Vec<String>,
+    /// A camera trace, where the topic follows one.
+    pub trace: Option<PathBuf>,
+    /// Output size; `None`: the topic's own.
+    pub size_px: Option<(u32, u32)>,
+    /// Where the files go.
+    pub out: PathBuf,
+    /// Few enough runs for continuous integration.
+    pub quick: bool,
+    gpu: OnceLock<Gpu>,
+}
+
+impl Run {
+    /// A run that writes into `out`, which exists.
+    pub fn new(scenes: Vec<String>, out: PathBuf) -> Run {
+        Run { scenes, trace: None, size_px: None, out, quick: false, gpu: OnceLock::new() }
+    }
+
+    /// The graphics adapter, opened when first asked for.
+    pub fn gpu(&self, report: &mut Report) -> anyhow::Result<&Gpu> {
+        if self.gpu.get().is_none() {
+            let opened = pollster::block_on(Gpu::new_headless())?;
+            let _ = self.gpu.set(opened);
+        }
+        let gpu = self.gpu.get().context("the adapter was opened above")?;
+        report.adapter = adapter_name(gpu);
+        Ok(gpu)
+    }
+
+    /// Where a figure's file goes; its caption joins the report.
+    pub fn figure(&self, report: &mut Report, file: impl Into<String>, caption: impl Into<String>) -> PathBuf {
+        let file = file.into();
+        let path = self.out.join(&file);
+        report.figures.push(Figure { file, caption: caption.into() });
+        path
+    }
+}
+
+/// Name and driver of an adapter, for people.
+pub fn adapter_name(gpu: &Gpu) -> String {
+    let info = gpu.adapter.get_info();
+    let driver = [info.driver.as_str(), info.driver_info.as_str()].join(" ").trim().to_owned();
+    if driver.is_empty() { info.name } else { format!("{} ({driver})", info.name) }
+}
+
+/// Runs a topic and writes its files; the report tells what was found.
+pub fn run_topic(topic: &dyn Topic, run: &Run) -> anyhow::Result<Report> {
+    std::fs::create_dir_all(&run.out).with_context(|| run.out.display().to_string())?;
+    let mut report = Report::new(topic.name(), topic.about());
+    report.scene = run.scenes.iter().map(|scene| scene_label(scene)).collect();
+    report.settings.set("quick", run.quick);
+    topic.run(run, &mut report)?;
+    crate::report::write::write_all(&report, &run.out)?;
+    Ok(report)
+}
+
+/// The short name of a scene: a built-in name as it is, a file by its stem.
+pub fn scene_label(scene: &str) -> String {
+    let path = Path::new(scene);
+    let stem = if path.extension().is_some() { path.file_stem() } else { path.file_name() };
+    stem.map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
