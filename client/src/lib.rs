@@ -1,9 +1,16 @@
 //! The thin client, native and in the browser.
 //!
+//! - [`viewer`]: everything between the socket and the picture, without either.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
+//! - [`address`]: a server's address as people type it.
+//! - Natively, `socket`: the websocket.
 
+pub mod address;
 pub mod connection;
 pub mod controls;
 pub mod panel;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod socket;
+pub mod viewer;

@@ -1,0 +1,79 @@
+//! The address of a server, as people type it.
+
+use thiserror::Error;
+
+/// Why an address cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum AddressError {
+    /// Another scheme.
+    #[error("{0}: use ws://HOST:PORT")]
+    Scheme(String),
+    /// Encrypted, which the native viewer cannot do.
+    #[error("{0}: this viewer has no TLS; use the browser for wss://, or ws:// through a tunnel")]
+    Tls(String),
+    /// No host in it.
+    #[error("{0:?} names no host")]
+    Host(String),
+}
+
+/// The websocket's address of what a person typed: `HOST:PORT`, `http://HOST:PORT` and `ws://HOST:PORT` mean
+/// `ws://HOST:PORT/ws`; a path and a query of one's own (`?token=…`) are kept.
+pub fn websocket_url(typed: &str) -> Result<String, AddressError> {
+    let typed = typed.trim();
+    let rest = match typed.split_once("://") {
+        None => typed,
+        Some(("ws" | "http", rest)) => rest,
+        Some(("wss" | "https", _)) => return Err(AddressError::Tls(typed.to_owned())),
+        Some(_) => return Err(AddressError::Scheme(typed.to_owned())),
+    };
+    let (before_query, query) = rest.split_once('?').map_or((rest, None), |(before, query)| (before, Some(query)));
+    let (authority, path) = before_query.split_once('/').unwrap_or((before_query, ""));
+    if authority.is_empty() || authority.starts_with(':') {
+        return Err(AddressError::Host(typed.to_owned()));
+    }
+    let path = if path.is_empty() { "ws" } else { path };
+    let query = query.map_or_else(String::new, |query| format!("?{query}"));
+    Ok(format!("ws://{authority}/{path}{query}"))
+}
+
+/// `HOST:PORT` of an address that [`websocket_url`] made.
+pub fn authority(url: &str) -> &str {
+    let rest = url.split_once("://").map_or(url, |(_, rest)| rest);
+    rest.split(['/', '?']).next().unwrap_or(rest)
+}
+
+/// The same address at another `HOST:PORT`.
+pub fn with_authority(url: &str, new_authority: &str) -> String {
+    url.replacen(authority(url), new_authority, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_people_type_is_understood() {
+        for (typed, url) in [
+            ("127.0.0.1:8080", "ws://127.0.0.1:8080/ws"),
+            ("ws://host:1/", "ws://host:1/ws"),
+            (" http://host:1 ", "ws://host:1/ws"),
+            ("ws://[::1]:8080/ws", "ws://[::1]:8080/ws"),
+            ("ws://host:1/other?token=a/b", "ws://host:1/other?token=a/b"),
+            ("host:1?token=x", "ws://host:1/ws?token=x"),
+        ] {
+            assert_eq!(websocket_url(typed).as_deref(), Ok(url));
+        }
+        assert!(matches!(websocket_url("wss://host"), Err(AddressError::Tls(_))));
+        assert!(matches!(websocket_url("ftp://host"), Err(AddressError::Scheme(_))));
+        for nothing in ["", "ws://", "ws:///ws", ":80"] {
+            assert!(matches!(websocket_url(nothing), Err(AddressError::Host(_))), "{nothing}");
+        }
+    }
+
+    #[test]
+    fn the_host_can_be_exchanged() {
+        let url = "ws://[::1]:8080/ws?token=x";
+        assert_eq!(authority(url), "[::1]:8080");
+        assert_eq!(with_authority(url, "127.0.0.1:9"), "ws://127.0.0.1:9/ws?token=x");
+    }
+}

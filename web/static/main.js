@@ -1,0 +1,45 @@
+// Starts the viewer, and says in words why it could not. Everything else is in vantage_web.js and its WebAssembly.
+import init, { start, snapshot, lose_device } from './vantage_web.js';
+
+const byId = (id) => document.getElementById(id);
+
+function fail(text, detail) {
+  byId('loading').hidden = false;
+  byId('loading-text').textContent = text;
+  byId('loading-detail').textContent = detail ?? '';
+  byId('progress').hidden = true;
+}
+
+// What the page is doing, for tests and for the curious: `window.vantage` is a fresh plain object at every look.
+//   frames      pictures drawn since the page was loaded
+//   samples     samples held
+//   updates     updates applied in this session
+//   uncovered   share of the picture that no sample covers, null before it is known
+//   age_ms      scene time now less scene time shown, null before the first picture
+//   status      what is wrong, as the page shows it, or an empty string
+//   picture     whether a picture of the scene has been drawn
+//   renderer    'webgpu' or 'webgl2'
+//   adapter     the adapter's name
+//   mode        'walk' or 'turn'
+//   pose        { position: [x, y, z], quaternion: [x, y, z, w] } of the drawn eye
+//   stats       the figures of the panel
+//   device_losses   how often the graphics device was lost and made anew
+//   lose_device()   loses it on purpose
+let running = false;
+Object.defineProperty(window, 'vantage', {
+  get: () => ({ ...(running ? JSON.parse(snapshot()) : { frames: 0, status: 'loading', picture: false }), lose_device }),
+});
+
+try {
+  await init({ module_or_path: new URL('./vantage_web_bg.wasm', import.meta.url) });
+} catch (error) {
+  fail('The viewer could not be loaded', String(error?.message ?? error));
+  throw error;
+}
+try {
+  await start();
+  running = true;
+} catch (error) {
+  fail('The viewer could not start', String(error?.message ?? error));
+  throw error;
+}
