@@ -1,0 +1,141 @@
+use camera::{Camera, Pinhole};
+use protocol::{DepthImage, DepthScale, Mask};
+
+/// One image as it comes from the GPU: planes of a value a pixel, row-major.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Capture {
+    /// What captured it.
+    pub camera: Pinhole,
+    /// Triangle id (0 where there is no sample); object id (low 16 bits) and octahedral normal (high 16 bits).
+    pub ids: Vec<[u32; 2]>,
+    /// sRGB-encoded base colour, and the material code as alpha.
+    pub colour: Vec<[u8; 4]>,
+    /// `near * w`; 0 where there is no sample.
+    pub depth: Vec<f32>,
+    /// What the GPU took for it, where it can tell.
+    pub gpu_s: Option<f64>,
+}
+
+/// How finely inverse depth is stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DepthPrecision {
+    /// All 65,535 steps between the least and the greatest.
+    Finest,
+    /// So that an eye that moves `offset_m` sideways sees samples shift by at most `epsilon_px` at the focal length `focal_px`
+    /// of the output: `w_step = epsilon / (f r)`, and never finer than [`DepthPrecision::Finest`].
+    Parallax {
+        /// Pixels.
+        epsilon_px: f64,
+        /// Pixels.
+        focal_px: f64,
+        /// Metres.
+        offset_m: f64,
+    },
+}
+
+impl DepthPrecision {
+    /// The scale of samples whose inverse depths lie in `[w_min, w_max]`.
+    pub fn scale(self, w_min: f32, w_max: f32) -> DepthScale {
+        let finest = (w_max - w_min) / f32::from(u16::MAX);
+        let w_step = match self {
+            DepthPrecision::Finest => finest,
+            DepthPrecision::Parallax { epsilon_px, focal_px, offset_m } => {
+                let wanted = (epsilon_px / (focal_px * offset_m)) as f32;
+                if wanted.is_finite() { wanted.max(finest) } else { finest }
+            }
+        };
+        DepthScale { w_min, w_step: if w_max > w_min { w_step } else { 0.0 } }
+    }
+}
+
+impl Capture {
+    /// The triangle at a pixel; 0 where there is none, outside of the image too.
+    pub fn triangle_at(&self, x: i32, y: i32) -> u32 {
+        let inside = x >= 0 && y >= 0 && (x as u32) < self.camera.width_px && (y as u32) < self.camera.height_px;
+        if inside { self.ids[y as usize * self.camera.width_px as usize + x as usize][0] } else { 0 }
+    }
+
+    /// Inverse depth `1/z` in 1/m at an index; 0 where there is no sample.
+    pub fn w(&self, index: usize) -> f32 {
+        self.depth[index] / self.camera.near_m as f32
+    }
+
+    /// Object id at an index.
+    pub fn object(&self, index: usize) -> u16 {
+        self.ids[index][1] as u16
+    }
+
+    /// Octahedral code of the shading normal in world space at an index.
+    pub fn normal_code(&self, index: usize) -> [u8; 2] {
+        let [_, _, low, high] = self.ids[index][1].to_le_bytes();
+        [low, high]
+    }
+
+    /// Which pixels hold a sample.
+    pub fn mask(&self) -> Mask {
+        self.mask_where(|_| true)
+    }
+
+    /// Which pixels hold a sample that `keep` (asked with the index) lets through.
+    pub fn mask_where(&self, keep: impl Fn(usize) -> bool) -> Mask {
+        let (width_px, height_px) = (self.camera.width_px, self.camera.height_px);
+        let mut mask = Mask::empty(width_px, height_px);
+        let kept = (0..self.ids.len()).filter(|&index| self.ids[index][0] != 0 && keep(index));
+        for index in kept {
+            mask.set(index as u32 % width_px, index as u32 / width_px, true);
+        }
+        mask
+    }
+
+    /// All samples.
+    pub fn depth_image(&self, precision: DepthPrecision) -> DepthImage {
+        self.depth_image_of(self.mask(), precision)
+    }
+
+    /// The samples of a mask of this image's size, all of which must be occupied here.
+    pub fn depth_image_of(&self, mask: Mask, precision: DepthPrecision) -> DepthImage {
+        assert_eq!(mask.size_px(), (self.camera.width_px, self.camera.height_px), "a mask of another image");
+        let indices: Vec<usize> =
+            mask.occupied().map(|(x, y)| y as usize * self.camera.width_px as usize + x as usize).collect();
+        let extent = indices.iter().fold((f32::INFINITY, 0.0_f32), |(least, greatest), &index| {
+            let w = self.w(index);
+            (least.min(w), greatest.max(w))
+        });
+        let (w_min, w_max) = if indices.is_empty() { (0.0, 0.0) } else { extent };
+        let depth_scale = precision.scale(w_min, w_max);
+        let colour = |index: usize| {
+            let [r, g, b, _] = self.colour[index];
+            [r, g, b]
+        };
+        DepthImage {
+            camera: Camera::Pinhole(self.camera),
+            depth_scale,
+            depth: indices.iter().map(|&index| depth_scale.code(self.w(index))).collect(),
+            normal: indices.iter().map(|&index| self.normal_code(index)).collect(),
+            colour: indices.iter().map(|&index| colour(index)).collect(),
+            object: indices.iter().map(|&index| self.object(index)).collect(),
+            material: indices.iter().map(|&index| self.colour[index][3]).collect(),
+            mask,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_depth_step_bounds_the_shift_in_pixels() {
+        let precision = DepthPrecision::Parallax { epsilon_px: 0.1, focal_px: 443.0, offset_m: 1.0 };
+        let scale = precision.scale(0.01, 1.0);
+        for w in [0.01_f32, 0.2, 0.77777, 1.0] {
+            let shift_px = 443.0 * 1.0 * (scale.w(scale.code(w)) - w).abs();
+            assert!(shift_px <= 0.0501, "{shift_px} at {w}");
+        }
+        assert!(scale.code(1.0) < 1 << 13, "10 to 12 bits are meant: {}", scale.code(1.0));
+        // Too fine a wish is capped by the 16 bits.
+        let capped = DepthPrecision::Parallax { epsilon_px: 1e-9, focal_px: 443.0, offset_m: 1.0 }.scale(0.0, 1.0);
+        assert_eq!(capped.code(1.0), 65535);
+        assert_eq!(DepthPrecision::Finest.scale(0.5, 0.5).w_step, 0.0);
+    }
+}

@@ -1,0 +1,334 @@
+//! The scene on the GPU, and drawing it with a pass's own fragment stage.
+//!
+//! [`SceneRenderer`] holds meshes, materials and textures, and where every instance is at a time. A pass
+//! ([`crate::discretize::Discretizer`], [`crate::truth::TruthRenderer`]) brings a [`Pipelines`] and calls
+//! [`SceneRenderer::draw`] in its own render pass.
+//!
+//! Positions are f32 relative to an anchor near the viewer that the caller chooses at each [`SceneRenderer::update`];
+//! matrices are composed in f64 first, so that a scene far from the world's origin looks the same.
+//!
+//! Ids: the object id of a sample is the instance's index; the triangle id is 1 + the triangles of all instances before it +
+//! the triangle within its mesh, stable over the life of the scene; 0 is nothing.
+
+mod cull;
+mod materials;
+mod pipelines;
+mod texture;
+mod upload;
+
+pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry};
+pub use pipelines::{Layouts, Pass, Pipelines};
+
+use bytemuck::{Pod, Zeroable};
+use camera::Pinhole;
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use gpu::{Gpu, PinholeUniform};
+use scene::{Bounds, Scene, Snapshot, Vertex};
+use wgpu::util::DeviceExt;
+
+/// Why a scene cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// Ids have 16 bits.
+    #[error("the scene has {0} instances; at most 65535 can be told apart")]
+    TooManyInstances(usize),
+    /// Ids have 32 bits.
+    #[error("the scene has {0} triangles with its instances counted; at most 4294967294 can be told apart")]
+    TooManyTriangles(u64),
+    /// The device's limit.
+    #[error("{what} of the scene take {bytes} bytes; this GPU takes {limit}")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// How large.
+        bytes: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// A snapshot of another scene.
+    #[error("the snapshot has {found} instances, the scene {expected}")]
+    OtherScene {
+        /// Of the snapshot.
+        found: usize,
+        /// Of the scene.
+        expected: usize,
+    },
+    /// More images in one set than the redundancy test takes, or none.
+    #[error("{0} images in one set; 1 to {max} can be made", max = crate::discretize::MAX_IMAGES)]
+    ImageCount(usize),
+    /// A camera that is not valid, or larger than the GPU's textures.
+    #[error("a camera of {width_px}x{height_px} pixels cannot be drawn")]
+    Camera {
+        /// Its width.
+        width_px: u32,
+        /// Its height.
+        height_px: u32,
+    },
+    /// A mistake in the program's shaders.
+    #[error(transparent)]
+    Shader(#[from] shaders::ShaderError),
+    /// Bytes did not come back.
+    #[error(transparent)]
+    Readback(#[from] gpu::ReadbackError),
+    /// The device went away.
+    #[error(transparent)]
+    Gpu(#[from] gpu::GpuError),
+}
+
+/// `Instance` of `server/scene.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(crate) struct InstanceRecord {
+    pub anchor_from_mesh_x: [f32; 4],
+    pub anchor_from_mesh_y: [f32; 4],
+    pub anchor_from_mesh_z: [f32; 4],
+    pub world_normal_from_mesh_x: [f32; 4],
+    pub world_normal_from_mesh_y: [f32; 4],
+    pub world_normal_from_mesh_z: [f32; 4],
+    pub triangle_base: u32,
+    pub object: u32,
+    pub material: u32,
+    pub mirrored: u32,
+    pub first_vertex: u32,
+    pub first_index: u32,
+    pub padding: [u32; 2],
+}
+
+/// Instances that share buffers, texture and pipeline, and follow each other in the instance buffer.
+#[derive(Debug, Clone)]
+pub(crate) struct Batch {
+    pub first_index: u32,
+    pub index_count: u32,
+    pub first_vertex: u32,
+    pub vertex_count: u32,
+    /// Range of instance records.
+    pub slots: std::ops::Range<u32>,
+    pub texture: usize,
+    pub cut_out: bool,
+    pub double_sided: bool,
+}
+
+/// What is known of an instance beside its record.
+#[derive(Debug, Clone)]
+pub(crate) struct Slot {
+    pub object: u32,
+    pub batch: usize,
+    /// In mesh space, at rest or as last deformed.
+    pub bounds_mesh: [Vec3; 2],
+    pub bounds_world: Bounds,
+}
+
+/// A scene on the GPU.
+pub struct SceneRenderer {
+    gpu: Gpu,
+    layouts: Layouts,
+    /// Whether triangles are told by the fragment stage; else corners are pulled (see [`SceneRenderer::with_pulling`]).
+    native: bool,
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    instances: wgpu::Buffer,
+    scene_group: wgpu::BindGroup,
+    texture_groups: Vec<wgpu::BindGroup>,
+    batches: Vec<Batch>,
+    /// In the order of the instance buffer.
+    slots: Vec<Slot>,
+    records: Vec<InstanceRecord>,
+    /// The batch of each deforming object.
+    batch_of_deforming: std::collections::HashMap<u32, usize>,
+    material_table: Vec<protocol::Material>,
+    anchor_world: DVec3,
+}
+
+impl SceneRenderer {
+    /// Uploads a scene, at its place at time 0. What is dropped (materials past 256) is logged.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<SceneRenderer, RenderError> {
+        SceneRenderer::upload(gpu, scene, gpu.caps.primitive_index)
+    }
+
+    /// The same without `primitive_index`, as a device that lacks it does it: equal ids, slower.
+    pub fn with_pulling(gpu: &Gpu, scene: &Scene) -> Result<SceneRenderer, RenderError> {
+        SceneRenderer::upload(gpu, scene, false)
+    }
+
+    /// Moves everything to where it is in `snapshot`, relative to `anchor_world`, which should be within some hundred metres of
+    /// the eyes that draw next. Draws submitted before are not affected.
+    pub fn update(&mut self, snapshot: &Snapshot, anchor_world: DVec3) -> Result<(), RenderError> {
+        if snapshot.world_from_mesh.len() != self.slots.len() {
+            let (found, expected) = (snapshot.world_from_mesh.len(), self.slots.len());
+            return Err(RenderError::OtherScene { found, expected });
+        }
+        for deformed in &snapshot.deformed {
+            self.upload_deformed(deformed.instance, &deformed.vertices);
+        }
+        for (slot, record) in self.slots.iter_mut().zip(&mut self.records) {
+            let world_from_mesh = &snapshot.world_from_mesh[slot.object as usize];
+            place(record, world_from_mesh, anchor_world);
+            slot.bounds_world = cull::world_bounds(world_from_mesh, slot.bounds_mesh);
+        }
+        self.gpu.queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
+        self.anchor_world = anchor_world;
+        Ok(())
+    }
+
+    /// The materials that samples refer to by code.
+    pub fn materials(&self) -> &[protocol::Material] {
+        &self.material_table
+    }
+
+    /// What positions on the GPU are relative to.
+    pub fn anchor_world(&self) -> DVec3 {
+        self.anchor_world
+    }
+
+    /// The device that holds it.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Which kind of pipelines draws it.
+    pub fn is_native(&self) -> bool {
+        self.native
+    }
+
+    /// The bind group of a camera, for [`SceneRenderer::draw`].
+    pub(crate) fn view_group(&self, camera: &Pinhole) -> wgpu::BindGroup {
+        let uniform = PinholeUniform::new(camera, self.anchor_world);
+        let buffer = self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("camera"),
+            contents: bytemuck::bytes_of(&uniform),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("camera"),
+            layout: &self.layouts.view,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+        })
+    }
+
+    /// Draws what `camera` may see with the pass's pipelines; group 3 is the pass's own and already set.
+    pub(crate) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipelines: &Pipelines,
+        camera: &Pinhole,
+        view: &wgpu::BindGroup,
+    ) {
+        pass.set_viewport(0.0, 0.0, camera.width_px as f32, camera.height_px as f32, 0.0, 1.0);
+        pass.set_bind_group(0, view, &[]);
+        pass.set_bind_group(1, &self.scene_group, &[]);
+        if self.native {
+            pass.set_vertex_buffer(0, self.vertices.slice(..));
+            pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        }
+        let frustum = cull::Frustum::new(camera);
+        for batch in &self.batches {
+            let slots = batch.slots.start as usize..batch.slots.end as usize;
+            let mut start = slots.start;
+            let kind =
+                |slot: usize| frustum.may_see(&self.slots[slot].bounds_world).then(|| self.records[slot].mirrored != 0);
+            while start < slots.end {
+                let this = kind(start);
+                let end = (start + 1..slots.end).find(|&slot| kind(slot) != this).unwrap_or(slots.end);
+                if let Some(mirrored) = this {
+                    pass.set_pipeline(pipelines.of(batch.double_sided, mirrored, batch.cut_out));
+                    pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
+                    self.draw_run(pass, batch, start as u32..end as u32);
+                }
+                start = end;
+            }
+        }
+    }
+
+    fn draw_run(&self, pass: &mut wgpu::RenderPass<'_>, batch: &Batch, slots: std::ops::Range<u32>) {
+        let indices = batch.first_index..batch.first_index + batch.index_count;
+        if self.native {
+            pass.draw_indexed(indices, batch.first_vertex as i32, slots);
+        } else {
+            pass.draw(indices, slots);
+        }
+    }
+
+    fn upload_deformed(&mut self, object: u32, vertices: &[Vertex]) {
+        let Some(&batch) = self.batch_of_deforming.get(&object) else { return };
+        let batch = &self.batches[batch];
+        if vertices.len() != batch.vertex_count as usize {
+            tracing::warn!("object {object} deformed to {} vertices instead of {}", vertices.len(), batch.vertex_count);
+            return;
+        }
+        let offset = u64::from(batch.first_vertex) * size_of::<Vertex>() as u64;
+        self.gpu.queue.write_buffer(&self.vertices, offset, bytemuck::cast_slice(vertices));
+        self.slots[batch.slots.start as usize].bounds_mesh = cull::mesh_bounds(vertices);
+    }
+}
+
+/// Refuses a camera that would not be valid on this GPU.
+pub(crate) fn check_camera(gpu: &Gpu, camera: &Pinhole) -> Result<(), RenderError> {
+    let limit_px = gpu.device.limits().max_texture_dimension_2d;
+    let (width_px, height_px) = (camera.width_px, camera.height_px);
+    let fits = camera.is_valid() && width_px <= limit_px && height_px <= limit_px;
+    if fits { Ok(()) } else { Err(RenderError::Camera { width_px, height_px }) }
+}
+
+/// Writes where an instance is.
+fn place(record: &mut InstanceRecord, world_from_mesh: &DAffine3, anchor_world: DVec3) {
+    let linear = world_from_mesh.matrix3;
+    let offset = world_from_mesh.translation - anchor_world;
+    let rows = linear.transpose();
+    let row = |row: DVec3, offset: f64| row.as_vec3().extend(offset as f32).to_array();
+    record.anchor_from_mesh_x = row(rows.x_axis, offset.x);
+    record.anchor_from_mesh_y = row(rows.y_axis, offset.y);
+    record.anchor_from_mesh_z = row(rows.z_axis, offset.z);
+    let normal_rows = normal_matrix(linear).transpose();
+    record.world_normal_from_mesh_x = row(normal_rows.x_axis, 0.0);
+    record.world_normal_from_mesh_y = row(normal_rows.y_axis, 0.0);
+    record.world_normal_from_mesh_z = row(normal_rows.z_axis, 0.0);
+    record.mirrored = u32::from(linear.determinant() < 0.0);
+}
+
+/// The cofactor matrix turns normals even where the map flattens space; scaled so that f32 holds it. Its sign makes normals of
+/// a mirrored mesh point outwards.
+fn normal_matrix(linear: DMat3) -> DMat3 {
+    let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let largest = cofactors.to_cols_array().into_iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let scale = if largest > 0.0 { linear.determinant().signum() / largest } else { 1.0 };
+    cofactors * scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shaders::assert_layout;
+
+    #[test]
+    fn records_are_laid_out_as_in_wgsl() {
+        assert_layout!(
+            InstanceRecord,
+            "server/scene.wgsl",
+            "Instance",
+            anchor_from_mesh_x,
+            anchor_from_mesh_y,
+            anchor_from_mesh_z,
+            world_normal_from_mesh_x,
+            world_normal_from_mesh_y,
+            world_normal_from_mesh_z,
+            triangle_base,
+            object,
+            material,
+            mirrored,
+            first_vertex,
+            first_index
+        );
+    }
+
+    #[test]
+    fn normals_of_a_mirrored_and_stretched_mesh_stay_normal() {
+        let linear = DMat3::from_cols(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(0.5, 1.0, 0.0), DVec3::new(0.0, 0.0, 3.0));
+        let (a, b) = (DVec3::new(0.3, 1.0, -2.0), DVec3::new(1.0, 0.2, 0.7));
+        let normal = a.cross(b);
+        let mapped = normal_matrix(linear) * normal;
+        assert!(mapped.dot(linear * a).abs() < 1e-12 && mapped.dot(linear * b).abs() < 1e-12);
+        // On the side that the mapped normal vector itself is on.
+        assert!(mapped.dot(linear * normal) > 0.0);
+    }
+}

@@ -1,0 +1,165 @@
+//! The pipelines of a pass over the scene: one for each way in which materials differ.
+
+use gpu::Gpu;
+use scene::Vertex;
+
+use super::RenderError;
+
+/// The depth buffer of every pass: reversed, so that near is 1.
+pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// The bind group layouts that all passes share. Two of one device are compatible.
+#[derive(Debug, Clone)]
+pub struct Layouts {
+    /// Group 0: the camera.
+    pub(crate) view: wgpu::BindGroupLayout,
+    /// Group 1: instances and materials, and the vertices where they are pulled.
+    pub(crate) scene: wgpu::BindGroupLayout,
+    /// Group 2: the base colour texture.
+    pub(crate) texture: wgpu::BindGroupLayout,
+}
+
+/// A binding of a buffer.
+pub(crate) fn buffer_entry(
+    binding: u32,
+    visibility: wgpu::ShaderStages,
+    ty: wgpu::BufferBindingType,
+) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    }
+}
+
+impl Layouts {
+    /// Layouts for scenes with triangles told natively, or by pulled vertices.
+    pub(crate) fn new(gpu: &Gpu, native: bool) -> Layouts {
+        let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        let (uniform, storage) =
+            (wgpu::BufferBindingType::Uniform, wgpu::BufferBindingType::Storage { read_only: true });
+        let pulled = if native { 0 } else { 2 };
+        let scene: Vec<_> = (0..2 + pulled).map(|binding| buffer_entry(binding, both, storage)).collect();
+        let texture = [
+            wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                count: None,
+            },
+            wgpu::BindGroupLayoutEntry {
+                binding: 1,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                count: None,
+            },
+        ];
+        let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        };
+        Layouts {
+            view: layout("camera", &[buffer_entry(0, both, uniform)]),
+            scene: layout("scene", &scene),
+            texture: layout("base colour", &texture),
+        }
+    }
+}
+
+/// What makes one pass over the scene differ from another.
+pub struct Pass<'a> {
+    /// Entry point of the fragment stage in the `server/raster_….wgsl` files.
+    pub fragment: &'static str,
+    /// Of the colour targets, in order.
+    pub formats: &'a [wgpu::TextureFormat],
+    /// Layout of group 3.
+    pub own_layout: Option<&'a wgpu::BindGroupLayout>,
+    /// Values of the fragment stage's `override` constants beside `cut_out`.
+    pub constants: &'a [(&'a str, f64)],
+}
+
+/// See [`Pipelines::of`].
+pub struct Pipelines {
+    /// Back faces culled, mirrored, both sides; each without and with cut-outs.
+    variants: Vec<[wgpu::RenderPipeline; 2]>,
+}
+
+const SIDES: [(wgpu::FrontFace, Option<wgpu::Face>); 3] = [
+    (wgpu::FrontFace::Ccw, Some(wgpu::Face::Back)),
+    (wgpu::FrontFace::Cw, Some(wgpu::Face::Back)),
+    (wgpu::FrontFace::Ccw, None),
+];
+
+impl Pipelines {
+    /// Builds the pipelines of a pass, for scenes with triangles told natively or by pulled vertices.
+    pub fn new(gpu: &Gpu, native: bool, pass: &Pass<'_>) -> Result<Pipelines, RenderError> {
+        let layouts = Layouts::new(gpu, native);
+        let module = gpu.shader(if native { "server/raster_native.wgsl" } else { "server/raster_pulled.wgsl" })?;
+        let groups = [Some(&layouts.view), Some(&layouts.scene), Some(&layouts.texture), pass.own_layout];
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(pass.fragment),
+            bind_group_layouts: &groups[..if pass.own_layout.is_some() { 4 } else { 3 }],
+            immediate_size: 0,
+        });
+        let build = |sides, cut_out| pipeline(gpu, &module, &layout, native, pass, sides, cut_out);
+        let variants = SIDES.iter().map(|&sides| [build(sides, false), build(sides, true)]).collect();
+        Ok(Pipelines { variants })
+    }
+
+    /// The pipeline for a kind of instance.
+    pub(crate) fn of(&self, double_sided: bool, mirrored: bool, cut_out: bool) -> &wgpu::RenderPipeline {
+        let sides = if double_sided { 2 } else { usize::from(mirrored) };
+        &self.variants[sides][usize::from(cut_out)]
+    }
+}
+
+fn pipeline(
+    gpu: &Gpu,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    native: bool,
+    pass: &Pass<'_>,
+    (front_face, cull_mode): (wgpu::FrontFace, Option<wgpu::Face>),
+    cut_out: bool,
+) -> wgpu::RenderPipeline {
+    let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Unorm8x4];
+    let vertices = [Some(wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &attributes,
+    })];
+    let constants: Vec<(&str, f64)> =
+        pass.constants.iter().copied().chain([("cut_out", f64::from(u8::from(cut_out)))]).collect();
+    let targets: Vec<_> = pass.formats.iter().map(|&format| Some(format.into())).collect();
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(pass.fragment),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: if native { &vertices } else { &[] },
+        },
+        primitive: wgpu::PrimitiveState { front_face, cull_mode, ..Default::default() },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(pass.fragment),
+            compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+            targets: &targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

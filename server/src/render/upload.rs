@@ -1,0 +1,220 @@
+//! From a [`Scene`] to buffers, textures and batches.
+
+use std::collections::HashMap;
+
+use bytemuck::Zeroable;
+use gpu::Gpu;
+use rayon::prelude::*;
+use scene::model::{Texture, Wrap};
+use scene::{Bounds, Scene, Vertex};
+use wgpu::util::DeviceExt;
+
+use super::materials::SurfaceMaterial;
+use super::{Batch, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, texture};
+
+/// Where a mesh, or the copy of a deforming instance, begins in the buffers.
+#[derive(Debug, Clone, Copy)]
+struct Placed {
+    first_vertex: u32,
+    vertex_count: u32,
+    first_index: u32,
+    index_count: u32,
+}
+
+/// Vertices and indices of all meshes, one after the other; deforming instances have vertices of their own.
+struct Geometry {
+    vertices: Vec<Vertex>,
+    indices: Vec<u32>,
+    meshes: Vec<Placed>,
+    deforming: HashMap<u32, Placed>,
+}
+
+impl Geometry {
+    fn new(scene: &Scene) -> Geometry {
+        let mut geometry =
+            Geometry { vertices: Vec::new(), indices: Vec::new(), meshes: Vec::new(), deforming: HashMap::new() };
+        for mesh in &scene.meshes {
+            let first_vertex = geometry.append(&mesh.vertices);
+            let placed = Placed {
+                first_vertex,
+                vertex_count: mesh.vertices.len() as u32,
+                first_index: geometry.indices.len() as u32,
+                index_count: mesh.indices.len() as u32,
+            };
+            geometry.indices.extend_from_slice(&mesh.indices);
+            geometry.meshes.push(placed);
+        }
+        for (object, instance) in scene.instances.iter().enumerate().filter(|(_, instance)| instance.deforms) {
+            let first_vertex = geometry.append(&scene.meshes[instance.mesh as usize].vertices);
+            let placed = Placed { first_vertex, ..geometry.meshes[instance.mesh as usize] };
+            geometry.deforming.insert(object as u32, placed);
+        }
+        geometry
+    }
+
+    fn append(&mut self, vertices: &[Vertex]) -> u32 {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend_from_slice(vertices);
+        first
+    }
+}
+
+/// Instances in the order in which they are drawn: those of one batch together.
+fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<InstanceRecord>) {
+    let triangle_bases = triangle_bases(scene);
+    let mut order: Vec<u32> = (0..scene.instances.len() as u32).collect();
+    let material_of = |object: u32| scene.meshes[scene.instances[object as usize].mesh as usize].material;
+    order.sort_by_key(|&object| {
+        let instance = &scene.instances[object as usize];
+        let material = &scene.materials[material_of(object) as usize];
+        // Opaque first; then as few changes of state as can be.
+        let state = (material.alpha_cutoff.is_some(), material.double_sided, material.texture);
+        (state, instance.mesh, instance.deforms, object)
+    });
+    let (mut batches, mut slots, mut records) = (Vec::<Batch>::new(), Vec::new(), Vec::new());
+    let mut last: Option<(u32, bool)> = None;
+    for object in order {
+        let instance = &scene.instances[object as usize];
+        let mesh = &scene.meshes[instance.mesh as usize];
+        let material = &scene.materials[mesh.material as usize];
+        let placed = geometry.deforming.get(&object).unwrap_or(&geometry.meshes[instance.mesh as usize]);
+        if instance.deforms || last != Some((instance.mesh, false)) {
+            batches.push(Batch {
+                first_index: placed.first_index,
+                index_count: placed.index_count,
+                first_vertex: placed.first_vertex,
+                vertex_count: placed.vertex_count,
+                slots: slots.len() as u32..slots.len() as u32,
+                texture: material.texture.map_or(scene.textures.len(), |texture| texture as usize),
+                cut_out: material.alpha_cutoff.is_some(),
+                double_sided: material.double_sided,
+            });
+            last = Some((instance.mesh, instance.deforms));
+        }
+        let bounds_mesh = cull::mesh_bounds(&mesh.vertices);
+        slots.push(Slot { object, batch: batches.len() - 1, bounds_mesh, bounds_world: Bounds::EMPTY });
+        records.push(InstanceRecord {
+            triangle_base: triangle_bases[object as usize],
+            object,
+            material: mesh.material,
+            first_vertex: placed.first_vertex,
+            first_index: placed.first_index,
+            ..InstanceRecord::zeroed()
+        });
+        if let Some(batch) = batches.last_mut() {
+            batch.slots.end = slots.len() as u32;
+        }
+    }
+    (batches, slots, records)
+}
+
+/// The id of each instance's first triangle.
+fn triangle_bases(scene: &Scene) -> Vec<u32> {
+    let triangles =
+        scene.instances.iter().map(|instance| scene.meshes[instance.mesh as usize].indices.len() as u32 / 3);
+    let base = |next: &mut u32, count: u32| {
+        let base = *next;
+        *next += count;
+        Some(base)
+    };
+    triangles.scan(1, base).collect()
+}
+
+fn check(gpu: &Gpu, scene: &Scene, geometry: &Geometry) -> Result<(), RenderError> {
+    if scene.instances.len() > usize::from(u16::MAX) {
+        return Err(RenderError::TooManyInstances(scene.instances.len()));
+    }
+    if scene.triangle_count() >= u64::from(u32::MAX) {
+        return Err(RenderError::TooManyTriangles(scene.triangle_count()));
+    }
+    let limit = gpu.device.limits().max_buffer_size;
+    let sizes = [
+        ("vertices", size_of_val(geometry.vertices.as_slice()) as u64),
+        ("indices", size_of_val(geometry.indices.as_slice()) as u64),
+    ];
+    let too_large = sizes.into_iter().find(|(_, bytes)| *bytes > limit);
+    too_large.map_or(Ok(()), |(what, bytes)| Err(RenderError::TooLarge { what, bytes, limit }))
+}
+
+impl SceneRenderer {
+    pub(super) fn upload(gpu: &Gpu, scene: &Scene, native: bool) -> Result<SceneRenderer, RenderError> {
+        let geometry = Geometry::new(scene);
+        check(gpu, scene, &geometry)?;
+        let layouts = Layouts::new(gpu, native);
+        let (batches, slots, records) = batches(scene, &geometry);
+        let (surfaces, material_table) = materials::tables(scene);
+        let buffer = |label, contents: &[u8], usage| {
+            // An empty scene still needs buffers to bind.
+            let contents = if contents.is_empty() { &[0; size_of::<InstanceRecord>()] } else { contents };
+            let usage = usage | wgpu::BufferUsages::STORAGE;
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        let copied = wgpu::BufferUsages::COPY_DST;
+        let vertices =
+            buffer("vertices", bytemuck::cast_slice(&geometry.vertices), wgpu::BufferUsages::VERTEX | copied);
+        let indices = buffer("indices", bytemuck::cast_slice(&geometry.indices), wgpu::BufferUsages::INDEX);
+        let instances = buffer("instances", bytemuck::cast_slice(&records), copied);
+        let surfaces = buffer("surface materials", bytemuck::cast_slice::<SurfaceMaterial, u8>(&surfaces), copied);
+        let bound = [&instances, &surfaces, &vertices, &indices];
+        let entries: Vec<_> = (0_u32..)
+            .zip(&bound[..if native { 2 } else { 4 }])
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let scene_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene"),
+            layout: &layouts.scene,
+            entries: &entries,
+        });
+        let batch_of_deforming = slots
+            .iter()
+            .filter(|slot| geometry.deforming.contains_key(&slot.object))
+            .map(|slot| (slot.object, slot.batch))
+            .collect();
+        let mut renderer = SceneRenderer {
+            texture_groups: texture_groups(gpu, scene, &layouts),
+            gpu: gpu.clone(),
+            layouts,
+            native,
+            vertices,
+            indices,
+            instances,
+            scene_group,
+            batches,
+            slots,
+            records,
+            batch_of_deforming,
+            material_table,
+            anchor_world: glam::DVec3::ZERO,
+        };
+        renderer.update(&scene.at(0.0), scene.bounds.centre())?;
+        Ok(renderer)
+    }
+}
+
+/// One bind group a texture, and a white one for materials without.
+fn texture_groups(gpu: &Gpu, scene: &Scene, layouts: &Layouts) -> Vec<wgpu::BindGroup> {
+    let mut cutoffs: Vec<Option<f32>> = vec![None; scene.textures.len()];
+    for material in &scene.materials {
+        if let (Some(texture), Some(cutoff)) = (material.texture, material.alpha_cutoff) {
+            let known = &mut cutoffs[texture as usize];
+            *known = Some(known.map_or(cutoff, |known| known.min(cutoff)));
+        }
+    }
+    let white = Texture { width_px: 1, height_px: 1, rgba: vec![255; 4], wrap: [Wrap::Repeat; 2], nearest: false };
+    let levels: Vec<_> =
+        scene.textures.par_iter().zip(&cutoffs).map(|(texture, &cutoff)| texture::levels(texture, cutoff)).collect();
+    let white_levels = texture::levels(&white, None);
+    let all = scene.textures.iter().zip(&levels).chain([(&white, &white_levels)]);
+    all.map(|(texture, levels)| {
+        let (view, sampler) = texture::upload(gpu, texture, levels);
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("base colour"),
+            layout: &layouts.texture,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
+            ],
+        })
+    })
+    .collect()
+}

@@ -1,0 +1,104 @@
+//! The targets that the scene is rasterized into: ids, colour and depth, one array layer an image.
+
+use gpu::{Gpu, Mapped, Readback, Slot};
+
+use crate::render::DEPTH_FORMAT;
+
+/// Two words a pixel.
+pub(crate) const IDS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
+/// Colour is encoded by the shader: the bytes are the values.
+pub(crate) const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// Textures of one size with a layer for each image. Images may be smaller: they use the top left corner.
+#[derive(Debug)]
+pub(crate) struct Attachments {
+    pub size_px: (u32, u32),
+    pub layers: u32,
+    pub ids: wgpu::Texture,
+    colour: wgpu::Texture,
+    depth: wgpu::Texture,
+}
+
+/// Where one image's planes come back.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slots {
+    pub ids: Slot,
+    pub colour: Slot,
+    pub depth: Slot,
+}
+
+impl Attachments {
+    pub(crate) fn new(gpu: &Gpu, size_px: (u32, u32), layers: u32) -> Attachments {
+        let texture = |label, format, usage| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size_px.0, height: size_px.1, depth_or_array_layers: layers },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC | usage,
+                view_formats: &[],
+            })
+        };
+        Attachments {
+            size_px,
+            layers,
+            ids: texture("ids", IDS_FORMAT, wgpu::TextureUsages::TEXTURE_BINDING),
+            colour: texture("colour", COLOUR_FORMAT, wgpu::TextureUsages::empty()),
+            depth: texture("depth", DEPTH_FORMAT, wgpu::TextureUsages::empty()),
+        }
+    }
+
+    /// A pass into a layer, cleared: no ids, no depth, `background` with alpha 0.
+    pub(crate) fn begin<'a>(
+        &self,
+        encoder: &'a mut wgpu::CommandEncoder,
+        layer: u32,
+        background: [f64; 3],
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) -> wgpu::RenderPass<'a> {
+        let view = |texture: &wgpu::Texture| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: layer,
+                array_layer_count: Some(1),
+                ..Default::default()
+            })
+        };
+        let (ids, colour, depth) = (view(&self.ids), view(&self.colour), view(&self.depth));
+        let target = |view, clear| {
+            let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store };
+            Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
+        };
+        let [r, g, b] = background;
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("scene"),
+            color_attachments: &[
+                target(&ids, wgpu::Color::TRANSPARENT),
+                target(&colour, wgpu::Color { r, g, b, a: 0.0 }),
+            ],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            timestamp_writes,
+            ..Default::default()
+        })
+    }
+
+    /// Reads the first `size_px` of a layer.
+    pub(crate) fn read(&self, readback: &mut Readback, layer: u32, size_px: (u32, u32)) -> Slots {
+        Slots {
+            ids: readback.texture(&self.ids, layer, size_px),
+            colour: readback.texture(&self.colour, layer, size_px),
+            depth: readback.texture(&self.depth, layer, size_px),
+        }
+    }
+}
+
+/// The planes of an image as they come from the GPU.
+pub(crate) fn planes(mapped: &Mapped, slots: Slots) -> (Vec<[u32; 2]>, Vec<[u8; 4]>, Vec<f32>) {
+    (mapped.values(slots.ids), mapped.values(slots.colour), mapped.values(slots.depth))
+}

@@ -1,0 +1,19 @@
+// Entry points of the passes that rasterize the scene, where fragments know their triangle.
+enable primitive_index;
+#import "server/image.wgsl"
+#import "server/truth.wgsl"
+
+@vertex
+fn vertex(vertex: MeshVertex, @builtin(instance_index) instance: u32) -> Varying {
+    return corner(vertex, instance, 0u);
+}
+
+@fragment
+fn image(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> ImageTargets {
+    return image_fragment(v, front, triangle);
+}
+
+@fragment
+fn truth(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> TruthTargets {
+    return truth_fragment(v, front, triangle);
+}

@@ -1,0 +1,123 @@
+// The scene's triangles, from their buffers to what a fragment knows of its surface. Shared by every pass that rasterizes
+// the scene; the files `raster_native.wgsl` and `raster_pulled.wgsl` hold the entry points.
+#import "camera/pinhole.wgsl"
+
+struct Instance {
+    // Rows of the affine map from the mesh's space to metres relative to the anchor, world axes.
+    anchor_from_mesh_x: vec4f,
+    anchor_from_mesh_y: vec4f,
+    anchor_from_mesh_z: vec4f,
+    // Rows of the inverse transpose of its linear part, for normals.
+    world_normal_from_mesh_x: vec4f,
+    world_normal_from_mesh_y: vec4f,
+    world_normal_from_mesh_z: vec4f,
+    // Id of its first triangle; ids start at 1, so that 0 can mean that there is none.
+    triangle_base: u32,
+    object: u32,
+    // Index into `materials`.
+    material: u32,
+    // 1 where the map turns left to right, and with it the winding of triangles.
+    mirrored: u32,
+    // Where its mesh begins in the buffers.
+    first_vertex: u32,
+    first_index: u32,
+    padding_0: u32,
+    padding_1: u32,
+}
+
+struct SurfaceMaterial {
+    // Linear RGBA factor.
+    base_colour: vec4f,
+    alpha_cutoff: f32,
+    // Index into the material table of the samples.
+    code: u32,
+    // 1 where it is drawn from both sides.
+    double_sided: u32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> camera: Pinhole;
+@group(1) @binding(0) var<storage, read> instances: array<Instance>;
+@group(1) @binding(1) var<storage, read> materials: array<SurfaceMaterial>;
+@group(2) @binding(0) var base_texture: texture_2d<f32>;
+@group(2) @binding(1) var base_sampler: sampler;
+
+// Whether fragments below the material's alpha cut-off are dropped.
+override cut_out: bool = false;
+
+struct MeshVertex {
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) colour: vec4f,
+}
+
+struct Varying {
+    @builtin(position) clip: vec4f,
+    // Relative to the eye, world axes.
+    @location(0) position: vec3f,
+    @location(1) normal_world: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) colour: vec4f,
+    @location(4) @interpolate(flat, either) instance: u32,
+    // The triangle within its mesh where the vertex stage has to tell it; the same at all three corners.
+    @location(5) @interpolate(flat, either) triangle: u32,
+}
+
+fn corner(vertex: MeshVertex, instance_index: u32, triangle: u32) -> Varying {
+    let instance = instances[instance_index];
+    let p_mesh = vec4f(vertex.position, 1.0);
+    let p_anchor = vec3f(
+        dot(instance.anchor_from_mesh_x, p_mesh),
+        dot(instance.anchor_from_mesh_y, p_mesh),
+        dot(instance.anchor_from_mesh_z, p_mesh),
+    );
+    var out: Varying;
+    out.position = p_anchor - camera.eye_anchor;
+    out.clip = pinhole_clip_from_eye(camera, pinhole_eye_from_anchor(camera, p_anchor));
+    out.normal_world = vec3f(
+        dot(instance.world_normal_from_mesh_x.xyz, vertex.normal),
+        dot(instance.world_normal_from_mesh_y.xyz, vertex.normal),
+        dot(instance.world_normal_from_mesh_z.xyz, vertex.normal),
+    );
+    out.uv = vertex.uv;
+    out.colour = vertex.colour;
+    out.instance = instance_index;
+    out.triangle = triangle;
+    return out;
+}
+
+struct Surface {
+    // Linear RGB.
+    base: vec3f,
+    // Unit length; turned towards the eye where the material has two sides.
+    normal_world: vec3f,
+    // Id over the whole scene, 1 and more.
+    triangle: u32,
+    object: u32,
+    // Index into the material table of the samples.
+    material: u32,
+    // Whether the material's cut-off drops it.
+    cut: bool,
+}
+
+fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Surface {
+    // Sampled first: derivatives need uniform control flow.
+    let texel = textureSample(base_texture, base_sampler, v.uv);
+    let instance = instances[v.instance];
+    let material = materials[instance.material];
+    let base = texel * material.base_colour * v.colour;
+    let squared = dot(v.normal_world, v.normal_world);
+    var normal = v.normal_world * inverseSqrt(max(squared, 1e-30));
+    if material.double_sided != 0u && front_facing == (instance.mirrored != 0u) {
+        normal = -normal;
+    }
+    var out: Surface;
+    out.base = base.rgb;
+    out.normal_world = normal;
+    out.triangle = instance.triangle_base + triangle_of_mesh;
+    out.object = instance.object;
+    out.material = material.code;
+    out.cut = cut_out && base.a < material.alpha_cutoff;
+    return out;
+}

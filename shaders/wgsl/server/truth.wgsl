@@ -1,0 +1,25 @@
+// The picture that a reconstruction is compared with: every fragment is shaded as the client would.
+#import "server/scene.wgsl"
+#import "common/shade.wgsl"
+
+@group(3) @binding(2) var<uniform> lighting: Lighting;
+@group(3) @binding(3) var<uniform> material_table: array<Material, 256>;
+
+struct TruthTargets {
+    // Triangle; object.
+    @location(0) ids: vec2u,
+    // sRGB-encoded picture.
+    @location(1) colour: vec4f,
+}
+
+fn truth_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> TruthTargets {
+    let surface = surface_at(v, front_facing, triangle_of_mesh);
+    if surface.cut {
+        discard;
+    }
+    let material = material_table[surface.material];
+    var out: TruthTargets;
+    out.ids = vec2u(surface.triangle, surface.object);
+    out.colour = vec4f(shade(surface.base, surface.normal_world, v.position, material, lighting), 1.0);
+    return out;
+}
