@@ -51,14 +51,11 @@ impl Pinhole {
 
     /// Where a point of eye space lands; `None` nearer than the near plane. The point may lie outside of the image.
     pub fn image_from_eye(&self, p_eye: DVec3) -> Option<ImagePoint> {
-        if !(p_eye.z >= self.near_m) {
-            return None;
-        }
-        let w = 1.0 / p_eye.z;
-        Some(ImagePoint {
-            u: self.centre_px.x + self.focal_px * p_eye.x * w,
-            v: self.centre_px.y + self.focal_px * p_eye.y * w,
-            w,
+        (p_eye.z >= self.near_m).then(|| {
+            let w = 1.0 / p_eye.z;
+            let u = self.centre_px.x + self.focal_px * p_eye.x * w;
+            let v = self.centre_px.y + self.focal_px * p_eye.y * w;
+            ImagePoint { u, v, w }
         })
     }
 

@@ -21,7 +21,7 @@ impl Mask {
     /// The mask of [`Mask::words`]; `None` where their number does not fit the size or a bit past the last pixel is set.
     pub fn from_words(width_px: u32, height_px: u32, words: Vec<u64>) -> Option<Mask> {
         let bits = width_px as usize * height_px as usize;
-        let past = words.last().filter(|_| bits % 64 != 0).map_or(0, |last| last >> (bits % 64));
+        let past = words.last().filter(|_| !bits.is_multiple_of(64)).map_or(0, |last| last >> (bits % 64));
         (words.len() == bits.div_ceil(64) && past == 0).then_some(Mask { width_px, height_px, words })
     }
 
@@ -143,7 +143,9 @@ impl DepthImage {
 /// 2014).
 pub fn octahedral_code(normal: glam::Vec3) -> [u8; 2] {
     let sum = normal.x.abs() + normal.y.abs() + normal.z.abs();
-    if !(sum > 0.0) {
+    // Not for NaN either.
+    let has_direction = sum > 0.0;
+    if !has_direction {
         return [127, 127];
     }
     let p = glam::Vec2::new(normal.x, normal.y) / sum;
