@@ -1,1 +1,32 @@
+//! What a client holds, drawn as surfaces: the hybrid reconstruction of Xie, Wang, Popescu 2016, §4, Alg. 4.
 //!
+//! Every sample of a depth image becomes one quad over its pixel. [`corners`] decides where its four corners lie, [`mesh`]
+//! puts the quads of one patch together so that neighbours on one surface share vertices (watertight, no overdraw),
+//! [`HeldSurfaces`] keeps one mesh a patch on the GPU, and [`SurfacePass`] draws them into a [`GBuffer`]. There is no
+//! compute stage and no storage buffer, so the same code runs on WebGPU and WebGL2.
+//!
+//! Spaces: a vertex is `(u, v, w)` of its patch's image; the vertex stage takes it to the *output eye* by a matrix that is
+//! composed in f64 for each patch (and each moving object in it), so a scene far from the origin loses nothing.
+
+pub mod corners;
+mod gbuffer;
+mod held;
+pub mod mesh;
+mod pass;
+
+pub use corners::{CornerRules, Corners};
+pub use gbuffer::GBuffer;
+pub use held::{HeldSurfaces, SurfaceStats};
+pub use mesh::{PatchMesh, ProvokingVertex, Vertex};
+pub use pass::{Smoothing, SurfacePass};
+
+/// Why surfaces could not be built or drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum SurfaceError {
+    /// The GPU refused.
+    #[error(transparent)]
+    Gpu(#[from] gpu::GpuError),
+    /// A shader could not be put together: a mistake in the program.
+    #[error(transparent)]
+    Shader(#[from] shaders::ShaderError),
+}

@@ -32,3 +32,25 @@ fn octahedral_normal(code: u32) -> vec3f {
     }
     return vec3f(0.0, 0.0, 1.0);
 }
+
+// 16 + 16 bits, for normals that are interpolated; the first coordinate in the low half.
+fn octahedral_code_fine(normal: vec3f) -> u32 {
+    let sum = abs(normal.x) + abs(normal.y) + abs(normal.z);
+    if !(sum > 0.0) {
+        return pack2x16snorm(vec2f(0.0));
+    }
+    var p = normal.xy / sum;
+    if normal.z < 0.0 {
+        p = octahedral_fold(p);
+    }
+    return pack2x16snorm(p);
+}
+
+fn octahedral_normal_fine(code: u32) -> vec3f {
+    var p = unpack2x16snorm(code);
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    if z < 0.0 {
+        p = octahedral_fold(p);
+    }
+    return normalize(vec3f(p, z));
+}

@@ -1,0 +1,122 @@
+// Draws the quads of one patch into the G-buffer: the twin of `surface::mesh::Vertex` and `surface::pass::ViewUniform`.
+//
+// A vertex is (u, v, w) of the patch's image. Its point in the patch's eye space is (ray, 1)/w, kept homogeneous: scaled by w
+// there is no division, and everything that is interpolated comes out linear in the *patch's* image, which is where corner
+// colours are meant to be linear.
+#import "common/octahedral.wgsl"
+
+struct View {
+    // Rows of the affine map from the patch's eye to the output eye.
+    eye_from_patch: array<vec4f, 3>,
+    // Of the patch's image.
+    centre_px: vec2f,
+    focal_px: f32,
+    // First row of the patch's moving objects in `movers`.
+    mover_row: u32,
+    // Of the output: clip.xy = scale * eye.xy + shift * eye.z.
+    clip_scale: vec2f,
+    clip_shift: vec2f,
+    near_m: f32,
+    // See SMOOTHING_*.
+    smoothing: u32,
+    padding_0: f32,
+    padding_1: f32,
+}
+
+const SMOOTHING_NONE: u32 = 0u;
+const SMOOTHING_BLENDED: u32 = 1u;
+const SMOOTHING_LINEAR: u32 = 2u;
+
+@group(0) @binding(0) var<uniform> view: View;
+// A row a moving object: three rows of `eye_from_patch` for it, then three of the world's turn since capture, for normals.
+@group(0) @binding(1) var movers: texture_2d<f32>;
+
+struct VertexIn {
+    @location(0) image: vec3f,
+    @location(1) colour_material: u32,
+    @location(2) normal_object: u32,
+    @location(3) corner_colour_trim: u32,
+    @location(4) corner_normal_mover: u32,
+    @location(5) pixel: u32,
+}
+
+struct Corner {
+    @builtin(position) clip: vec4f,
+    @location(0) image_px: vec2f,
+    @location(1) colour: vec3f,
+    @location(2) normal: vec3f,
+    @location(3) @interpolate(flat, either) quad_colour_material: u32,
+    @location(4) @interpolate(flat, either) quad_pixel: u32,
+    // Three numbers for the normal, which a moving object turns, and the object.
+    @location(5) @interpolate(flat, either) quad_normal: vec3f,
+    @location(6) @interpolate(flat, either) quad_object: u32,
+}
+
+struct Surface {
+    // sRGB bytes; alpha 1: covered.
+    @location(0) colour: vec4f,
+    // x: octahedral normal, 16 + 16 bits; y: object, material << 16.
+    @location(1) normal_ids: vec2u,
+    // 1/z in the output's eye space, 1/m.
+    @location(2) w: f32,
+}
+
+@vertex
+fn vertex(in: VertexIn) -> Corner {
+    var rows = view.eye_from_patch;
+    let normal = octahedral_normal(in.corner_normal_mover & 0xffffu);
+    let quad_normal = octahedral_normal(in.normal_object & 0xffffu);
+    var out: Corner;
+    out.normal = normal;
+    out.quad_normal = quad_normal;
+    let mover = in.corner_normal_mover >> 16u;
+    if mover != 0u {
+        let row = i32(view.mover_row + mover - 1u);
+        let turn = mat3x3f(
+            textureLoad(movers, vec2i(3, row), 0).xyz,
+            textureLoad(movers, vec2i(4, row), 0).xyz,
+            textureLoad(movers, vec2i(5, row), 0).xyz,
+        );
+        rows[0] = textureLoad(movers, vec2i(0, row), 0);
+        rows[1] = textureLoad(movers, vec2i(1, row), 0);
+        rows[2] = textureLoad(movers, vec2i(2, row), 0);
+        // `turn` holds rows.
+        out.normal = normal * turn;
+        out.quad_normal = quad_normal * turn;
+    }
+    let point = vec4f((in.image.xy - view.centre_px) / view.focal_px, 1.0, in.image.z);
+    let eye = vec3f(dot(rows[0], point), dot(rows[1], point), dot(rows[2], point));
+    out.clip = vec4f(view.clip_scale * eye.xy + view.clip_shift * eye.z, view.near_m * in.image.z, eye.z);
+    out.image_px = in.image.xy;
+    out.colour = unpack4x8unorm(in.corner_colour_trim).xyz;
+    out.quad_colour_material = in.colour_material;
+    out.quad_pixel = in.pixel;
+    out.quad_object = in.normal_object >> 16u;
+    return out;
+}
+
+// How much of the sample itself there is at a point of its quad: 1 at its centre, 0 on its border.
+fn share_of_sample(in: Corner) -> f32 {
+    if view.smoothing == SMOOTHING_NONE {
+        return 1.0;
+    }
+    if view.smoothing == SMOOTHING_LINEAR {
+        return 0.0;
+    }
+    let pixel = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u));
+    let tent = clamp(1.0 - abs(2.0 * (in.image_px - pixel) - 1.0), vec2f(0.0), vec2f(1.0));
+    return tent.x * tent.y;
+}
+
+@fragment
+fn fragment(in: Corner) -> Surface {
+    let share = share_of_sample(in);
+    let quad_colour = unpack4x8unorm(in.quad_colour_material).xyz;
+    let normal = mix(in.normal, in.quad_normal, share);
+    let material = in.quad_colour_material >> 24u;
+    var out: Surface;
+    out.colour = vec4f(mix(in.colour, quad_colour, share), 1.0);
+    out.normal_ids = vec2u(octahedral_code_fine(normal), in.quad_object | (material << 16u));
+    out.w = in.clip.z / view.near_m;
+    return out;
+}

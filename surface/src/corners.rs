@@ -1,0 +1,175 @@
+//! Where the corners of a sample's quad lie: the inverse depth `w` that each sample gives each of its four pixel corners.
+//!
+//! Alg. 4 of Xie, Wang, Popescu 2016 (§4) reads a corner from a second image `H`, offset by half a pixel, and where `H` has
+//! none cuts the corner's ray with the plane through the sample `s` with its normal `n`: in eye space, with the corner's ray
+//! `r` and the sample's ray `r_s`, `w_corner = w_s (n.r)/(n.r_s)`, linear in the image. [`Corners::Averaged`] needs no `H`:
+//! the up to four samples around a corner predict it by their own planes, predictions of one surface are averaged, and all
+//! of its samples take the very same value, which makes the surface watertight. Depth steps and the errors of coded normals
+//! average out with it.
+//!
+//! All of it works in the image: a [`Plane`] is `w` at the pixel's centre with its slopes in 1/m a pixel.
+
+use camera::Pinhole;
+use glam::{DVec2, Vec3};
+use protocol::DepthImage;
+use protocol::image::octahedral_normal;
+
+/// Where corners come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Corners {
+    /// The mean of what the samples of one surface around the corner predict.
+    #[default]
+    Averaged,
+    /// The offset image of the paper where it agrees, else the sample's own plane.
+    OffsetImage,
+    /// The sample's own plane.
+    OwnPlane,
+}
+
+/// What counts as one surface around a corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CornerRules {
+    /// Predictions further apart than this many pixel footprints (`w/f` in w) belong to two surfaces.
+    pub gap_footprints: f32,
+    /// Error of a coded normal in radians: a grazing surface's predictions err by `0.7 w/f sec^2(theta)` times it, half a
+    /// pixel's diagonal from the sample.
+    pub normal_error_rad: f32,
+    /// Depth steps that two predictions may be apart by coding alone.
+    pub depth_steps: f32,
+    /// Least cosine between the normals of two samples of one surface.
+    pub normal_cos: f32,
+    /// A corner's `w` stays within this factor of its sample's, both ways: the plane of a sample seen edge-on has any slope.
+    pub max_ratio: f32,
+}
+
+impl Default for CornerRules {
+    fn default() -> CornerRules {
+        CornerRules {
+            gap_footprints: 1.5,
+            // The largest error of 8 + 8 bits; the mean is 0.34 degrees.
+            normal_error_rad: 0.0145,
+            depth_steps: 1.5,
+            normal_cos: 0.5,
+            // A floor doubles its w within a pixel only at the very horizon.
+            max_ratio: 2.0,
+        }
+    }
+}
+
+/// A sample as a plane in the image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Inverse depth at the pixel's centre, 1/m.
+    pub w: f32,
+    /// Change of `w` a pixel to the right and down, 1/m; zero where the normal gives none.
+    pub slope: [f32; 2],
+    /// Predictions of one surface may be this far apart, 1/m.
+    pub tolerance: f32,
+    /// Unit normal, in the axes of the world at capture.
+    pub normal: Vec3,
+    /// The sample's object.
+    pub object: u16,
+}
+
+/// The image's samples as planes, in the order of its samples, and how many slopes had to be guarded.
+pub fn planes(image: &DepthImage, camera: &Pinhole, rules: &CornerRules) -> (Vec<Plane>, usize) {
+    let eye_from_world = camera.world_from_eye.rotation.inverse().as_quat();
+    let (focal, centre) = (camera.focal_px as f32, camera.centre_px);
+    let mut guarded = 0;
+    let planes = image.mask.occupied().enumerate().map(|(index, (x, y))| {
+        let normal = octahedral_normal(image.normal[index]);
+        let n = eye_from_world * normal;
+        let offset = (DVec2::new(f64::from(x), f64::from(y)) + 0.5 - centre).as_vec2() / focal;
+        let ray = Vec3::new(offset.x, offset.y, 1.0);
+        let w = image.depth_scale.w(image.depth[index]);
+        let facing = n.dot(ray);
+        let slope = [w * n.x / facing / focal, w * n.y / facing / focal];
+        let steepest = 0.5 * (slope[0].abs() + slope[1].abs());
+        let usable = steepest.is_finite() && steepest <= w * (1.0 - 1.0 / rules.max_ratio);
+        guarded += usize::from(!usable);
+        let cos_squared = (facing * facing / ray.length_squared()).max(1e-4);
+        let footprint = w / focal;
+        let tolerance = footprint * (rules.gap_footprints + 0.7 * rules.normal_error_rad / cos_squared)
+            + rules.depth_steps * image.depth_scale.w_step;
+        Plane {
+            w,
+            slope: if steepest.is_finite() { slope } else { [0.0; 2] },
+            tolerance: tolerance.min(0.5 * w),
+            normal,
+            object: image.object[index],
+        }
+    });
+    (planes.collect(), guarded)
+}
+
+impl Plane {
+    /// `w` half a pixel right (`right`, else left) and down (`below`, else up) of the centre, kept within the ratio.
+    pub fn at_corner(&self, right: bool, below: bool, rules: &CornerRules) -> f32 {
+        let half = |positive: bool| if positive { 0.5 } else { -0.5 };
+        let w = self.w + half(right) * self.slope[0] + half(below) * self.slope[1];
+        w.clamp(self.w / rules.max_ratio, self.w * rules.max_ratio)
+    }
+
+    fn is_one_surface_with(&self, other: &Plane, own_w: f32, other_w: f32, rules: &CornerRules) -> bool {
+        self.object == other.object
+            && (own_w - other_w).abs() <= self.tolerance.max(other.tolerance)
+            && self.normal.dot(other.normal) >= rules.normal_cos
+    }
+}
+
+/// What the samples around one corner make of it. Index 0 to 3: the pixel above left, above right, below left, below right.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// `w` for each sample; samples with one `group` have one value.
+    pub w: [f32; 4],
+    /// The lowest index of the sample's group.
+    pub group: [u8; 4],
+}
+
+/// Groups and averages the predictions of the samples around a corner. Samples are one surface when a chain of pairs links
+/// them, so every member comes to the same group.
+pub fn averaged(around: [Option<&Plane>; 4], rules: &CornerRules) -> Corner {
+    let w = predictions(around, rules);
+    let mut group = [0, 1, 2, 3];
+    for (first, second) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
+        let (Some(a), Some(b)) = (around[first], around[second]) else { continue };
+        if group[first] != group[second] && a.is_one_surface_with(b, w[first], w[second], rules) {
+            let (low, high) = (group[first].min(group[second]), group[first].max(group[second]));
+            group.iter_mut().filter(|member| **member == high).for_each(|member| *member = low);
+        }
+    }
+    let mut mean = w;
+    for (index, member) in group.iter().enumerate() {
+        let members = || (0..4).filter(|&other| group[other] == *member && around[other].is_some());
+        let count = members().count().max(1);
+        mean[index] = members().map(|other| w[other]).sum::<f32>() / count as f32;
+    }
+    Corner { w: mean, group }
+}
+
+/// Every sample by its own plane; nothing is shared.
+pub fn own_plane(around: [Option<&Plane>; 4], rules: &CornerRules) -> Corner {
+    Corner { w: predictions(around, rules), group: [0, 1, 2, 3] }
+}
+
+/// The offset image's sample at the corner, `(object, w)`, for every sample that no discontinuity separates from it.
+pub fn from_offset_image(around: [Option<&Plane>; 4], offset: Option<(u16, f32)>, rules: &CornerRules) -> Corner {
+    let mut corner = own_plane(around, rules);
+    let Some((object, offset_w)) = offset else { return corner };
+    let mut first = None;
+    for (index, plane) in around.iter().enumerate() {
+        let Some(plane) = plane else { continue };
+        if plane.object == object && (corner.w[index] - offset_w).abs() <= plane.tolerance {
+            corner.w[index] = offset_w;
+            corner.group[index] = *first.get_or_insert(index as u8);
+        }
+    }
+    corner
+}
+
+fn predictions(around: [Option<&Plane>; 4], rules: &CornerRules) -> [f32; 4] {
+    std::array::from_fn(|index| {
+        let (sample_is_left, sample_is_above) = (index % 2 == 0, index < 2);
+        around[index].map_or(0.0, |plane| plane.at_corner(sample_is_left, sample_is_above, rules))
+    })
+}

@@ -1,0 +1,71 @@
+use gpu::Gpu;
+use wgpu::{Extent3d, TextureFormat, TextureUsages, TextureView};
+
+/// What the surfaces look like from the output eye, before any light.
+#[derive(Debug)]
+pub struct GBuffer {
+    /// Width and height in pixels.
+    pub size_px: (u32, u32),
+    /// [`GBuffer::COLOUR`]: base colour as sRGB bytes; alpha 1 where there is a surface, else 0.
+    pub colour: wgpu::Texture,
+    /// [`GBuffer::NORMAL_IDS`]: x an octahedral normal (16 + 16 bits, world space now), y the object and, from bit 16, the
+    /// material.
+    pub normal_ids: wgpu::Texture,
+    /// [`GBuffer::W`]: inverse depth `1/z` in 1/m; 0 where there is no surface.
+    pub w: wgpu::Texture,
+    /// [`GBuffer::DEPTH`]: `near * w`, nearer is larger.
+    pub depth: wgpu::Texture,
+    /// Views of the four.
+    pub views: GBufferViews,
+}
+
+/// See [`GBuffer`].
+#[derive(Debug)]
+pub struct GBufferViews {
+    /// Of `colour`.
+    pub colour: TextureView,
+    /// Of `normal_ids`.
+    pub normal_ids: TextureView,
+    /// Of `w`.
+    pub w: TextureView,
+    /// Of `depth`.
+    pub depth: TextureView,
+}
+
+impl GBuffer {
+    /// See [`GBuffer::colour`].
+    pub const COLOUR: TextureFormat = TextureFormat::Rgba8Unorm;
+    /// See [`GBuffer::normal_ids`].
+    pub const NORMAL_IDS: TextureFormat = TextureFormat::Rg32Uint;
+    /// See [`GBuffer::w`].
+    pub const W: TextureFormat = TextureFormat::R32Float;
+    /// See [`GBuffer::depth`].
+    pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
+
+    /// Targets of one size; both sides above zero.
+    pub fn new(gpu: &Gpu, size_px: (u32, u32)) -> GBuffer {
+        let texture = |label, format| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: Extent3d { width: size_px.0, height: size_px.1, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let colour = texture("surface colour", GBuffer::COLOUR);
+        let normal_ids = texture("surface normal and ids", GBuffer::NORMAL_IDS);
+        let w = texture("surface w", GBuffer::W);
+        let depth = texture("surface depth", GBuffer::DEPTH);
+        let views = GBufferViews {
+            colour: colour.create_view(&wgpu::TextureViewDescriptor::default()),
+            normal_ids: normal_ids.create_view(&wgpu::TextureViewDescriptor::default()),
+            w: w.create_view(&wgpu::TextureViewDescriptor::default()),
+            depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
+        };
+        GBuffer { size_px, colour, normal_ids, w, depth, views }
+    }
+}

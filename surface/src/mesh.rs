@@ -1,0 +1,284 @@
+//! The quads of one patch as an indexed mesh.
+//!
+//! Samples of one surface share their corner vertices, so there is about one vertex a sample. What is constant over a quad
+//! (colour, normal, ids) is read from its top left vertex: that vertex is shared with quads above and to the left, but is
+//! the top left one of this quad alone. Both triangles therefore start (WebGPU) or end (WebGL2) with it, wherever the API
+//! takes flat values from.
+
+use bytemuck::{Pod, Zeroable};
+use camera::Pinhole;
+use protocol::held::HeldPatch;
+use protocol::{DepthImage, Patch};
+
+use crate::corners::{self, Corner, CornerRules, Corners, Plane};
+
+/// One corner. Layout of the vertex buffer, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Vertex {
+    /// Pixels from the left edge of the patch's image.
+    pub u_px: f32,
+    /// Pixels from its top edge.
+    pub v_px: f32,
+    /// Inverse depth in 1/m, above zero.
+    pub w: f32,
+    /// Of the quad whose top left corner this is: sRGB bytes, and the material in the highest byte.
+    pub colour_material: u32,
+    /// Of that quad: octahedral normal in the low half, object in the high one.
+    pub normal_object: u32,
+    /// Mean colour of the samples that share the corner: sRGB bytes. The highest byte is the extent code of the quad.
+    pub corner_colour_trim: u32,
+    /// Mean normal of the samples that share the corner in the low half; in the high one 0, or `1 + i` where the sample
+    /// belongs to the patch's moving object number `i`.
+    pub corner_normal_mover: u32,
+    /// The pixel of the quad: x in the low half, y in the high one.
+    pub pixel: u32,
+}
+
+/// From which vertex of a triangle the API takes flat values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProvokingVertex {
+    /// WebGPU, Vulkan, Metal, Direct3D.
+    First,
+    /// OpenGL and WebGL.
+    Last,
+}
+
+/// The quads of a patch, ready for upload.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PatchMesh {
+    /// Corners.
+    pub vertices: Vec<Vertex>,
+    /// Six a sample, in the order of the samples.
+    pub indices: Vec<u32>,
+    /// Samples whose normal gives no usable plane: their corners were kept within [`CornerRules::max_ratio`].
+    pub guarded: usize,
+}
+
+/// How to make a [`PatchMesh`].
+#[derive(Debug, Clone, Copy)]
+pub struct MeshOptions<'a> {
+    /// Where corners come from.
+    pub corners: Corners,
+    /// What counts as one surface.
+    pub rules: CornerRules,
+    /// See [`ProvokingVertex`].
+    pub provoking: ProvokingVertex,
+    /// For [`Corners::OffsetImage`]: the image of the same view, one pixel larger, whose pixel centres are the corners.
+    pub offset_image: Option<&'a DepthImage>,
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Builds the quads of a held patch.
+pub fn build(held: &HeldPatch, options: &MeshOptions<'_>) -> PatchMesh {
+    let camera::Camera::Pinhole(camera) = held.patch.image.camera;
+    Builder::new(held, &camera, options).run()
+}
+
+struct Builder<'a> {
+    patch: &'a Patch,
+    trims: &'a [u8],
+    options: &'a MeshOptions<'a>,
+    planes: Vec<Plane>,
+    guarded: usize,
+    pixels: Vec<(u32, u32)>,
+    /// Sample of each pixel of two rows: the one above the current corners and the one below.
+    rows: [Vec<u32>; 2],
+    /// Vertices of each sample: top left, top right, bottom left, bottom right.
+    quads: Vec<[u32; 4]>,
+    vertices: Vec<Vertex>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(held: &'a HeldPatch, camera: &Pinhole, options: &'a MeshOptions<'a>) -> Builder<'a> {
+        let image = &held.patch.image;
+        let (planes, guarded) = corners::planes(image, camera, &options.rules);
+        let width = image.mask.size_px().0 as usize;
+        Builder {
+            patch: &held.patch,
+            trims: &held.trims,
+            options,
+            guarded,
+            pixels: image.mask.occupied().collect(),
+            rows: [vec![NONE; width + 2], vec![NONE; width + 2]],
+            quads: vec![[NONE; 4]; planes.len()],
+            vertices: Vec::with_capacity(planes.len() * 5 / 4),
+            planes,
+        }
+    }
+
+    fn run(mut self) -> PatchMesh {
+        let height = self.patch.image.mask.size_px().1;
+        let offset = self.options.offset_image.map(OffsetPlane::new);
+        let mut next = 0;
+        for y in 0..=height {
+            self.rows.swap(0, 1);
+            let below = &mut self.rows[1];
+            below.fill(NONE);
+            let start = next;
+            while next < self.pixels.len() && self.pixels[next].1 == y {
+                below[self.pixels[next].0 as usize + 1] = next as u32;
+                next += 1;
+            }
+            let above_is_empty = start == 0 || self.pixels[start - 1].1 + 1 != y;
+            if !(start == next && above_is_empty) {
+                self.corner_row(y, offset.as_ref());
+            }
+        }
+        self.shrink_trimmed();
+        let indices = self.indices();
+        PatchMesh { vertices: self.vertices, indices, guarded: self.guarded }
+    }
+
+    fn corner_row(&mut self, y: u32, offset: Option<&OffsetPlane<'_>>) {
+        for x in 0..self.rows[0].len() - 1 {
+            let around = [self.rows[0][x], self.rows[0][x + 1], self.rows[1][x], self.rows[1][x + 1]];
+            if around == [NONE; 4] {
+                continue;
+            }
+            let rules = &self.options.rules;
+            let planes = around.map(|sample| self.planes.get(sample as usize));
+            let corner = match self.options.corners {
+                Corners::Averaged => corners::averaged(planes, rules),
+                Corners::OwnPlane => corners::own_plane(planes, rules),
+                Corners::OffsetImage => {
+                    corners::from_offset_image(planes, offset.and_then(|offset| offset.at(x as u32, y)), rules)
+                }
+            };
+            self.add_vertices(x as f32, y as f32, around, &corner);
+        }
+    }
+
+    fn add_vertices(&mut self, u_px: f32, v_px: f32, around: [u32; 4], corner: &Corner) {
+        for first in 0..4 {
+            let leads = around[first] != NONE && !(0..first).any(|other| {
+                around[other] != NONE && corner.group[other] == corner.group[first]
+            });
+            if !leads {
+                continue;
+            }
+            let id = self.vertices.len() as u32;
+            let mut mean = Mean::default();
+            for index in first..4 {
+                if around[index] != NONE && corner.group[index] == corner.group[first] {
+                    // The sample lies on the other side: the corner above left of it is its bottom right one.
+                    self.quads[around[index] as usize][3 - index] = id;
+                    mean.add(self.patch.image.colour[around[index] as usize], &self.planes[around[index] as usize]);
+                }
+            }
+            let owner = if corner.group[3] == corner.group[first] && around[3] != NONE { 3 } else { first };
+            self.vertices.push(self.vertex(u_px, v_px, corner.w[first], around[owner] as usize, &mean));
+        }
+    }
+
+    fn vertex(&self, u_px: f32, v_px: f32, w: f32, sample: usize, mean: &Mean) -> Vertex {
+        let image = &self.patch.image;
+        let object = image.object[sample];
+        let mover = self.patch.objects.iter().position(|pose| pose.object == object).map_or(0, |index| index + 1);
+        let (x, y) = self.pixels[sample];
+        Vertex {
+            u_px,
+            v_px,
+            w,
+            colour_material: packed(image.colour[sample], image.material[sample]),
+            normal_object: u32::from(u16::from_le_bytes(image.normal[sample])) | u32::from(object) << 16,
+            corner_colour_trim: packed(mean.colour(), self.trims.get(sample).copied().unwrap_or(0)),
+            corner_normal_mover: u32::from(u16::from_le_bytes(mean.normal())) | (mover as u32) << 16,
+            pixel: x | y << 16,
+        }
+    }
+
+    /// Gives trimmed samples corners of their own, nearer to their centres by `2^-n`: `w` is linear in the image.
+    fn shrink_trimmed(&mut self) {
+        for sample in 0..self.trims.len() {
+            if self.trims[sample] == 0 {
+                continue;
+            }
+            let scale = 0.5_f32.powi(i32::from(self.trims[sample]));
+            let (x, y) = self.pixels[sample];
+            let (centre_u, centre_v, centre_w) = (x as f32 + 0.5, y as f32 + 0.5, self.planes[sample].w);
+            for corner in 0..4 {
+                let shared = self.vertices[self.quads[sample][corner] as usize];
+                let mut mean = Mean::default();
+                mean.add(self.patch.image.colour[sample], &self.planes[sample]);
+                let own = self.vertex(
+                    centre_u + scale * (shared.u_px - centre_u),
+                    centre_v + scale * (shared.v_px - centre_v),
+                    centre_w + scale * (shared.w - centre_w),
+                    sample,
+                    &mean,
+                );
+                self.quads[sample][corner] = self.vertices.len() as u32;
+                self.vertices.push(own);
+            }
+        }
+    }
+
+    fn indices(&self) -> Vec<u32> {
+        let mut indices = Vec::with_capacity(self.quads.len() * 6);
+        for &[top_left, top_right, bottom_left, bottom_right] in &self.quads {
+            indices.extend_from_slice(&match self.options.provoking {
+                ProvokingVertex::First => [top_left, bottom_right, top_right, top_left, bottom_left, bottom_right],
+                ProvokingVertex::Last => [bottom_right, top_right, top_left, bottom_left, bottom_right, top_left],
+            });
+        }
+        indices
+    }
+}
+
+fn packed([r, g, b]: [u8; 3], high: u8) -> u32 {
+    u32::from_le_bytes([r, g, b, high])
+}
+
+#[derive(Default)]
+struct Mean {
+    colour: [u32; 3],
+    normal: glam::Vec3,
+    count: u32,
+}
+
+impl Mean {
+    fn add(&mut self, colour: [u8; 3], plane: &Plane) {
+        for (sum, value) in self.colour.iter_mut().zip(colour) {
+            *sum += u32::from(value);
+        }
+        self.normal += plane.normal;
+        self.count += 1;
+    }
+
+    fn colour(&self) -> [u8; 3] {
+        self.colour.map(|sum| ((sum + self.count / 2) / self.count) as u8)
+    }
+
+    fn normal(&self) -> [u8; 2] {
+        protocol::image::octahedral_code(self.normal)
+    }
+}
+
+/// The offset image by pixel.
+struct OffsetPlane<'a> {
+    image: &'a DepthImage,
+    samples: Vec<u32>,
+}
+
+impl OffsetPlane<'_> {
+    fn new(image: &DepthImage) -> OffsetPlane<'_> {
+        let (width, height) = image.mask.size_px();
+        let mut samples = vec![NONE; width as usize * height as usize];
+        for (index, (x, y)) in image.mask.occupied().enumerate() {
+            samples[y as usize * width as usize + x as usize] = index as u32;
+        }
+        OffsetPlane { image, samples }
+    }
+
+    fn at(&self, x: u32, y: u32) -> Option<(u16, f32)> {
+        let (width, height) = self.image.mask.size_px();
+        if x >= width || y >= height {
+            return None;
+        }
+        let sample = self.samples[y as usize * width as usize + x as usize] as usize;
+        let code = *self.image.depth.get(sample)?;
+        Some((self.image.object[sample], self.image.depth_scale.w(code)))
+    }
+}

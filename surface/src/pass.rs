@@ -1,0 +1,300 @@
+use bytemuck::{Pod, Zeroable};
+use camera::Pinhole;
+use glam::{DAffine3, DMat3, Vec3};
+use gpu::Gpu;
+use wgpu::util::DeviceExt;
+
+use crate::SurfaceError;
+use crate::gbuffer::GBuffer;
+use crate::held::{HeldSurfaces, PatchSurface};
+use crate::mesh::Vertex;
+
+/// What colour and normal are between the centres of two samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Smoothing {
+    /// Constant over each quad.
+    None,
+    /// The sample's own at its centre, the mean of the samples of one surface at its corners.
+    #[default]
+    Blended,
+    /// Linear between the means at the corners.
+    Linear,
+}
+
+/// `View` of `surface/quads.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+struct ViewUniform {
+    eye_from_patch: [[f32; 4]; 3],
+    centre_px: [f32; 2],
+    focal_px: f32,
+    mover_row: u32,
+    clip_scale: [f32; 2],
+    clip_shift: [f32; 2],
+    near_m: f32,
+    smoothing: u32,
+    padding: [f32; 2],
+}
+
+/// Texels a moving object takes in the texture of movers: three rows for points, three for normals.
+const MOVER_TEXELS: u32 = 6;
+
+/// Draws [`HeldSurfaces`] into a [`GBuffer`]; the nearest surface wins.
+#[derive(Debug)]
+pub struct SurfacePass {
+    gpu: Gpu,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl SurfacePass {
+    /// Compiles the pipeline.
+    pub fn new(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
+        let module = gpu.shader("surface/quads.wgsl")?;
+        let layout = bind_group_layout(gpu);
+        let pipeline = pipeline(gpu, &module, &layout);
+        Ok(SurfacePass { gpu: gpu.clone(), layout, pipeline })
+    }
+
+    /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        camera: &Pinhole,
+        smoothing: Smoothing,
+        target: &GBuffer,
+    ) {
+        let stride = (size_of::<ViewUniform>() as u32)
+            .next_multiple_of(self.gpu.device.limits().min_uniform_buffer_offset_alignment);
+        let inputs = Inputs::new(surfaces, camera, smoothing, stride as usize);
+        let group = (!inputs.views.is_empty()).then(|| self.bind(&inputs));
+        let mut pass = begin(encoder, target);
+        let Some(group) = group else { return };
+        pass.set_pipeline(&self.pipeline);
+        for (index, patch) in surfaces.patches().enumerate() {
+            pass.set_bind_group(0, &group, &[index as u32 * stride]);
+            pass.set_vertex_buffer(0, patch.vertices.slice(..));
+            pass.set_index_buffer(patch.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..patch.index_count, 0, 0..1);
+        }
+    }
+
+    fn bind(&self, inputs: &Inputs) -> wgpu::BindGroup {
+        let device = &self.gpu.device;
+        let views = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("views of the patches"),
+            contents: &inputs.views,
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let movers = device.create_texture_with_data(
+            &self.gpu.queue,
+            &wgpu::TextureDescriptor {
+                label: Some("movers"),
+                size: wgpu::Extent3d {
+                    width: MOVER_TEXELS,
+                    height: inputs.movers.len() as u32 / MOVER_TEXELS,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            },
+            wgpu::util::TextureDataOrder::LayerMajor,
+            bytemuck::cast_slice(&inputs.movers),
+        );
+        let view_size = wgpu::BufferSize::new(size_of::<ViewUniform>() as u64);
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("surfaces"),
+            layout: &self.layout,
+            entries: &[
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                        buffer: &views,
+                        offset: 0,
+                        size: view_size,
+                    }),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::TextureView(
+                        &movers.create_view(&wgpu::TextureViewDescriptor::default()),
+                    ),
+                },
+            ],
+        })
+    }
+}
+
+/// What one frame uploads.
+struct Inputs {
+    /// A [`ViewUniform`] a patch, `stride` bytes apart.
+    views: Vec<u8>,
+    /// [`MOVER_TEXELS`] a moving object of each patch; never empty.
+    movers: Vec<[f32; 4]>,
+}
+
+impl Inputs {
+    fn new(surfaces: &HeldSurfaces, output: &Pinhole, smoothing: Smoothing, stride: usize) -> Inputs {
+        let eye_from_world = output.world_from_eye.inverse().to_affine();
+        let mut inputs = Inputs { views: vec![0; surfaces.patches().len() * stride], movers: Vec::new() };
+        for (index, patch) in surfaces.patches().enumerate() {
+            let world_from_patch = patch.camera.world_from_eye.to_affine();
+            let mover_row = inputs.movers.len() as u32 / MOVER_TEXELS;
+            let view = view_uniform(patch, output, smoothing, eye_from_world * world_from_patch, mover_row);
+            inputs.views[index * stride..][..size_of::<ViewUniform>()].copy_from_slice(bytemuck::bytes_of(&view));
+            for pose in &patch.objects {
+                let now = surfaces.poses_now().get(&pose.object).unwrap_or(&pose.world_from_object);
+                let now_from_capture = *now * pose.world_from_object.inverse();
+                inputs.movers.extend(rows(eye_from_world * now_from_capture * world_from_patch));
+                inputs.movers.extend(normal_rows(now_from_capture.matrix3));
+            }
+        }
+        if inputs.movers.is_empty() {
+            inputs.movers.resize(MOVER_TEXELS as usize, [0.0; 4]);
+        }
+        inputs
+    }
+}
+
+fn view_uniform(
+    patch: &PatchSurface,
+    output: &Pinhole,
+    smoothing: Smoothing,
+    eye_from_patch: DAffine3,
+    mover_row: u32,
+) -> ViewUniform {
+    let clip_from_eye = output.clip_from_eye();
+    ViewUniform {
+        eye_from_patch: rows(eye_from_patch),
+        centre_px: patch.camera.centre_px.as_vec2().to_array(),
+        focal_px: patch.camera.focal_px as f32,
+        mover_row,
+        clip_scale: [clip_from_eye.x_axis.x, clip_from_eye.y_axis.y],
+        clip_shift: [clip_from_eye.z_axis.x, clip_from_eye.z_axis.y],
+        near_m: output.near_m as f32,
+        smoothing: match smoothing {
+            Smoothing::None => 0,
+            Smoothing::Blended => 1,
+            Smoothing::Linear => 2,
+        },
+        padding: [0.0; 2],
+    }
+}
+
+fn rows(affine: DAffine3) -> [[f32; 4]; 3] {
+    let linear = affine.matrix3.transpose();
+    let row = |axis: glam::DVec3, offset: f64| axis.extend(offset).as_vec4().to_array();
+    [
+        row(linear.x_axis, affine.translation.x),
+        row(linear.y_axis, affine.translation.y),
+        row(linear.z_axis, affine.translation.z),
+    ]
+}
+
+/// Normals go by the inverse transpose, which for a rigid motion is the rotation itself.
+fn normal_rows(now_from_capture: DMat3) -> [[f32; 4]; 3] {
+    let rows = now_from_capture.inverse();
+    [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| {
+        let row: Vec3 = row.as_vec3();
+        row.extend(0.0).to_array()
+    })
+}
+
+fn begin<'a>(encoder: &'a mut wgpu::CommandEncoder, target: &GBuffer) -> wgpu::RenderPass<'a> {
+    let clear = |view| {
+        Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
+        })
+    };
+    let views = &target.views;
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("surfaces"),
+        color_attachments: &[clear(&views.colour), clear(&views.normal_ids), clear(&views.w)],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &views.depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
+}
+
+fn bind_group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("surfaces"),
+        entries: &[
+            wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: true,
+                    min_binding_size: wgpu::BufferSize::new(size_of::<ViewUniform>() as u64),
+                },
+                count: None,
+            },
+            wgpu::BindGroupLayoutEntry {
+                binding: 1,
+                visibility: wgpu::ShaderStages::VERTEX,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                count: None,
+            },
+        ],
+    })
+}
+
+fn pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, layout: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
+    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("surfaces"),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    let attributes =
+        wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32, 2 => Uint32, 3 => Uint32, 4 => Uint32, 5 => Uint32];
+    let target = |format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL });
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("surfaces"),
+        layout: Some(&pipeline_layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<Vertex>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &attributes,
+            })],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: GBuffer::DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some("fragment"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[target(GBuffer::COLOUR), target(GBuffer::NORMAL_IDS), target(GBuffer::W)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
