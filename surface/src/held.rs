@@ -55,13 +55,7 @@ impl HeldSurfaces {
 
     /// Holds nothing yet.
     pub fn with_corners(gpu: &Gpu, corners: Corners, rules: CornerRules) -> HeldSurfaces {
-        HeldSurfaces {
-            gpu: gpu.clone(),
-            corners,
-            rules,
-            patches: BTreeMap::new(),
-            poses_now: BTreeMap::new(),
-        }
+        HeldSurfaces { gpu: gpu.clone(), corners, rules, patches: BTreeMap::new(), poses_now: BTreeMap::new() }
     }
 
     /// Follows an update that `held` has just applied.
@@ -105,12 +99,8 @@ impl HeldSurfaces {
         if held.patch.purpose != Purpose::Eye {
             return;
         }
-        let options = MeshOptions {
-            corners: self.corners,
-            rules: self.rules,
-            provoking: self.provoking_vertex(),
-            offset_image,
-        };
+        let options =
+            MeshOptions { corners: self.corners, rules: self.rules, provoking: self.provoking_vertex(), offset_image };
         let mesh = mesh::build(held, &options);
         if mesh.indices.is_empty() {
             self.remove(held.patch.id);

@@ -151,24 +151,23 @@ impl<'a> Builder<'a> {
     }
 
     fn add_vertices(&mut self, u_px: f32, v_px: f32, around: [u32; 4], corner: &Corner) {
-        for first in 0..4 {
-            let leads = around[first] != NONE && !(0..first).any(|other| {
-                around[other] != NONE && corner.group[other] == corner.group[first]
-            });
-            if !leads {
-                continue;
-            }
+        for (first, group) in corner.group.into_iter().enumerate() {
             let id = self.vertices.len() as u32;
             let mut mean = Mean::default();
-            for index in first..4 {
-                if around[index] != NONE && corner.group[index] == corner.group[first] {
-                    // The sample lies on the other side: the corner above left of it is its bottom right one.
-                    self.quads[around[index] as usize][3 - index] = id;
-                    mean.add(self.patch.image.colour[around[index] as usize], &self.planes[around[index] as usize]);
+            let mut owner = NONE;
+            // A group is named by its lowest sample, so each comes up once.
+            for (index, sample) in around.into_iter().enumerate().skip(first) {
+                if usize::from(group) == first && sample != NONE && corner.group[index] == group {
+                    // The corner lies on the other side of the sample: it is the bottom right one of the sample above left.
+                    self.quads[sample as usize][3 - index] = id;
+                    mean.add(self.patch.image.colour[sample as usize], &self.planes[sample as usize]);
+                    owner = sample;
                 }
             }
-            let owner = if corner.group[3] == corner.group[first] && around[3] != NONE { 3 } else { first };
-            self.vertices.push(self.vertex(u_px, v_px, corner.w[first], around[owner] as usize, &mean));
+            if owner != NONE {
+                // The last sample of the group; where this is its top left corner, that is sample 3, which only comes last.
+                self.vertices.push(self.vertex(u_px, v_px, corner.w[first], owner as usize, &mean));
+            }
         }
     }
 

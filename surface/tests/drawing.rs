@@ -1,0 +1,214 @@
+//! Surfaces drawn on the GPU against scenes with a closed form.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use camera::{Camera, Rigid};
+use common::{Shape, Stage, ball, capture, held, truth, view};
+use glam::{DAffine3, DQuat, DVec3};
+use protocol::image::octahedral_code;
+use protocol::{DepthImage, DepthScale, Mask, ObjectPose};
+use vantage_surface::{CornerRules, Corners, HeldSurfaces, Smoothing};
+
+const FLOOR: Shape = Shape::Plane { point: DVec3::ZERO, normal: DVec3::Y };
+const WALL: Shape = Shape::Plane { point: DVec3::new(0.0, 0.0, -6.0), normal: DVec3::Z };
+
+#[test]
+fn a_plane_is_watertight_from_everywhere_and_stays_where_it_is() {
+    let stage = Stage::new();
+    let eye = DVec3::new(0.0, 1.7, 0.0);
+    // From facing to grazing: the floor's far end is seen at 8 degrees.
+    for (shapes, target) in [([WALL], DVec3::new(1.0, 1.0, -3.0)), ([FLOOR], DVec3::new(0.0, 0.0, -4.0))] {
+        let patch = capture(&shapes, &view(eye, target, 96, 60.0));
+        let mut surfaces = HeldSurfaces::new(&stage.gpu);
+        surfaces.insert(&patch);
+        for offset in ball(24) {
+            let camera = view(eye + 0.2 * offset, target + 0.2 * offset, 64, 30.0);
+            let drawn = stage.draw(&surfaces, &camera, Smoothing::Blended);
+            assert_eq!(drawn.covered(), 64 * 64, "cracks in {shapes:?} from {offset}");
+            for (pixel, hit) in truth(&shapes, &camera).iter().enumerate() {
+                let expected = 1.0 / hit.unwrap().t as f32;
+                assert!((drawn.w[pixel] - expected).abs() < 0.01 * expected, "{} for {expected}", drawn.w[pixel]);
+                assert!(drawn.normal(pixel).dot(hit.unwrap().normal.as_vec3()) > 0.9998);
+            }
+        }
+    }
+}
+
+#[test]
+fn own_planes_crack_where_depth_is_coarse_and_averaged_corners_do_not() {
+    let stage = Stage::new();
+    let camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(1.0, 1.0, -3.0), 96, 60.0);
+    let mut patch = capture(&[WALL], &camera);
+    let image = &mut patch.patch.image;
+    let exact: Vec<f32> = image.depth.iter().map(|&code| image.depth_scale.w(code)).collect();
+    image.depth_scale.w_step *= 64.0;
+    image.depth = exact.iter().map(|&w| image.depth_scale.code(w)).collect();
+    let uncovered = |corners| {
+        let mut surfaces = HeldSurfaces::with_corners(&stage.gpu, corners, CornerRules::default());
+        surfaces.insert(&patch);
+        let output = view(DVec3::new(0.3, 1.9, 0.1), DVec3::new(1.0, 1.0, -3.0), 128, 30.0);
+        128 * 128 - stage.draw(&surfaces, &output, Smoothing::None).covered()
+    };
+    assert_eq!(uncovered(Corners::Averaged), 0);
+    assert!(uncovered(Corners::OwnPlane) > 20);
+}
+
+#[test]
+fn every_quad_shows_its_own_sample_over_exactly_its_pixel() {
+    let stage = Stage::new();
+    let camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.5, 0.8, -3.0), 48, 60.0);
+    let patch = capture(&[WALL, FLOOR], &camera);
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    surfaces.insert(&patch);
+    let drawn = stage.draw(&surfaces, &camera, Smoothing::None);
+    for (index, (x, y)) in patch.patch.image.mask.occupied().enumerate() {
+        let pixel = (y * 48 + x) as usize;
+        let [r, g, b] = patch.patch.image.colour[index];
+        assert_eq!(drawn.colour[pixel], [r, g, b, 255], "at {x} {y}");
+        assert_eq!(drawn.object(pixel), patch.patch.image.object[index]);
+        assert_eq!(drawn.material(pixel), patch.patch.image.material[index]);
+    }
+}
+
+fn single_sample(trim: u8) -> protocol::held::HeldPatch {
+    let camera = view(DVec3::ZERO, DVec3::NEG_Z, 8, 60.0);
+    let mut mask = Mask::empty(8, 8);
+    mask.set(3, 5, true);
+    let image = DepthImage {
+        camera: Camera::Pinhole(camera),
+        depth_scale: DepthScale { w_min: 0.5, w_step: 0.0 },
+        mask,
+        depth: vec![0],
+        normal: vec![octahedral_code(glam::Vec3::Z)],
+        colour: vec![[10, 20, 30]],
+        object: vec![3],
+        material: vec![4],
+    };
+    let mut patch = held(image);
+    patch.trims = vec![trim];
+    patch
+}
+
+#[test]
+fn a_lone_sample_fills_its_pixel_and_a_trimmed_one_its_share() {
+    let stage = Stage::new();
+    for (trim, side) in [(0, 16), (1, 8), (2, 4), (3, 2)] {
+        let drawn = stage.draw_patch(&single_sample(trim), &view(DVec3::ZERO, DVec3::NEG_Z, 128, 60.0));
+        assert_eq!(drawn.covered(), side * side, "trim {trim}");
+        let centre = (5 * 16 + 8) * 128 + 3 * 16 + 8;
+        assert_eq!(drawn.colour[centre], [10, 20, 30, 255]);
+        assert_eq!(drawn.w[centre], 0.5);
+    }
+}
+
+#[test]
+fn a_sphere_grows_by_no_more_than_its_rim() {
+    let stage = Stage::new();
+    let sphere = [Shape::Sphere { centre: DVec3::new(0.0, 1.7, -4.0), radius: 1.0 }];
+    let eye = DVec3::new(0.0, 1.7, 0.0);
+    let target = DVec3::new(0.0, 1.7, -4.0);
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    surfaces.insert(&capture(&sphere, &view(eye, target, 128, 45.0)));
+    for offset in ball(16) {
+        let camera = view(eye + 0.25 * offset, target, 128, 40.0);
+        let (drawn, truth) = (stage.draw(&surfaces, &camera, Smoothing::None), truth(&sphere, &camera));
+        let covered = truth.iter().flatten().count();
+        let wrong = (0..truth.len()).filter(|&pixel| drawn.w[pixel] > 0.0 && truth[pixel].is_none()).count();
+        let holes = (0..truth.len()).filter(|&pixel| drawn.w[pixel] == 0.0 && truth[pixel].is_some()).count();
+        // The rim is about 4 sqrt(covered) pixels long: less than a pixel beyond it, and what the move uncovered at one side.
+        assert!(wrong < 3 * covered.isqrt(), "{wrong} of {covered} pixels beside the sphere");
+        assert!(holes < 3 * covered.isqrt(), "{holes} of {covered} pixels missing");
+    }
+}
+
+#[test]
+fn a_moved_object_is_drawn_where_it_is_now() {
+    let stage = Stage::new();
+    let at_capture = Shape::Sphere { centre: DVec3::new(0.0, 1.0, -4.0), radius: 1.0 };
+    let moved_centre = DVec3::new(0.7, 1.3, -4.4);
+    let moved = Shape::Sphere { centre: moved_centre, radius: 1.0 };
+    let camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.0, 1.0, -4.0), 128, 50.0);
+    let pose = |x, y, z| DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.0), DVec3::new(x, y, z));
+    let mut patch = capture(&[WALL, at_capture], &camera);
+    patch.patch.objects = vec![ObjectPose { object: 2, world_from_object: pose(0.0, 1.0, -4.0) }];
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    surfaces.insert(&patch);
+    let still = stage.draw(&surfaces, &camera, Smoothing::None);
+    surfaces.set_poses(&BTreeMap::from([(2, pose(0.7, 1.3, -4.4))]));
+    let drawn = stage.draw(&surfaces, &camera, Smoothing::None);
+    let expected = truth(&[WALL, moved], &camera);
+    let mut compared = 0;
+    for (pixel, hit) in expected.iter().enumerate() {
+        let hit = hit.unwrap();
+        let facing = hit.normal.dot((camera.world_from_eye.translation - moved_centre).normalize());
+        if hit.object == 2 && facing > 0.8 {
+            assert_eq!(drawn.object(pixel), 2);
+            assert!((f64::from(drawn.w[pixel]) * hit.t - 1.0).abs() < 0.02);
+            compared += 1;
+        }
+        if hit.object == 1 && still.object(pixel) == 1 && drawn.object(pixel) == 1 {
+            assert_eq!(drawn.w[pixel], still.w[pixel], "the wall stays");
+        }
+    }
+    assert!(compared > 500, "{compared}");
+}
+
+#[test]
+fn a_turned_object_turns_its_normals() {
+    let stage = Stage::new();
+    let camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.0, 1.7, -6.0), 32, 50.0);
+    let mut patch = capture(&[WALL], &camera);
+    let at_capture = DAffine3::from_translation(DVec3::new(0.0, 1.7, -6.0));
+    patch.patch.objects = vec![ObjectPose { object: 1, world_from_object: at_capture }];
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    surfaces.insert(&patch);
+    let turn = DQuat::from_rotation_y(0.5);
+    surfaces.set_poses(&BTreeMap::from([(1, at_capture * DAffine3::from_quat(turn))]));
+    let drawn = stage.draw(&surfaces, &camera, Smoothing::Blended);
+    let middle = 16 * 32 + 16;
+    assert!(drawn.normal(middle).dot((turn * DVec3::Z).as_vec3()) > 0.9999);
+    assert!((drawn.w[middle] - 1.0 / 6.0).abs() < 0.01);
+}
+
+#[test]
+fn ten_thousand_kilometres_from_the_origin_nothing_changes() {
+    let stage = Stage::new();
+    let far = DVec3::new(1e7, 0.0, -1e7);
+    let picture = |origin: DVec3| {
+        let mut camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.5, 0.8, -3.0), 64, 60.0);
+        let mut patch = capture(&[WALL, FLOOR], &camera);
+        let Camera::Pinhole(source) = &mut patch.patch.image.camera;
+        source.world_from_eye.translation += origin;
+        camera.world_from_eye =
+            Rigid { translation: camera.world_from_eye.translation + origin + 0.125, ..camera.world_from_eye };
+        stage.draw_patch(&patch, &camera)
+    };
+    let (near, far) = (picture(DVec3::ZERO), picture(far));
+    let differ = (0..64 * 64).filter(|&pixel| near.colour[pixel] != far.colour[pixel]).count();
+    // 1e7 m leaves 2e-9 m in f64: a boundary may fall on the other side of a pixel's centre, no more.
+    assert!(differ <= 4, "{differ} pixels differ");
+}
+
+#[test]
+fn bad_normals_and_extreme_depths_draw_no_nan() {
+    let stage = Stage::new();
+    let camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.5, 0.8, -3.0), 64, 60.0);
+    let mut patch = capture(&[WALL, FLOOR], &camera);
+    let image = &mut patch.patch.image;
+    for (index, normal) in image.normal.iter_mut().enumerate() {
+        *normal = [(index % 256) as u8, (index / 7 % 256) as u8];
+    }
+    image.depth_scale = DepthScale { w_min: 1e-6, w_step: 1.0 / 4095.0 };
+    for corners in [Corners::Averaged, Corners::OwnPlane] {
+        let mut surfaces = HeldSurfaces::with_corners(&stage.gpu, corners, CornerRules::default());
+        surfaces.insert(&patch);
+        assert!(surfaces.stats().guarded > 0);
+        let drawn = stage.draw(&surfaces, &camera, Smoothing::Blended);
+        assert!(drawn.w.iter().all(|w| w.is_finite() && *w >= 0.0));
+        assert_eq!(drawn.covered(), 64 * 64, "seen from its own eye every sample covers its pixel");
+        let drawn = stage.draw(&surfaces, &view(DVec3::new(0.1, 1.6, 0.2), DVec3::NEG_Z, 64, 60.0), Smoothing::Blended);
+        assert!(drawn.w.iter().all(|w| w.is_finite() && *w >= 0.0));
+    }
+}
