@@ -1,1 +1,82 @@
-//! Scene files.
+//! Scene files: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ with MTL, and PLY.
+//!
+//! [`load`] takes a path and gives a [`Scene`]: meshes re-centred about their f64 bounds, materials, base colour images,
+//! instances with their places over time. What is dropped or mended on the way is in [`Scene::warnings`], each entry
+//! naming the thing; what cannot be shown is a [`LoadError`] that names it.
+//!
+//! Bytes of a file are never trusted: [`LoadLimits`] caps every size that a file can claim, before anything is
+//! allocated for it; references are checked before they are followed; hierarchies are walked without recursion. Files
+//! that a scene refers to must lie in the scene's own folder.
+
+mod error;
+mod geometry;
+mod gltf;
+mod limits;
+mod motion;
+mod source;
+mod summary;
+mod texture;
+mod warnings;
+
+use std::path::Path;
+
+use crate::Scene;
+
+pub use error::LoadError;
+pub use limits::{LoadLimits, Progress, Stage};
+
+use source::Folder;
+use warnings::Warnings;
+
+/// Formats told apart by [`format_of`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Gltf,
+    Obj,
+    Ply,
+}
+
+/// Loads a scene file. `progress` is called from any thread, with shares that grow within a stage.
+pub fn load(path: &Path, limits: &LoadLimits, progress: &(dyn Fn(Progress) + Sync)) -> Result<Scene, LoadError> {
+    let folder = Folder::of(path)?;
+    progress(Progress { stage: Stage::Read, share: 0.0 });
+    let bytes = source::read_capped(path, limits.file_bytes)?;
+    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let request = Request { name, folder, limits, progress };
+    match format_of(path, &bytes) {
+        Some(Format::Gltf) => gltf::load(bytes, &request),
+        Some(Format::Obj | Format::Ply) | None => Err(LoadError::UnknownFormat { path: path.to_owned() }),
+    }
+}
+
+/// What every format's loader is given beside the bytes.
+struct Request<'a> {
+    /// The scene's name.
+    name: String,
+    /// Where files that the scene refers to must lie.
+    folder: Folder,
+    limits: &'a LoadLimits,
+    progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl Request<'_> {
+    fn report(&self, stage: Stage, done: usize, of: usize) {
+        (self.progress)(Progress { stage, share: done as f64 / of.max(1) as f64 });
+    }
+}
+
+/// The content decides where it has a signature (GLB, PLY); the extension elsewhere.
+fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
+    if bytes.starts_with(gltf::GLB_MAGIC) {
+        return Some(Format::Gltf);
+    }
+    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        return Some(Format::Ply);
+    }
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "gltf" | "glb" => Some(Format::Gltf),
+        "obj" => Some(Format::Obj),
+        "ply" => Some(Format::Ply),
+        _ => None,
+    }
+}

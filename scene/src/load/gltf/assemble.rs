@@ -1,0 +1,352 @@
+//! From nodes and primitives to the instances of a scene.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+
+use super::accessor::{Accessors, Count};
+use super::clip::{Clips, Pose};
+use super::deform::Deform;
+use super::document::Document;
+use super::hierarchy::Hierarchy;
+use super::light::{self, NodeLight};
+use super::material::Materials;
+use super::motion::{DeformSource, Motion, Skin, Source, invertible};
+use super::primitive::{Place, Primitive};
+use super::{Request, Stage, Warnings, instancing};
+use crate::load::geometry::bounds_of;
+use crate::load::motion::Still;
+use crate::load::source::shorten;
+use crate::load::{LoadError, summary};
+use crate::model::Animation;
+use crate::{Instance, Mesh, Scene};
+
+/// Mesh and primitive.
+type PrimitiveId = (usize, usize);
+
+/// Builds the scene of a document whose materials are read.
+pub(super) fn scene(
+    document: &Document,
+    accessors: Accessors<'_>,
+    materials: Materials,
+    request: &Request<'_>,
+    mut warnings: Warnings,
+) -> Result<Scene, LoadError> {
+    let hierarchy = Hierarchy::of(document, request.limits, &mut warnings)?;
+    let visible = hierarchy.visible(document, &mut warnings)?;
+    let clips = Clips::read(document, accessors, request.limits, &mut warnings)?;
+    let skins = skins(document, accessors, &visible)?;
+    let place = Place { document, accessors, limits: request.limits, uv_sources: &materials.uv_sources };
+    let primitives = primitives(place, &visible, &skins, request, &mut warnings)?;
+    let worlds = hierarchy.worlds(&hierarchy.locals);
+    let rest_pose = Pose { locals: hierarchy.locals.clone(), weights: vec![None; document.nodes.len()] };
+    let mut moving = clips.moves(document.nodes.len());
+    hierarchy.spread_down(&mut moving);
+    let morphing = clips.morphs(document.nodes.len());
+    let mut assembly = Assembly {
+        place,
+        primitives: &primitives,
+        skins: &skins,
+        worlds: &worlds,
+        rest_pose: &rest_pose,
+        moving: &moving,
+        morphing: &morphing,
+        known: HashMap::new(),
+        meshes: Vec::new(),
+        instances: Vec::new(),
+        sources: Vec::new(),
+        deforms: Vec::new(),
+        rest: Vec::new(),
+    };
+    for &node in &visible {
+        assembly.add_node(node, &mut warnings)?;
+    }
+    let Assembly { meshes, instances, sources, deforms, rest, .. } = assembly;
+    if instances.is_empty() {
+        let explained = warnings.summary();
+        let reason = if explained.is_empty() { "no node of the scene has a mesh".into() } else { explained };
+        return Err(LoadError::NothingToDraw { reason });
+    }
+    let cameras = light::cameras(document, &visible, &worlds, &mut warnings);
+    let lights = NodeLight::read(document, &visible, &mut warnings);
+    let motion = Motion { hierarchy, clips, skins, sources, deforms, lights, rest };
+    let snapshot = motion.snapshot(0.0);
+    let bounds = summary::bounds(&meshes, &instances, &snapshot);
+    let walk = summary::is_walked(&meshes, &instances, &snapshot, &bounds);
+    let animation: Arc<dyn Animation> = match motion.clips.is_empty() {
+        true => Arc::new(Still { world_from_mesh: motion.rest, lights: snapshot.lights }),
+        false => Arc::new(motion),
+    };
+    request.report(Stage::Finish, 1, 1);
+    Ok(Scene {
+        name: request.name.clone(),
+        meshes,
+        materials: materials.materials,
+        textures: materials.textures,
+        instances,
+        start: cameras.first().copied(),
+        cameras,
+        bounds,
+        walk,
+        warnings: warnings.into_messages(),
+        animation,
+    })
+}
+
+/// All skins of a document; those that no shown node uses stay empty.
+fn skins(document: &Document, accessors: Accessors<'_>, visible: &[usize]) -> Result<Vec<Skin>, LoadError> {
+    let mut used = vec![false; document.skins.len()];
+    for &node in visible {
+        let Some(skin) = document.nodes[node].skin else { continue };
+        let count = used.len();
+        *used.get_mut(skin).ok_or_else(|| {
+            LoadError::malformed(
+                format!("nodes[{node}].skin"),
+                format!("skin {skin} does not exist, there are {count}"),
+            )
+        })? = true;
+    }
+    let read = |(index, skin): (usize, &super::document::Skin)| {
+        if !used[index] {
+            return Ok(Skin { joints: Vec::new(), joint_from_bind: Vec::new() });
+        }
+        let at = format!("skins[{index}]");
+        if let Some(joint) = skin.joints.iter().find(|joint| **joint >= document.nodes.len()) {
+            return Err(LoadError::malformed(at, format!("joint {joint} is no node")));
+        }
+        let joint_from_bind = match skin.inverse_bind_matrices {
+            None => vec![DAffine3::IDENTITY; skin.joints.len()],
+            Some(accessor) => {
+                let limit = Count::AtMost(document.nodes.len() as u64);
+                let matrices = accessors.floats::<16>(accessor, &at, limit)?;
+                if matrices.len() < skin.joints.len() {
+                    let fault = format!("{} inverse bind matrices for {} joints", matrices.len(), skin.joints.len());
+                    return Err(LoadError::malformed(at, fault));
+                }
+                let affine = |m: &[f32; 16]| DAffine3::from_mat4(glam::DMat4::from_cols_array(&m.map(f64::from)));
+                let matrices: Vec<DAffine3> = matrices.iter().map(affine).collect();
+                if matrices.iter().any(|matrix| !matrix.is_finite()) {
+                    return Err(LoadError::malformed(at, "an inverse bind matrix is not finite"));
+                }
+                matrices
+            }
+        };
+        Ok(Skin { joints: skin.joints.clone(), joint_from_bind })
+    };
+    document.skins.iter().enumerate().map(read).collect()
+}
+
+/// The primitives that the given nodes need, built in parallel.
+fn primitives(
+    place: Place<'_>,
+    visible: &[usize],
+    skins: &[Skin],
+    request: &Request<'_>,
+    warnings: &mut Warnings,
+) -> Result<HashMap<PrimitiveId, Primitive>, LoadError> {
+    let document = place.document;
+    // By mesh: whether it is shown, and the fewest joints of a skin that it is shown with.
+    let mut shown: Vec<Option<Option<usize>>> = (0..document.meshes.len()).map(|_| None).collect();
+    for &node in visible {
+        let source = &document.nodes[node];
+        let Some(mesh) = source.mesh else { continue };
+        let count = shown.len();
+        let slot = shown.get_mut(mesh).ok_or_else(|| {
+            LoadError::malformed(
+                format!("nodes[{node}].mesh"),
+                format!("mesh {mesh} does not exist, there are {count}"),
+            )
+        })?;
+        let joints = source.skin.map(|skin| skins[skin].joints.len());
+        *slot = Some(match (slot.take().flatten(), joints) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        });
+    }
+    let mut jobs = Vec::new();
+    let (mut vertices, mut indices) = (0_u64, 0_u64);
+    for (mesh, joints) in shown.iter().enumerate().filter_map(|(mesh, shown)| Some((mesh, (*shown)?))) {
+        for (index, primitive) in document.meshes[mesh].primitives.iter().enumerate() {
+            let count =
+                |accessor: Option<&usize>| accessor.and_then(|&a| document.accessors.get(a)).map_or(0, |a| a.count);
+            let own = count(primitive.attributes.get("POSITION"));
+            vertices = vertices.saturating_add(own.saturating_mul(1 + primitive.targets.len() as u64));
+            indices = indices.saturating_add(primitive.indices.map_or(own, |accessor| count(Some(&accessor))));
+            jobs.push(((mesh, index), joints));
+        }
+    }
+    LoadError::check_limit("vertices", vertices, request.limits.vertices)?;
+    LoadError::check_limit("indices", indices, request.limits.triangles.saturating_mul(3))?;
+    let done = AtomicUsize::new(0);
+    let built: Vec<_> = jobs
+        .par_iter()
+        .map(|&((mesh, index), joints)| {
+            let mut warnings = Warnings::default();
+            let at = format!("meshes[{mesh}].primitives[{index}]");
+            let primitive =
+                Primitive::read(&document.meshes[mesh].primitives[index], &at, place, joints, &mut warnings);
+            request.report(Stage::Meshes, done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len());
+            (primitive, warnings)
+        })
+        .collect();
+    let mut primitives = HashMap::new();
+    for ((id, _), (primitive, new_warnings)) in jobs.iter().zip(built) {
+        warnings.extend(new_warnings);
+        if let Some(primitive) = primitive? {
+            primitives.insert(*id, primitive);
+        }
+    }
+    Ok(primitives)
+}
+
+struct Assembly<'a> {
+    place: Place<'a>,
+    primitives: &'a HashMap<PrimitiveId, Primitive>,
+    skins: &'a [Skin],
+    worlds: &'a [DAffine3],
+    rest_pose: &'a Pose,
+    moving: &'a [bool],
+    morphing: &'a [bool],
+    /// Undeformed meshes of the scene, by primitive and whether their winding is flipped.
+    known: HashMap<(PrimitiveId, bool), u32>,
+    meshes: Vec<Mesh>,
+    instances: Vec<Instance>,
+    sources: Vec<Source>,
+    deforms: Vec<DeformSource>,
+    rest: Vec<DAffine3>,
+}
+
+impl Assembly<'_> {
+    fn add_node(&mut self, node: usize, warnings: &mut Warnings) -> Result<(), LoadError> {
+        let document = self.place.document;
+        let source = &document.nodes[node];
+        let Some(mesh) = source.mesh else { return Ok(()) };
+        let at = format!("nodes[{node}]");
+        let name = source.name.as_ref().or(document.meshes[mesh].name.as_ref());
+        let name = name.map_or_else(|| at.clone(), |name| shorten(name));
+        let offsets = instancing::offsets(source, &at, self.place.accessors, self.place.limits)?;
+        for index in 0..document.meshes[mesh].primitives.len() {
+            let Some(primitive) = self.primitives.get(&(mesh, index)) else { continue };
+            for offset in &offsets {
+                let found = self.instances.len() as u64 + 1;
+                LoadError::check_limit("instances of the scene", found, self.place.limits.instances)?;
+                let placed = self.add_instance(node, (mesh, index), primitive, offset, &name);
+                if !placed {
+                    warnings.add(format!("{at}: an instance whose transform flattens it is left out"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it was added: not where its place for all time is flat.
+    fn add_instance(
+        &mut self,
+        node: usize,
+        id: PrimitiveId,
+        primitive: &Primitive,
+        offset: &DAffine3,
+        name: &str,
+    ) -> bool {
+        let source = &self.place.document.nodes[node];
+        let skin = source.skin.filter(|_| primitive.influences.is_some());
+        let node_from_mesh = *offset * DAffine3::from_translation(primitive.built.centre);
+        let place = self.worlds[node] * node_from_mesh;
+        let moves = self.moving[node] && skin.is_none();
+        if skin.is_none() && !moves && invertible(place, DAffine3::IDENTITY) != place {
+            return false;
+        }
+        let joints_move = skin.is_some_and(|skin| self.skins[skin].joints.iter().any(|&joint| self.moving[joint]));
+        let deforms = joints_move || (self.morphing[node] && !primitive.targets.is_empty());
+        let rest_weights = self.rest_weights(node, primitive);
+        let shaped = skin.is_some() || rest_weights.iter().any(|weight| *weight != 0.0);
+        let (mesh, place) = if deforms || shaped {
+            self.add_deformed(node, primitive, skin, rest_weights, deforms, place)
+        } else {
+            (self.shared_mesh(id, primitive, place.matrix3.determinant() < 0.0), place)
+        };
+        self.instances.push(Instance { mesh, name: name.to_owned(), moves: moves || joints_move, deforms });
+        self.sources.push(Source { node, node_from_mesh, moves });
+        self.rest.push(invertible(place, DAffine3::from_translation(self.worlds[node].translation)));
+        true
+    }
+
+    fn rest_weights(&self, node: usize, primitive: &Primitive) -> Vec<f32> {
+        let document = self.place.document;
+        let source = &document.nodes[node];
+        let mesh_weights = source.mesh.and_then(|mesh| document.meshes[mesh].weights.as_ref());
+        let weights = source.weights.as_ref().or(mesh_weights);
+        let mut weights = weights.cloned().unwrap_or_default();
+        weights.resize(primitive.targets.len(), 0.0);
+        weights.iter_mut().filter(|weight| !weight.is_finite()).for_each(|weight| *weight = 0.0);
+        weights
+    }
+
+    /// A mesh of its own, in rest shape; and its place.
+    fn add_deformed(
+        &mut self,
+        node: usize,
+        primitive: &Primitive,
+        skin: Option<usize>,
+        rest_weights: Vec<f32>,
+        deforms: bool,
+        place: DAffine3,
+    ) -> (u32, DAffine3) {
+        let mirrored = match skin {
+            Some(skin) => self.is_skin_mirrored(skin),
+            None => place.matrix3.determinant() < 0.0,
+        };
+        let mut source = DeformSource {
+            instance: self.instances.len() as u32,
+            deform: Deform::of(primitive, mirrored),
+            skin,
+            rest_weights,
+            anchor_from_joint: DVec3::ZERO,
+        };
+        let (vertices, _) = source.evaluate(node, self.rest_pose, self.worlds, self.skins);
+        if skin.is_some() {
+            // The first joint may be far from what it moves: the middle of the rest shape is not.
+            let [min, max] = bounds_of(&vertices).map(|corner| DVec3::from(corner.map(f64::from)));
+            source.anchor_from_joint = (min + max) / 2.0;
+        }
+        let (vertices, skinned_place) = source.evaluate(node, self.rest_pose, self.worlds, self.skins);
+        let bounds = bounds_of(&vertices);
+        let mut mesh = Mesh { vertices, bounds, ..primitive.built.mesh.clone() };
+        if mirrored {
+            flip(&mut mesh);
+        }
+        self.meshes.push(mesh);
+        if deforms {
+            self.deforms.push(source);
+        }
+        (self.meshes.len() as u32 - 1, skinned_place.unwrap_or(place))
+    }
+
+    /// Whether most joints of a skin mirror what they move, at rest.
+    fn is_skin_mirrored(&self, skin: usize) -> bool {
+        let skin = &self.skins[skin];
+        let mirrors = |(joint, bind): (&usize, &DAffine3)| (self.worlds[*joint] * *bind).matrix3.determinant() < 0.0;
+        skin.joints.iter().zip(&skin.joint_from_bind).filter(|pair| mirrors(*pair)).count() * 2 > skin.joints.len()
+    }
+
+    fn shared_mesh(&mut self, id: PrimitiveId, primitive: &Primitive, mirrored: bool) -> u32 {
+        *self.known.entry((id, mirrored)).or_insert_with(|| {
+            let mut mesh = primitive.built.mesh.clone();
+            if mirrored {
+                flip(&mut mesh);
+            }
+            self.meshes.push(mesh);
+            self.meshes.len() as u32 - 1
+        })
+    }
+}
+
+/// Turns the winding round: an instance that mirrors turns it back (glTF 2.0, 3.7.4).
+fn flip(mesh: &mut Mesh) {
+    for [_, b, c] in mesh.indices.as_chunks_mut::<3>().0 {
+        std::mem::swap(b, c);
+    }
+}

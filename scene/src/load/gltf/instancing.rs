@@ -1,0 +1,45 @@
+//! Many instances of one node's mesh (`EXT_mesh_gpu_instancing`).
+
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::accessor::{Accessors, Count};
+use super::document::Node;
+use crate::load::{LoadError, LoadLimits};
+
+/// `node_from_instance` of each instance of a node; the identity for a node without the extension.
+pub(super) fn offsets(
+    node: &Node,
+    at: &str,
+    accessors: Accessors<'_>,
+    limits: &LoadLimits,
+) -> Result<Vec<DAffine3>, LoadError> {
+    let Some(instancing) = &node.extensions.instancing else { return Ok(vec![DAffine3::IDENTITY]) };
+    let attributes = &instancing.attributes;
+    let at = format!("{at}.extensions.EXT_mesh_gpu_instancing");
+    let given = [attributes.translation, attributes.rotation, attributes.scale];
+    let Some(first) = given.into_iter().flatten().next() else {
+        return Err(LoadError::malformed(at, "no attribute that places an instance"));
+    };
+    let count = accessors.get(first, &at)?.count;
+    LoadError::check_limit(format!("{at}: instances"), count, limits.vertices)?;
+    let exactly = Count::Exactly(count as usize);
+    let read = |attribute: Option<usize>| attribute.map(|index| accessors.floats::<3>(index, &at, exactly)).transpose();
+    let translations = read(attributes.translation)?;
+    let scales = read(attributes.scale)?;
+    let rotations = attributes.rotation.map(|index| accessors.floats::<4>(index, &at, exactly)).transpose()?;
+    let vector = |values: &Option<Vec<[f32; 3]>>, index: usize, otherwise: DVec3| {
+        values.as_ref().map_or(otherwise, |values| DVec3::from(values[index].map(f64::from)))
+    };
+    Ok((0..count as usize)
+        .map(|index| {
+            let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |r| DQuat::from_array(r[index].map(f64::from)));
+            let length = rotation.length();
+            let rotation = if length > 0.0 { rotation / length } else { DQuat::IDENTITY };
+            DAffine3::from_scale_rotation_translation(
+                vector(&scales, index, DVec3::ONE),
+                rotation,
+                vector(&translations, index, DVec3::ZERO),
+            )
+        })
+        .collect())
+}

@@ -1,0 +1,109 @@
+//! Lights (`KHR_lights_punctual`) and cameras of nodes.
+
+use glam::{DAffine3, DVec3};
+
+use super::document::{self, Document};
+use crate::SceneLight;
+use crate::load::Warnings;
+use crate::model::SceneCamera;
+
+/// A light and the node that carries it.
+#[derive(Debug)]
+pub(super) struct NodeLight {
+    node: usize,
+    kind: Kind,
+    colour: [f32; 3],
+    range_m: f32,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Directional,
+    Point,
+    Spot { inner_rad: f32, outer_rad: f32 },
+}
+
+impl NodeLight {
+    /// The lights of the given nodes.
+    pub fn read(document: &Document, visible: &[usize], warnings: &mut Warnings) -> Vec<NodeLight> {
+        let mut lights = Vec::new();
+        for &node in visible {
+            let Some(reference) = &document.nodes[node].extensions.light else { continue };
+            let Some(light) = document.lights.get(reference.light) else {
+                warnings.add(format!("nodes[{node}]: light {} does not exist", reference.light));
+                continue;
+            };
+            match NodeLight::of(node, light) {
+                Some(light) => lights.push(light),
+                None => {
+                    warnings.add(format!("nodes[{node}]: light {} is of no known type or not finite", reference.light))
+                }
+            }
+        }
+        lights
+    }
+
+    fn of(node: usize, light: &document::Light) -> Option<NodeLight> {
+        let outer_rad = light.spot.outer_cone_angle.unwrap_or(std::f32::consts::FRAC_PI_4);
+        let kind = match light.kind.as_str() {
+            "directional" => Kind::Directional,
+            "point" => Kind::Point,
+            "spot" => Kind::Spot { inner_rad: light.spot.inner_cone_angle, outer_rad },
+            _ => return None,
+        };
+        let colour = light.color.unwrap_or([1.0; 3]).map(|c| c * light.intensity.unwrap_or(1.0));
+        let range_m = light.range.unwrap_or(f32::INFINITY);
+        let usable = colour.iter().all(|c| c.is_finite() && *c >= 0.0) && range_m > 0.0;
+        usable.then_some(NodeLight { node, kind, colour, range_m })
+    }
+
+    /// In its place; lights shine along -z of their node.
+    pub fn placed(&self, worlds: &[DAffine3]) -> SceneLight {
+        let world_from_node = &worlds[self.node];
+        let direction_world = forward(world_from_node);
+        match self.kind {
+            Kind::Directional => SceneLight::Directional { direction_world, colour: self.colour },
+            Kind::Point | Kind::Spot { .. } => SceneLight::Point {
+                position_world: world_from_node.translation,
+                colour: self.colour,
+                direction_world,
+                spot_angles_rad: match self.kind {
+                    Kind::Spot { inner_rad, outer_rad } => Some([inner_rad, outer_rad]),
+                    _ => None,
+                },
+                range_m: self.range_m,
+            },
+        }
+    }
+}
+
+fn forward(world_from_node: &DAffine3) -> DVec3 {
+    world_from_node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z)
+}
+
+/// The perspective cameras of the given nodes, in the nodes' order.
+pub(super) fn cameras(
+    document: &Document,
+    visible: &[usize],
+    worlds: &[DAffine3],
+    warnings: &mut Warnings,
+) -> Vec<SceneCamera> {
+    let mut cameras = Vec::new();
+    for &node in visible {
+        let Some(index) = document.nodes[node].camera else { continue };
+        let Some(camera) = document.cameras.get(index) else {
+            warnings.add(format!("nodes[{node}]: camera {index} does not exist"));
+            continue;
+        };
+        let fov_y_rad = camera.perspective.as_ref().map(|perspective| perspective.yfov);
+        match fov_y_rad.filter(|fov| camera.kind == "perspective" && *fov > 0.0 && *fov < std::f64::consts::PI) {
+            Some(fov_y_rad) => cameras.push(SceneCamera {
+                eye_world: worlds[node].translation,
+                forward_world: forward(&worlds[node]),
+                fov_y_rad,
+            }),
+            None => warnings.add(format!("cameras[{index}]: only perspective cameras are used")),
+        }
+    }
+    cameras
+}

@@ -1,0 +1,93 @@
+//! glTF 2.0 and GLB.
+//!
+//! One pass from bytes to scene: the container is taken apart and its JSON read ([`document`]); buffers are read and
+//! decompressed ([`buffers`], [`meshopt`]); nodes become a forest ([`hierarchy`]); the primitives that the shown nodes
+//! need are built in parallel ([`primitive`]), images decoded in parallel ([`images`], [`material`]); [`assemble`] makes
+//! an instance of each primitive of each node; [`motion`] evaluates it over time ([`clip`], [`deform`]).
+//!
+//! Extensions: EXT_mesh_gpu_instancing, EXT_meshopt_compression, KHR_lights_punctual, KHR_materials_emissive_strength,
+//! KHR_materials_ior, KHR_materials_transmission, KHR_materials_unlit, KHR_mesh_quantization, KHR_texture_transform.
+//! Other extensions are ignored where the file merely uses them, and refused by name where it requires them.
+
+mod accessor;
+mod assemble;
+mod buffers;
+mod clip;
+mod container;
+mod deform;
+mod document;
+mod hierarchy;
+mod images;
+mod instancing;
+mod light;
+mod material;
+mod meshopt;
+mod motion;
+mod primitive;
+
+use super::{LoadError, Request, Stage, Warnings};
+use crate::Scene;
+
+pub(super) use container::GLB_MAGIC;
+
+use accessor::Accessors;
+use buffers::{Buffers, UriReader};
+use container::Container;
+use document::Document;
+
+/// What files may require.
+const SUPPORTED_EXTENSIONS: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Loads a `.gltf` or `.glb` file.
+pub(super) fn load(bytes: Vec<u8>, request: &Request<'_>) -> Result<Scene, LoadError> {
+    let mut warnings = Warnings::default();
+    let container = Container::of(&bytes, &mut warnings)?;
+    let root = container::parse_json(container.json, request.limits.json_values)?;
+    let document = Document::read(&root)?;
+    drop(root);
+    check_version(&document)?;
+    check_extensions(&document)?;
+    let mut uris = UriReader::new(&request.folder, request.limits.file_bytes);
+    let buffers = Buffers::read(&document, container.bin, &mut uris, request.limits, &mut warnings)?;
+    request.report(Stage::Read, 1, 1);
+    let images = images::read(&document, &buffers, &mut uris, request, &mut warnings);
+    let materials = material::read(&document, images, &mut warnings);
+    let accessors = Accessors::new(&document, &buffers);
+    assemble::scene(&document, accessors, materials, request, warnings)
+}
+
+fn check_version(document: &Document) -> Result<(), LoadError> {
+    let needed = document.min_version.as_ref().unwrap_or(&document.version);
+    if document.version.starts_with("2.") && matches!(needed.as_str(), "2.0" | "2")
+        || needed.starts_with("2.") && document.min_version.is_none()
+    {
+        return Ok(());
+    }
+    Err(LoadError::Unsupported {
+        feature: format!("glTF {}", super::source::shorten(needed)),
+        hint: "only version 2.0 is read".into(),
+    })
+}
+
+fn check_extensions(document: &Document) -> Result<(), LoadError> {
+    let unsupported = document.extensions_required.iter().find(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str()));
+    let Some(name) = unsupported else { return Ok(()) };
+    let hint = match name.as_str() {
+        "KHR_draco_mesh_compression" => {
+            "decompress the file first, for example by `gltf-transform copy IN OUT` or `gltfpack`"
+        }
+        "KHR_texture_basisu" => "convert its textures to PNG or JPEG first, for example by `gltf-transform png IN OUT`",
+        _ => "the file requires this extension",
+    };
+    Err(LoadError::Unsupported { feature: super::source::shorten(name), hint: hint.into() })
+}

@@ -1,0 +1,65 @@
+//! Caps on what a file can make the loader do, and how it tells how far it is.
+
+/// Caps on sizes that a file claims. Each is checked before memory is taken for it.
+///
+/// Together they bound the memory of a load: at most `3 * file_bytes` for the file, what it refers to and what is
+/// decompressed from it, 64 bytes a JSON value, 200 bytes a vertex, 100 bytes a triangle, 12 bytes a texture pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LoadLimits {
+    /// Bytes of the scene file, of all files that it refers to, and of all buffers after decompression: each of the three.
+    pub file_bytes: u64,
+    /// Values in a JSON text: numbers, strings, arrays, objects.
+    pub json_values: u64,
+    /// Nodes of a hierarchy.
+    pub nodes: u64,
+    /// Nodes from a root to a leaf.
+    pub depth: u64,
+    /// Vertices stored: each morph target of a vertex counts as one more.
+    pub vertices: u64,
+    /// Triangles stored (instances do not count).
+    pub triangles: u64,
+    /// Pixels of all textures.
+    pub texture_pixels: u64,
+    /// Numbers in all keyframes of an animation.
+    pub keyframe_values: u64,
+    /// Instances drawn; object ids have 16 bits.
+    pub instances: u64,
+}
+
+impl Default for LoadLimits {
+    fn default() -> Self {
+        LoadLimits {
+            file_bytes: 1 << 30,
+            json_values: 1 << 23,
+            nodes: 1 << 20,
+            depth: 1 << 10,
+            vertices: 1 << 25,
+            triangles: 1 << 25,
+            texture_pixels: 1 << 28,
+            keyframe_values: 1 << 26,
+            instances: 65_535,
+        }
+    }
+}
+
+/// What the loader is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Reading files.
+    Read,
+    /// Decoding images.
+    Textures,
+    /// Building meshes.
+    Meshes,
+    /// Measuring the scene.
+    Finish,
+}
+
+/// How far the loader is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: Stage,
+    /// Of the stage, 0 to 1.
+    pub share: f64,
+}
