@@ -4,6 +4,7 @@
 //! - [`poses`]: the eye, frame by frame.
 //! - [`report`]: the frame of every report: rows of figures with their bars, written as JSON, CSV, SVG plots and one page.
 //! - [`topic`]: what a topic is; [`topics`] holds them, one file each.
+//! - [`render`]: the command that draws the truth; [`stage`]: a scene on the GPU with its truth.
 //! - [`spread`]: mean, median, bad tail and worst of a measure. No mean is shown without the others.
 //!
 //! The truth is never made by the code under test: it is the full scene drawn by `server::truth`, which shares nothing with
@@ -12,7 +13,9 @@
 pub mod compare;
 pub mod options;
 pub mod poses;
+pub mod render;
 pub mod report;
 pub mod spread;
+pub mod stage;
 pub mod topic;
 pub mod topics;

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, FromArgMatches};
 use vantage_bench::compare::folder::compare_folders;
+use vantage_bench::render::{RenderArgs, render};
 use vantage_bench::report::write::terminal_text;
 use vantage_bench::topic::{Run, Topic, run_topic};
 use vantage_bench::{options, topics};
@@ -50,6 +51,7 @@ struct TopicArgs {
 
 fn command() -> clap::Command {
     let compare = CompareArgs::augment_args(clap::Command::new("compare"));
+    let render = RenderArgs::augment_args(clap::Command::new("render"));
     let topic = |topic: &&dyn Topic| TopicArgs::augment_args(clap::Command::new(topic.name())).about(topic.about());
     clap::Command::new("vantage-report")
         .about("Reports with figures, the truth of a scene, and scores of frames.")
@@ -58,6 +60,7 @@ fn command() -> clap::Command {
         .subcommand_required(true)
         .arg_required_else_help(true)
         .subcommands(topics::ALL.iter().map(topic))
+        .subcommand(render)
         .subcommand(compare)
 }
 
@@ -70,6 +73,7 @@ fn main() -> ExitCode {
     let (name, matches) = matches.subcommand().expect("a subcommand is required");
     let outcome = match name {
         "compare" => CompareArgs::from_arg_matches(matches).map_err(Into::into).and_then(|args| compare(&args)),
+        "render" => RenderArgs::from_arg_matches(matches).map_err(Into::into).and_then(|args| render(&args)),
         name => {
             let topic = topics::ALL.iter().find(|topic| topic.name() == name).expect("clap knows the topics only");
             TopicArgs::from_arg_matches(matches).map_err(Into::into).and_then(|args| report(*topic, args))
