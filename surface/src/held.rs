@@ -69,10 +69,11 @@ impl HeldSurfaces {
                 Edit::Remove(id) | Edit::Delete(id, _) | Edit::Trim(id, _) => {
                     changed.insert(*id);
                 }
-                Edit::Move(_) => self.poses_now.clone_from(&held.poses_now),
-                Edit::Materials(_) | Edit::Light(_) => {}
+                Edit::Clear => changed.extend(self.patches.keys().copied()),
+                Edit::Move(_) | Edit::Materials(_) | Edit::Light(_) => {}
             }
         }
+        self.poses_now.clone_from(&held.poses_now);
         for id in changed {
             match held.patches.get(&id) {
                 Some(patch) => self.insert(patch),
