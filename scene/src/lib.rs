@@ -3,5 +3,6 @@
 pub mod builtin;
 pub mod load;
 pub mod model;
+pub mod sanitize;
 
 pub use model::{Bounds, Deformed, Instance, Material, Mesh, Scene, SceneLight, Snapshot, Texture, Vertex};

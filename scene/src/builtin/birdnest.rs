@@ -32,7 +32,7 @@ pub(super) fn build() -> Kit {
         kit.drive("twigs", mesh, turning);
     }
     eggs(&mut kit);
-    kit.look(dvec3(0.18, 0.62, 0.62), dvec3(0.0, -0.10, 0.0));
+    kit.look(dvec3(0.12, 0.48, 0.52), dvec3(0.0, -0.12, 0.0));
     kit
 }
 

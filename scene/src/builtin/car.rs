@@ -8,9 +8,15 @@ use super::kit::Kit;
 use super::mesher::Mesher;
 
 /// Metres.
-pub(super) const WHEEL_RADIUS_M: f64 = 0.32;
+const WHEEL_RADIUS_M: f64 = 0.32;
 const AXLES_M: [f64; 2] = [-1.28, 1.30];
 const HALF_TRACK_M: f64 = 0.80;
+
+/// A way rounded to whole turns of a wheel, so that wheels come around where cars do.
+pub(super) fn rolled_m(way_m: f64) -> f64 {
+    let around = std::f64::consts::TAU * WHEEL_RADIUS_M;
+    (way_m / around).round() * around
+}
 
 /// The shape of the cabin.
 #[derive(Debug, Clone, Copy)]

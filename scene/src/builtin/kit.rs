@@ -62,6 +62,11 @@ impl Kit {
         self.materials.len() as u32 - 1
     }
 
+    /// Changes a material made before.
+    pub fn alter(&mut self, material: u32, change: impl FnOnce(&mut Material)) {
+        change(&mut self.materials[material as usize]);
+    }
+
     /// A matt material of vertex colours only.
     pub fn painted(&mut self, name: &str) -> u32 {
         self.material(Material { name: name.into(), ..Material::default() })
@@ -81,11 +86,6 @@ impl Kit {
     pub fn raw_mesh(&mut self, mesh: Mesh) -> u32 {
         self.meshes.push(mesh);
         self.meshes.len() as u32 - 1
-    }
-
-    /// Triangles placed up to now.
-    pub fn triangle_count(&self) -> usize {
-        self.instances.iter().map(|instance| self.meshes[instance.mesh as usize].indices.len() / 3).sum()
     }
 
     fn add(&mut self, name: &str, mesh: u32, motion: Motion) {

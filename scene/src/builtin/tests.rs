@@ -1,5 +1,7 @@
 //! What every built-in scene keeps.
 
+use std::collections::HashMap;
+
 use glam::{DVec3, Vec3};
 
 use super::*;
@@ -64,9 +66,13 @@ fn scenes_are_well_formed() {
 /// Single-sided triangles agree with their shading normals, and watertight meshes enclose a positive volume.
 #[test]
 fn faces_look_outwards() {
+    let mut watertight = 0;
     for name in names().filter(|name| !name.ends_with("-moving")) {
         let scene = loaded(name);
         for (k, mesh) in scene.meshes.iter().enumerate() {
+            if scene.materials[mesh.material as usize].double_sided {
+                continue;
+            }
             let mut against = 0;
             for (t, [a, b, c]) in mesh.indices.chunks_exact(3).zip(corners(mesh)) {
                 let geometric = (b - a).cross(c - a);
@@ -74,13 +80,27 @@ fn faces_look_outwards() {
                 against += usize::from(geometric.dot(shading) <= 0.0);
             }
             assert!(against * 100 <= mesh.indices.len() / 3, "{name} mesh {k}: {against} triangles face inwards");
-            let centre = (Vec3::from(mesh.bounds[0]) + Vec3::from(mesh.bounds[1])) / 2.0;
-            let volume: f32 =
-                corners(mesh).map(|[a, b, c]| (a - centre).dot((b - centre).cross(c - centre)) / 6.0).sum();
-            let double_sided = scene.materials[mesh.material as usize].double_sided;
-            assert!(double_sided || volume >= -1e-4, "{name} mesh {k}: volume {volume}");
+            if is_watertight(mesh) {
+                let volume: f32 = corners(mesh).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
+                assert!(volume > 0.0, "{name} mesh {k}: volume {volume}");
+                watertight += 1;
+            }
         }
     }
+    assert!(watertight > 100, "{watertight} closed meshes");
+}
+
+/// Whether every edge has a partner that runs the other way, by position.
+fn is_watertight(mesh: &Mesh) -> bool {
+    let mut edges: HashMap<[[i32; 3]; 2], i32> = HashMap::new();
+    let key = |p: Vec3| (p * 2e4).round().as_ivec3().to_array();
+    for [a, b, c] in corners(mesh) {
+        for (from, to) in [(a, b), (b, c), (c, a)].map(|(from, to)| (key(from), key(to))) {
+            *edges.entry([from, to]).or_default() += 1;
+            *edges.entry([to, from]).or_default() -= 1;
+        }
+    }
+    edges.values().all(|&count| count == 0)
 }
 
 #[test]
@@ -160,6 +180,32 @@ fn walkers_have_room() {
             assert!((eye.forward_world.length() - 1.0).abs() < 1e-9);
             let free_m = clearance_m(&scene, &snapshot, eye.eye_world);
             assert!(free_m > 0.4, "{name}: {free_m} m free around {:?}", eye.eye_world);
+        }
+    }
+}
+
+#[test]
+fn stiff_scenes_are_what_they_say() {
+    for name in stiff() {
+        let scene = loaded(name);
+        assert!(!names().any(|listed| listed == name));
+        let (bounds, eye) = (scene.bounds, scene.start.expect("stiff scenes have a start").eye_world);
+        assert!(bounds.radius_m().is_finite() && bounds.radius_m() > 0.0, "{name}: {bounds:?}");
+        let reach = (eye - bounds.centre()).length() + bounds.radius_m();
+        match name.strip_suffix("-moving").unwrap_or(name) {
+            "far" => assert!(bounds.centre().length() > 1e7 && bounds.radius_m() < 2.0),
+            "tiny" => assert!(reach < 1e-3),
+            "huge" => assert!(reach > 5e5),
+            "near-far" => assert!(reach > 1e5),
+            _ => {
+                assert_eq!(scene.warnings.len(), 1);
+                assert!(
+                    scene.warnings[0].contains("2 triangles with corners that are not finite"),
+                    "{:?}",
+                    scene.warnings
+                );
+                assert!(scene.warnings[0].contains("1 triangles without area"), "{:?}", scene.warnings);
+            }
         }
     }
 }

@@ -59,6 +59,14 @@ pub(super) fn mottled(tone: u32, cells: i32, depth: f32) -> Texture {
     paint(|x, y| srgb(tone) * (1.0 + depth * clouds(x, y, cells, tone) + 0.4 * depth * noise(x, y, 96, tone + 9)))
 }
 
+/// One tone with dark specks.
+pub(super) fn speckled(tone: u32, speck: u32) -> Texture {
+    paint(|x, y| {
+        let strength = ((noise(x, y, 48, speck) - 0.45) * 4.0).clamp(0.0, 0.7);
+        srgb(tone).lerp(srgb(speck), strength) * (1.0 + 0.06 * clouds(x, y, 6, tone))
+    })
+}
+
 /// Rows of blocks in running bond, `across` by `rows` of them, with joints of `joint` of a block's height.
 pub(super) fn brick(block: u32, mortar: u32, [across, rows]: [i32; 2], joint: f32) -> Texture {
     paint(|x, y| {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, dvec2, dvec3, vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::car::{Car, Shape};
+use super::car::{Car, Shape, rolled_m};
 use super::figure::{Figure, STRIDE_M, WARDROBE};
 use super::kit::{Kit, camera};
 use super::mesher::Mesher;
@@ -43,7 +43,7 @@ pub(super) fn build() -> Kit {
     let mut kit = Kit::new(PERIOD_S);
     kit.walk = true;
     kit.daylight();
-    kit.look(dvec3(-29.0, KERB_M + EYE_HEIGHT_M, 7.2), dvec3(-4.0, 2.6, -3.0));
+    kit.look(dvec3(-32.0, KERB_M + EYE_HEIGHT_M, 7.0), dvec3(-4.0, 2.9, -1.0));
     let mut rng = Rng::new(1604);
     street::build(&mut kit);
     houses(&mut kit, &mut rng);
@@ -111,14 +111,14 @@ fn terraces(kit: &mut Kit, rng: &mut Rng) {
     for (along, across, yaw) in [(edge.x, edge.y, 0.0), (edge.y, edge.x, FRAC_PI_2)] {
         for turned in [0.0, PI] {
             let world_from_row = DAffine3::from_rotation_y(yaw + turned);
-            let count = (2.0 * along / 13.0).round();
+            let count = (2.0 * along / 16.5).round();
             let width = 2.0 * along / count;
             for k in 0..count as usize {
                 let kind = rng.index(walls.len());
                 let mut plan = plan(rng, kind);
                 plan.width_m = width as f32;
                 plan.depth_m = depth as f32;
-                plan.floors = 3 + rng.index(2);
+                plan.floors = 3;
                 plan.windows = [3, 0, 0];
                 let x = -along + (k as f64 + 0.5) * width;
                 let place = DAffine3::from_translation(dvec3(x, KERB_M, -across - depth / 2.0));
@@ -145,7 +145,7 @@ fn cars(kit: &mut Kit, rng: &mut Rng) {
             let way = (8.0 * PERIOD_S / lap).round() * lap;
             car.drive(
                 kit,
-                &(Arc::new(move |share: f64| (track.pose(start + share * way, 0.0, 1.3), share * rolled(way))) as _),
+                &(Arc::new(move |share: f64| (track.pose(start + share * way, 0.0, 1.3), share * rolled_m(way))) as _),
             );
         }
         if k % 3 == 1 {
@@ -156,12 +156,6 @@ fn cars(kit: &mut Kit, rng: &mut Rng) {
         let place = DAffine3::from_translation(parked) * DAffine3::from_rotation_y(side * FRAC_PI_2);
         car.drive(kit, &(Arc::new(move |_: f64| (place, 0.0)) as _));
     }
-}
-
-/// The way rounded to whole turns of a wheel, so that wheels come around too.
-fn rolled(way_m: f64) -> f64 {
-    let around = 2.0 * PI * super::car::WHEEL_RADIUS_M;
-    (way_m / around).round() * around
 }
 
 /// People walk around the blocks on the pavement.

@@ -92,7 +92,7 @@ pub(super) fn furniture(kit: &mut Kit, rng: &mut Rng) {
             kit.place("crown", crowns[rng.index(crowns.len())], place);
         };
         let kerb = BLOCK_M / 2.0 - 0.5;
-        for (x, side) in [(-9.0, 1.0), (9.5, 1.0), (-8.0, -1.0), (10.0, -1.0)] {
+        for (x, side) in [(-9.0, 1.0), (9.5, 1.0), (-8.0, -1.0)] {
             plant(kit, x, side * kerb);
         }
         plant(kit, -6.0, 0.8);
@@ -128,7 +128,7 @@ fn crown(kit: &mut Kit, material: u32, tone: u32, rng: &mut Rng) -> u32 {
         [(0.0, 4.3, 0.0, 1.35), (0.75, 3.5, 0.35, 0.95), (-0.6, 3.6, -0.45, 1.0), (-0.1, 3.4, 0.8, 0.85)]
     {
         mesher.at(x, y + rng.range(-0.15, 0.15), z);
-        mesher.ellipsoid(vec3(r, r * rng.range(0.8, 1.0), r), [8, 5]);
+        mesher.ellipsoid(vec3(r, r * rng.range(0.8, 1.0), r), [7, 5]);
     }
     kit.mesh(mesher, material)
 }
