@@ -22,9 +22,10 @@ pub(crate) struct Attachments {
 /// Where one image's planes come back.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slots {
-    pub ids: Slot,
-    pub colour: Slot,
-    pub depth: Slot,
+    ids: Slot,
+    colour: Slot,
+    depth: Slot,
+    size_px: (u32, u32),
 }
 
 impl Attachments {
@@ -88,17 +89,23 @@ impl Attachments {
         })
     }
 
-    /// Reads the first `size_px` of a layer.
+    /// Reads the top left `size_px` of a layer. Depth can only be copied whole: [`planes`] crops it.
     pub(crate) fn read(&self, readback: &mut Readback, layer: u32, size_px: (u32, u32)) -> Slots {
         Slots {
             ids: readback.texture(&self.ids, layer, size_px),
             colour: readback.texture(&self.colour, layer, size_px),
-            depth: readback.texture(&self.depth, layer, size_px),
+            depth: readback.texture(&self.depth, layer, self.size_px),
+            size_px,
         }
     }
 }
 
-/// The planes of an image as they come from the GPU.
+/// The planes of an image as they come from the GPU: ids, colour, depth; row-major.
 pub(crate) fn planes(mapped: &Mapped, slots: Slots) -> (Vec<[u32; 2]>, Vec<[u8; 4]>, Vec<f32>) {
-    (mapped.values(slots.ids), mapped.values(slots.colour), mapped.values(slots.depth))
+    let (width, height) = (slots.size_px.0 as usize, slots.size_px.1 as usize);
+    let mut depth = Vec::with_capacity(width * height);
+    for row in mapped.rows(slots.depth).take(height) {
+        depth.extend(row.chunks_exact(4).take(width).map(bytemuck::pod_read_unaligned::<f32>));
+    }
+    (mapped.values(slots.ids), mapped.values(slots.colour), depth)
 }

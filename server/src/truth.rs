@@ -8,7 +8,7 @@ use protocol::Lighting;
 use wgpu::util::DeviceExt;
 
 use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
-use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT};
+use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, planes};
 
 /// A rendered picture; planes are row-major, one value a pixel.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,12 +72,12 @@ impl TruthRenderer {
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
         let mapped = encoded.map().wait(&self.gpu)?;
-        let ids: Vec<[u32; 2]> = mapped.values(slots.ids);
+        let (ids, colour, depth) = planes(&mapped, slots);
         let near_m = camera.near_m as f32;
         Ok(Truth {
             size_px,
-            colour: mapped.values(slots.colour),
-            w: mapped.values::<f32>(slots.depth).into_iter().map(|depth| depth / near_m).collect(),
+            colour,
+            w: depth.into_iter().map(|depth| depth / near_m).collect(),
             object: ids.iter().map(|id| id[1] as u16).collect(),
             triangle: ids.iter().map(|id| id[0]).collect(),
         })

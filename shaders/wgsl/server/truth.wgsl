@@ -18,8 +18,12 @@ fn truth_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Trut
         discard;
     }
     let material = material_table[surface.material];
+    var light = lighting.ambient;
+    for (var index = 0u; index < lighting.light_count; index++) {
+        light += diffuse_light(lighting.lights[index], lighting.burley, surface.normal_world, v.position);
+    }
     var out: TruthTargets;
     out.ids = vec2u(surface.triangle, surface.object);
-    out.colour = vec4f(shade(surface.base, surface.normal_world, v.position, material, lighting), 1.0);
+    out.colour = vec4f(shade_lit(surface.base, light, material), 1.0);
     return out;
 }
