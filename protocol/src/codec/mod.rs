@@ -1,9 +1,17 @@
 //! Bytes of patches.
 
 mod addresses;
+mod colour;
+mod copy;
+mod depth;
 mod header;
+mod mask;
+mod neighbours;
+mod normal;
 mod pack;
 mod planes;
+mod residual;
+mod streams;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
 pub(crate) use header::{read_objects, write_objects};
@@ -54,3 +62,13 @@ pub fn decode_patch(bytes: &[u8], limits: &Limits) -> Result<Patch, CodecError> 
     let patch = planes::read(header, &mut Unpacker::new(), &mut bytes, limits)?;
     if bytes.remaining() == 0 { Ok(patch) } else { Err(CodecError::Damaged("bytes after the patch")) }
 }
+
+/// The ranks by which a predictor is chosen: all of a small plane, else a run of 64 out of every `64 k` so that about
+/// [`ESTIMATE_SAMPLES`] remain.
+fn sampled(count: usize) -> impl Iterator<Item = usize> {
+    let stride = count.div_ceil(ESTIMATE_SAMPLES).max(1);
+    (0..count).filter(move |rank| (rank / 64).is_multiple_of(stride))
+}
+
+/// Enough for byte statistics; a sixteenth of a 512x512 image.
+const ESTIMATE_SAMPLES: usize = 16 * 1024;

@@ -1,15 +1,14 @@
 //! Sections: bytes that are stored, or compressed by zstd where that is smaller.
 //!
-//! A section is its form (one byte), the length of what follows (u32), and the bytes. The length of the *unpacked* bytes is
-//! never sent: the reader knows it, from the mask or from the section before.
+//! A section is a variable-length number, twice the length of what follows plus one if it is compressed, and the bytes. The
+//! length of the *unpacked* bytes is never sent: the reader knows it, from the mask or from lengths it has checked.
 
 use zstd::bulk::{Compressor, Decompressor};
+use zstd::zstd_safe::CParameter;
 
 use super::CodecError;
 use crate::bytes::{Reader, Writer};
 
-const STORED: u8 = 0;
-const ZSTD: u8 = 1;
 /// zstd's fastest ordinary level: the fast profile.
 const LEVEL: i32 = 1;
 /// A zstd block of 4 bytes or more makes at most 128 KiB (RFC 8878, 3.1.1.2.3), so no honest section unpacks to more than this
@@ -21,21 +20,18 @@ pub(crate) struct Packer(Compressor<'static>);
 
 impl Packer {
     pub fn new() -> Packer {
-        Packer(Compressor::new(LEVEL).expect("zstd has its fastest level"))
+        let mut compressor = Compressor::new(LEVEL).expect("zstd has its fastest level");
+        compressor.set_parameter(CParameter::ContentSizeFlag(false)).expect("zstd can leave the size out");
+        Packer(compressor)
     }
 
     /// Appends a section.
     pub fn pack(&mut self, bytes: &[u8], out: &mut Writer) {
-        match self.0.compress(bytes) {
-            Ok(packed) if packed.len() < bytes.len() => {
-                out.u8(ZSTD);
-                out.block(&packed);
-            }
-            _ => {
-                out.u8(STORED);
-                out.block(bytes);
-            }
-        }
+        let packed = self.0.compress(bytes).ok().filter(|packed| packed.len() < bytes.len());
+        let section = packed.as_deref().unwrap_or(bytes);
+        let length = u32::try_from(section.len()).ok().filter(|length| *length < 1 << 31);
+        out.varint(length.expect("sections stay under 2 GiB") << 1 | u32::from(packed.is_some()));
+        out.bytes.extend_from_slice(section);
     }
 }
 
@@ -49,15 +45,27 @@ impl Unpacker {
 
     /// Reads a section that holds exactly `length` bytes. The caller has checked `length` against its limits.
     pub fn unpack(&mut self, bytes: &mut Reader, length: usize) -> Result<Vec<u8>, CodecError> {
-        let form = bytes.u8()?;
-        let section = bytes.block()?;
-        match form {
-            STORED if section.len() == length => Ok(section.to_vec()),
-            ZSTD if length <= section.len().saturating_mul(MAX_EXPANSION) => {
-                let unpacked = self.0.decompress(section, length).map_err(|_| CodecError::Damaged("section"))?;
-                if unpacked.len() == length { Ok(unpacked) } else { Err(CodecError::Damaged("length of a section")) }
-            }
-            _ => Err(CodecError::Damaged("form of a section")),
+        let mut unpacked = Vec::new();
+        self.unpack_onto(bytes, length, &mut unpacked)?;
+        Ok(unpacked)
+    }
+
+    /// As [`Unpacker::unpack`], appended to `out`.
+    pub fn unpack_onto(&mut self, bytes: &mut Reader, length: usize, out: &mut Vec<u8>) -> Result<(), CodecError> {
+        let head = bytes.varint()?;
+        let section = bytes.take((head >> 1) as usize)?;
+        if head & 1 == 0 {
+            out.extend_from_slice(section);
+            return if section.len() == length { Ok(()) } else { Err(CodecError::Damaged("length of a section")) };
+        }
+        if length > section.len().saturating_mul(MAX_EXPANSION) {
+            return Err(CodecError::Damaged("length of a section"));
+        }
+        let start = out.len();
+        out.resize(start + length, 0);
+        match self.0.decompress_to_buffer(section, &mut out[start..]) {
+            Ok(written) if written == length => Ok(()),
+            _ => Err(CodecError::Damaged("section")),
         }
     }
 }
