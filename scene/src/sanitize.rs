@@ -106,8 +106,9 @@ fn mend(mesh: &mut Mesh) -> usize {
         mended += 1;
         vertex.uv = vertex.uv.map(|x| if x.is_finite() { x } else { 0.0 });
         let normal = Vec3::from(vertex.normal);
-        let normal = if normal.is_finite() { normal.normalize_or_zero() } else { Vec3::ZERO };
-        let normal = if normal == Vec3::ZERO { flat.normalize_or(Vec3::Y) } else { normal };
+        // In f64: squares of f32 may vanish or overflow.
+        let unit = |n: Vec3| if n.is_finite() { n.as_dvec3().normalize_or_zero().as_vec3() } else { Vec3::ZERO };
+        let normal = [unit(normal), unit(flat), Vec3::Y].into_iter().find(|n| *n != Vec3::ZERO).unwrap_or(Vec3::Y);
         vertex.normal = normal.to_array();
     }
     mended

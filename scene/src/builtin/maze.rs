@@ -104,7 +104,7 @@ pub(super) fn build() -> Kit {
             move |share: f64| (track.pose((start + laps * share) * lap, 0.0, 0.2), strides * share + start * 5.0);
         figures[k % figures.len()].walk(&mut kit, &(Arc::new(walk) as _));
     }
-    kit.start = eyes().into_iter().nth(4);
+    kit.start = start(&plan);
     kit
 }
 
@@ -192,20 +192,45 @@ fn there_and_back(cells: &[(usize, usize)]) -> Track {
     Track::around(&corners, 0.35)
 }
 
+/// Cells in a straight line that can be walked from `cell` through its neighbour `to`.
+fn run(plan: &Plan, cell: (usize, usize), to: (usize, usize)) -> usize {
+    let (mut here, mut next, mut cells) = (cell, to, 0);
+    while plan.ways(here).contains(&next) {
+        cells += 1;
+        // Past the rim this wraps to a cell that is no neighbour.
+        let beyond = |a: usize, b: usize| (2 * b).wrapping_sub(a);
+        (here, next) = (next, (beyond(here.0, next.0), beyond(here.1, next.1)));
+    }
+    cells
+}
+
+/// Looking along the longest corridor that leaves a cell.
+fn eye(plan: &Plan, cell: (usize, usize)) -> (usize, SceneCamera) {
+    let longest = plan.ways(cell).into_iter().max_by_key(|&to| run(plan, cell, to));
+    let to = longest.expect("every cell of the maze is reached");
+    let (eye, way) = (middle(cell), (middle(to) - middle(cell)).normalize());
+    // A little aside, so that ways that turn off show.
+    let way = way + way.perp() * 0.12;
+    (run(plan, cell, to), camera(dvec3(eye.x, EYE_HEIGHT_M, eye.y), dvec3(way.x, -0.05, way.y)))
+}
+
+/// The longest view.
+fn start(plan: &Plan) -> Option<SceneCamera> {
+    free_cells(plan).map(|cell| eye(plan, cell)).max_by_key(|(run, _)| *run).map(|(_, eye)| eye)
+}
+
 /// Middles of cells where nobody stands at the start, looking into a corridor.
 pub(super) fn eyes() -> Vec<SceneCamera> {
     let plan = plan();
-    let people: Vec<DVec2> = routes(&plan)
+    free_cells(&plan).step_by(5).map(|cell| eye(&plan, cell).1).collect()
+}
+
+fn free_cells(plan: &Plan) -> impl Iterator<Item = (usize, usize)> {
+    let people: Vec<DVec2> = routes(plan)
         .iter()
         .map(|(track, start)| track.pose(start * track.length_m(), 0.0, 0.2).translation)
         .map(|at| dvec2(at.x, at.z))
         .collect();
-    let cells = (0..CELLS * CELLS).step_by(5).map(|k| (k % CELLS, k / CELLS));
-    let free = cells.filter(|&cell| people.iter().all(|person| person.distance(middle(cell)) > 1.2));
-    free.map(|cell| {
-        let to = plan.ways(cell)[0];
-        let (eye, way) = (middle(cell), middle(to) - middle(cell));
-        camera(dvec3(eye.x, EYE_HEIGHT_M, eye.y), dvec3(way.x, -0.15, way.y))
-    })
-    .collect()
+    let cells = (0..CELLS * CELLS).map(|k| (k % CELLS, k / CELLS));
+    cells.filter(move |&cell| people.iter().all(|person| person.distance(middle(cell)) > 1.2))
 }

@@ -19,7 +19,7 @@ const PERIOD_S: f64 = 24.0;
 pub(super) fn build() -> Kit {
     let mut kit = Kit::new(PERIOD_S);
     kit.walk = true;
-    kit.look(dvec3(-4.0, EYE_HEIGHT_M, 10.0), dvec3(1.8, 1.2, -4.0));
+    kit.look(dvec3(-4.0, EYE_HEIGHT_M, 10.0), dvec3(6.5, 1.2, -4.0));
     kit.light(dvec3(-0.5, -0.7, -0.5), [1.05, 0.98, 0.88]);
     kit.light(dvec3(0.7, -0.3, 0.45), [0.55, 0.60, 0.70]);
     kit.light(dvec3(0.1, 0.9, -0.4), [0.60, 0.55, 0.48]);

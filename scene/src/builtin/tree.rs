@@ -28,12 +28,12 @@ pub(super) fn build() -> Kit {
     let trunk = trunk(&mut kit, bark);
     for k in 0..LIMBS {
         let t = k as f32 / (LIMBS - 1) as f32;
-        let up = 2.1 + 3.0 * t;
+        let up = 1.9 + 3.3 * t;
         let foot = at_height(&trunk, up);
         let around = k as f32 * 2.399_963;
-        let rise = 0.35 + 0.95 * t;
+        let rise = 0.25 + 0.75 * t * t;
         let way = vec3(around.cos(), rise, around.sin()).normalize_or(Vec3::Y);
-        limb(&mut kit, &mut rng, [bark, leaf], foot, way, 2.5 - 0.7 * t);
+        limb(&mut kit, &mut rng, [bark, leaf], foot, way, 2.35 - 0.75 * t);
     }
     kit
 }
@@ -100,7 +100,7 @@ fn grow(wood: &mut Mesher, leaves: &mut Mesher, rng: &mut Rng, twig: &Twig) {
     let mut spine = vec![twig.at];
     let mut way = twig.way;
     for _ in 0..pieces {
-        let stray = vec3(rng.range(-0.2, 0.2), rng.range(-0.08, 0.20), rng.range(-0.2, 0.2));
+        let stray = vec3(rng.range(-0.25, 0.25), rng.range(-0.12, 0.16), rng.range(-0.25, 0.25));
         way = (way + stray).normalize_or(way);
         spine.push(spine[spine.len() - 1] + way * twig.length / pieces as f32);
     }
@@ -120,7 +120,7 @@ fn grow(wood: &mut Mesher, leaves: &mut Mesher, rng: &mut Rng, twig: &Twig) {
         let at = spine[t as usize].lerp(spine[t as usize + 1], t.fract());
         let around = k as f32 * 2.399_963 + rng.range(-0.4, 0.4);
         let out = Quat::from_axis_angle(way, around) * way.any_orthonormal_vector();
-        let open = if k == children - 1 { 0.15 } else { rng.range(0.7, 1.2) };
+        let open = if k == children - 1 { 0.15 } else { rng.range(0.8, 1.5) };
         let way = (way + out * open + Vec3::Y * 0.12).normalize_or(way);
         let child = Twig {
             at,
@@ -140,7 +140,7 @@ fn leaf(mesher: &mut Mesher, rng: &mut Rng, at: Vec3, along: Vec3) {
     let tip_way = (out + along * 0.6).normalize_or(Vec3::X);
     let across = tip_way.cross(Vec3::Y).normalize_or(Vec3::Z);
     let up = across.cross(tip_way).normalize_or(Vec3::Y);
-    let (length, half_width) = (rng.range(0.24, 0.36), rng.range(0.075, 0.11));
+    let (length, half_width) = (rng.range(0.28, 0.40), rng.range(0.09, 0.13));
     mesher.paint(rng.pick(&[0x5d8433, 0x6f9a3b, 0x7fa544, 0x4f7630, 0x8cab4e, 0x698f3f]));
     mesher.surface([2, 3], |u, v| {
         let (s, droop) = (u * 2.0 - 1.0, 0.35 * v * v);
