@@ -194,10 +194,19 @@ impl Mapped {
 
     /// All rows of a slot as values of a plain type that the rows hold a whole number of.
     pub fn values<T: bytemuck::Pod>(&self, slot: Slot) -> Vec<T> {
-        let mut values = Vec::new();
+        let region = &self.regions[slot.0];
+        let mut values = Vec::with_capacity(region.row_bytes as usize / size_of::<T>().max(1) * region.rows as usize);
         for row in self.rows(slot) {
-            values.extend(row.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>));
+            extend_from_bytes(&mut values, row);
         }
         values
+    }
+}
+
+/// Appends the whole values in `bytes`; one copy where they are aligned, as mapped rows are.
+pub fn extend_from_bytes<T: bytemuck::Pod>(values: &mut Vec<T>, bytes: &[u8]) {
+    match bytemuck::try_cast_slice(bytes) {
+        Ok(aligned) => values.extend_from_slice(aligned),
+        Err(_) => values.extend(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>)),
     }
 }

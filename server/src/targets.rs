@@ -105,7 +105,7 @@ pub(crate) fn planes(mapped: &Mapped, slots: Slots) -> (Vec<[u32; 2]>, Vec<[u8; 
     let (width, height) = (slots.size_px.0 as usize, slots.size_px.1 as usize);
     let mut depth = Vec::with_capacity(width * height);
     for row in mapped.rows(slots.depth).take(height) {
-        depth.extend(row.chunks_exact(4).take(width).map(bytemuck::pod_read_unaligned::<f32>));
+        gpu::readback::extend_from_bytes(&mut depth, &row[..width * 4]);
     }
     (mapped.values(slots.ids), mapped.values(slots.colour), depth)
 }

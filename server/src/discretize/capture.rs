@@ -80,9 +80,13 @@ impl Capture {
     pub fn mask_where(&self, keep: impl Fn(usize) -> bool) -> Mask {
         let (width_px, height_px) = (self.camera.width_px, self.camera.height_px);
         let mut mask = Mask::empty(width_px, height_px);
-        let kept = (0..self.ids.len()).filter(|&index| self.ids[index][0] != 0 && keep(index));
-        for index in kept {
-            mask.set(index as u32 % width_px, index as u32 / width_px, true);
+        for (y, row) in (0..height_px).zip(self.ids.chunks_exact(width_px as usize)) {
+            let first = y as usize * width_px as usize;
+            for (x, ids) in (0..width_px).zip(row) {
+                if ids[0] != 0 && keep(first + x as usize) {
+                    mask.set(x, y, true);
+                }
+            }
         }
         mask
     }

@@ -76,16 +76,23 @@ fn redundant(p_eye: vec3f, triangle: u32) -> bool {
 }
 
 fn image_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> ImageTargets {
-    let surface = surface_at(v, front_facing, triangle_of_mesh);
-    if surface.cut {
-        discard;
-    }
+    var texel: vec4f;
     if non_redundant {
+        // Most fragments end here, before the texture is read; derivatives need all of them.
+        let dx = dpdx(v.uv);
+        let dy = dpdy(v.uv);
         // From the stored depth, so that the test can be repeated from what the image holds.
         let p_eye = pinhole_eye_from_image(camera, v.clip.xy, v.clip.z / camera.near_m);
-        if redundant(p_eye, surface.triangle) {
+        if redundant(p_eye, scene_triangle(v, triangle_of_mesh)) {
             discard;
         }
+        texel = textureSampleGrad(base_texture, base_sampler, v.uv, dx, dy);
+    } else {
+        texel = textureSample(base_texture, base_sampler, v.uv);
+    }
+    let surface = surface_at(v, front_facing, triangle_of_mesh, texel);
+    if surface.cut {
+        discard;
     }
     var out: ImageTargets;
     out.ids = vec2u(surface.triangle, surface.object | (octahedral_code(surface.normal_world) << 16u));

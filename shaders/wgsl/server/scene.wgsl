@@ -101,9 +101,13 @@ struct Surface {
     cut: bool,
 }
 
-fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Surface {
-    // Sampled first: derivatives need uniform control flow.
-    let texel = textureSample(base_texture, base_sampler, v.uv);
+// The id of a fragment's triangle over the whole scene, 1 and more.
+fn scene_triangle(v: Varying, triangle_of_mesh: u32) -> u32 {
+    return instances[v.instance].triangle_base + triangle_of_mesh;
+}
+
+// `texel` is the base colour texture's.
+fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4f) -> Surface {
     let instance = instances[v.instance];
     let material = materials[instance.material];
     let base = texel * material.base_colour * v.colour;
@@ -115,7 +119,7 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Surface 
     var out: Surface;
     out.base = base.rgb;
     out.normal_world = normal;
-    out.triangle = instance.triangle_base + triangle_of_mesh;
+    out.triangle = scene_triangle(v, triangle_of_mesh);
     out.object = instance.object;
     out.material = material.code;
     out.cut = cut_out && base.a < material.alpha_cutoff;

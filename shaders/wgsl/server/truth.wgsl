@@ -13,7 +13,8 @@ struct TruthTargets {
 }
 
 fn truth_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> TruthTargets {
-    let surface = surface_at(v, front_facing, triangle_of_mesh);
+    let texel = textureSample(base_texture, base_sampler, v.uv);
+    let surface = surface_at(v, front_facing, triangle_of_mesh, texel);
     if surface.cut {
         discard;
     }
