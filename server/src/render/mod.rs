@@ -118,6 +118,15 @@ pub(crate) struct Slot {
     pub bounds_world: Bounds,
 }
 
+/// Instances that are drawn by one call.
+struct Run {
+    batch: usize,
+    slots: std::ops::Range<u32>,
+    mirrored: bool,
+    /// From the eye to the nearest of their boxes.
+    distance_m: f64,
+}
+
 /// A scene on the GPU.
 pub struct SceneRenderer {
     gpu: Gpu,
@@ -220,23 +229,39 @@ impl SceneRenderer {
             pass.set_vertex_buffer(0, self.vertices.slice(..));
             pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         }
+        for run in self.visible_runs(camera) {
+            let batch = &self.batches[run.batch];
+            pass.set_pipeline(pipelines.of(batch.double_sided, run.mirrored, batch.cut_out));
+            pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
+            self.draw_run(pass, batch, run.slots);
+        }
+    }
+
+    /// What `camera` may see, opaque first and near first, so that what is hidden fails the depth test before it is shaded.
+    fn visible_runs(&self, camera: &Pinhole) -> Vec<Run> {
         let frustum = cull::Frustum::new(camera);
-        for batch in &self.batches {
-            let slots = batch.slots.start as usize..batch.slots.end as usize;
-            let mut start = slots.start;
-            let kind =
-                |slot: usize| frustum.may_see(&self.slots[slot].bounds_world).then(|| self.records[slot].mirrored != 0);
-            while start < slots.end {
-                let this = kind(start);
-                let end = (start + 1..slots.end).find(|&slot| kind(slot) != this).unwrap_or(slots.end);
-                if let Some(mirrored) = this {
-                    pass.set_pipeline(pipelines.of(batch.double_sided, mirrored, batch.cut_out));
-                    pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
-                    self.draw_run(pass, batch, start as u32..end as u32);
+        let eye_world = camera.world_from_eye.translation;
+        let mut runs: Vec<Run> = Vec::new();
+        for (batch_index, batch) in self.batches.iter().enumerate() {
+            for slot in batch.slots.clone() {
+                let bounds = &self.slots[slot as usize].bounds_world;
+                if !frustum.may_see(bounds) {
+                    continue;
                 }
-                start = end;
+                let mirrored = self.records[slot as usize].mirrored != 0;
+                let distance_m = eye_world.distance(eye_world.clamp(bounds.min, bounds.max));
+                match runs.last_mut() {
+                    Some(run) if run.batch == batch_index && run.slots.end == slot && run.mirrored == mirrored => {
+                        run.slots.end += 1;
+                        run.distance_m = run.distance_m.min(distance_m);
+                    }
+                    _ => runs.push(Run { batch: batch_index, slots: slot..slot + 1, mirrored, distance_m }),
+                }
             }
         }
+        let cut_out = |run: &Run| self.batches[run.batch].cut_out;
+        runs.sort_by(|a, b| cut_out(a).cmp(&cut_out(b)).then(a.distance_m.total_cmp(&b.distance_m)));
+        runs
     }
 
     fn draw_run(&self, pass: &mut wgpu::RenderPass<'_>, batch: &Batch, slots: std::ops::Range<u32>) {
