@@ -190,7 +190,9 @@ pub struct Deformed {
 pub struct Snapshot {
     /// Seconds.
     pub time_s: f64,
-    /// `world_from_mesh` of each instance; may hold scale and shear, composed in f64.
+    /// `world_from_mesh` of each instance; may hold scale and shear, composed in f64. Always finite and invertible. Where
+    /// it mirrors, the instance's mesh has its winding flipped, so that faces look outward after it; normals go by the
+    /// inverse transpose (with the determinant's sign, so not by the cofactors alone).
     pub world_from_mesh: Vec<DAffine3>,
     /// The deforming instances only.
     pub deformed: Vec<Deformed>,

@@ -90,13 +90,8 @@ impl Geometry {
         self.triangles.retain(|&[a, b, c]| {
             a != b && b != c && c != a && (keep_flat || face(positions, [a, b, c]) != DVec3::ZERO)
         });
-        if finite < total {
-            warnings.add(format!("{at}: {} triangles with a position that is not finite are dropped", total - finite));
-        }
-        if self.triangles.len() < finite {
-            let dropped = finite - self.triangles.len();
-            warnings.add(format!("{at}: {dropped} degenerate triangles (no area) are dropped"));
-        }
+        warnings.tally(at, total - finite, "triangles with a position that is not finite are dropped");
+        warnings.tally(at, finite - self.triangles.len(), "degenerate triangles (no area) are dropped");
     }
 
     /// Unit normals: those that the file has, or the faces' mean where one is no direction.
@@ -116,12 +111,8 @@ impl Geometry {
                 *normal = faces.get_or_insert_with(|| self.smooth_normals())[index];
             }
         }
-        if absent > 0 {
-            warnings.add(format!("{at}: {absent} normals without a direction are replaced by those of the faces"));
-        }
-        if scaled > 0 {
-            warnings.add(format!("{at}: {scaled} normals are not of unit length and are normalized"));
-        }
+        warnings.tally(at, absent, "normals without a direction are replaced by those of the faces");
+        warnings.tally(at, scaled, "normals that are not of unit length are normalized");
         normals
     }
 

@@ -4,17 +4,26 @@
 //! instances with their places over time. What is dropped or mended on the way is in [`Scene::warnings`], each entry
 //! naming the thing; what cannot be shown is a [`LoadError`] that names it.
 //!
+//! Animations: see `gltf::clip` for which clips of a file play. Start: the file's first perspective camera where it has
+//! one, else the bounds decide. Whether a scene is walked in is judged by its shape, see `summary::is_walked`.
+//!
 //! Bytes of a file are never trusted: [`LoadLimits`] caps every size that a file can claim, before anything is
 //! allocated for it; references are checked before they are followed; hierarchies are walked without recursion. Files
 //! that a scene refers to must lie in the scene's own folder.
 
+mod closed;
 mod error;
 mod geometry;
 mod gltf;
 mod limits;
 mod motion;
+mod mtl;
+mod obj;
+mod ply;
 mod source;
 mod summary;
+#[cfg(test)]
+mod tests;
 mod texture;
 mod warnings;
 
@@ -45,7 +54,9 @@ pub fn load(path: &Path, limits: &LoadLimits, progress: &(dyn Fn(Progress) + Syn
     let request = Request { name, folder, limits, progress };
     match format_of(path, &bytes) {
         Some(Format::Gltf) => gltf::load(bytes, &request),
-        Some(Format::Obj | Format::Ply) | None => Err(LoadError::UnknownFormat { path: path.to_owned() }),
+        Some(Format::Obj) => obj::load(&bytes, &request),
+        Some(Format::Ply) => ply::load(&bytes, &request),
+        None => Err(LoadError::UnknownFormat { path: path.to_owned() }),
     }
 }
 

@@ -61,7 +61,13 @@ impl Component {
     }
 }
 
-fn width_of(shape: &str) -> Option<usize> {
+/// Bytes of a component, by its code.
+pub(super) fn component_bytes(code: u32) -> Option<u64> {
+    Component::of(code).map(|component| component.bytes() as u64)
+}
+
+/// Components of an element, by `type`.
+pub(super) fn width_of(shape: &str) -> Option<usize> {
     Some(match shape {
         "SCALAR" => 1,
         "VEC2" => 2,

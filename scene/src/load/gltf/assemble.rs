@@ -38,7 +38,7 @@ pub(super) fn scene(
     let hierarchy = Hierarchy::of(document, request.limits, &mut warnings)?;
     let visible = hierarchy.visible(document, &mut warnings)?;
     let clips = Clips::read(document, accessors, request.limits, &mut warnings)?;
-    let skins = skins(document, accessors, &visible)?;
+    let skins = skins(document, accessors, &visible, &mut warnings)?;
     let place = Place { document, accessors, limits: request.limits, uv_sources: &materials.uv_sources };
     let primitives = primitives(place, &visible, &skins, request, &mut warnings)?;
     let worlds = hierarchy.worlds(&hierarchy.locals);
@@ -60,15 +60,16 @@ pub(super) fn scene(
         sources: Vec::new(),
         deforms: Vec::new(),
         rest: Vec::new(),
+        copied: 0,
     };
     for &node in &visible {
         assembly.add_node(node, &mut warnings)?;
     }
     let Assembly { meshes, instances, sources, deforms, rest, .. } = assembly;
     if instances.is_empty() {
-        let explained = warnings.summary();
-        let reason = if explained.is_empty() { "no node of the scene has a mesh".into() } else { explained };
-        return Err(LoadError::NothingToDraw { reason });
+        return Err(LoadError::NothingToDraw {
+            reason: warnings.explain("no node of the scene has a mesh with triangles"),
+        });
     }
     let cameras = light::cameras(document, &visible, &worlds, &mut warnings);
     let lights = NodeLight::read(document, &visible, &mut warnings);
@@ -97,7 +98,14 @@ pub(super) fn scene(
 }
 
 /// All skins of a document; those that no shown node uses stay empty.
-fn skins(document: &Document, accessors: Accessors<'_>, visible: &[usize]) -> Result<Vec<Skin>, LoadError> {
+fn skins(
+    document: &Document,
+    accessors: Accessors<'_>,
+    visible: &[usize],
+    warnings: &mut Warnings,
+) -> Result<Vec<Skin>, LoadError> {
+    let mut shown = vec![false; document.nodes.len()];
+    visible.iter().for_each(|&node| shown[node] = true);
     let mut used = vec![false; document.skins.len()];
     for &node in visible {
         let Some(skin) = document.nodes[node].skin else { continue };
@@ -116,6 +124,9 @@ fn skins(document: &Document, accessors: Accessors<'_>, visible: &[usize]) -> Re
         let at = format!("skins[{index}]");
         if let Some(joint) = skin.joints.iter().find(|joint| **joint >= document.nodes.len()) {
             return Err(LoadError::malformed(at, format!("joint {joint} is no node")));
+        }
+        if let Some(joint) = skin.joints.iter().find(|joint| !shown[**joint]) {
+            warnings.add(format!("{at}: joint {joint} is not in the scene that is shown"));
         }
         let joint_from_bind = match skin.inverse_bind_matrices {
             None => vec![DAffine3::IDENTITY; skin.joints.len()],
@@ -217,6 +228,8 @@ struct Assembly<'a> {
     sources: Vec<Source>,
     deforms: Vec<DeformSource>,
     rest: Vec<DAffine3>,
+    /// Vertices, morph deltas and joints of meshes that only one instance has.
+    copied: u64,
 }
 
 impl Assembly<'_> {
@@ -233,7 +246,7 @@ impl Assembly<'_> {
             for offset in &offsets {
                 let found = self.instances.len() as u64 + 1;
                 LoadError::check_limit("instances of the scene", found, self.place.limits.instances)?;
-                let placed = self.add_instance(node, (mesh, index), primitive, offset, &name);
+                let placed = self.add_instance(node, (mesh, index), primitive, offset, &name)?;
                 if !placed {
                     warnings.add(format!("{at}: an instance whose transform flattens it is left out"));
                 }
@@ -242,7 +255,8 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// Whether it was added: not where its place for all time is flat.
+    /// Whether it was added: not where its place for all time is flat. Which way its triangles face is decided by its
+    /// place at rest: an animation that mirrors it on the way turns it inside out.
     fn add_instance(
         &mut self,
         node: usize,
@@ -250,20 +264,21 @@ impl Assembly<'_> {
         primitive: &Primitive,
         offset: &DAffine3,
         name: &str,
-    ) -> bool {
+    ) -> Result<bool, LoadError> {
         let source = &self.place.document.nodes[node];
         let skin = source.skin.filter(|_| primitive.influences.is_some());
         let node_from_mesh = *offset * DAffine3::from_translation(primitive.built.centre);
         let place = self.worlds[node] * node_from_mesh;
         let moves = self.moving[node] && skin.is_none();
         if skin.is_none() && !moves && invertible(place, DAffine3::IDENTITY) != place {
-            return false;
+            return Ok(false);
         }
         let joints_move = skin.is_some_and(|skin| self.skins[skin].joints.iter().any(|&joint| self.moving[joint]));
         let deforms = joints_move || (self.morphing[node] && !primitive.targets.is_empty());
         let rest_weights = self.rest_weights(node, primitive);
         let shaped = skin.is_some() || rest_weights.iter().any(|weight| *weight != 0.0);
         let (mesh, place) = if deforms || shaped {
+            self.charge_copy(primitive, skin)?;
             self.add_deformed(node, primitive, skin, rest_weights, deforms, place)
         } else {
             (self.shared_mesh(id, primitive, place.matrix3.determinant() < 0.0), place)
@@ -271,7 +286,15 @@ impl Assembly<'_> {
         self.instances.push(Instance { mesh, name: name.to_owned(), moves: moves || joints_move, deforms });
         self.sources.push(Source { node, node_from_mesh, moves });
         self.rest.push(invertible(place, DAffine3::from_translation(self.worlds[node].translation)));
-        true
+        Ok(true)
+    }
+
+    /// Many nodes may show one mesh, each deformed in its own way: what that takes is counted like vertices of the file.
+    fn charge_copy(&mut self, primitive: &Primitive, skin: Option<usize>) -> Result<(), LoadError> {
+        let vertices = primitive.built.mesh.vertices.len() * (1 + primitive.targets.len());
+        let joints = skin.map_or(0, |skin| self.skins[skin].joints.len());
+        self.copied += (vertices + joints) as u64;
+        LoadError::check_limit("vertices and joints of deforming instances", self.copied, self.place.limits.vertices)
     }
 
     fn rest_weights(&self, node: usize, primitive: &Primitive) -> Vec<f32> {

@@ -22,6 +22,11 @@ impl<'a> UriReader<'a> {
         UriReader { folder, bytes_left: limit }
     }
 
+    /// Whether a URI could be read, without doing so.
+    pub fn check(&self, uri: &str) -> Result<(), LoadError> {
+        if uri.starts_with("data:") { Ok(()) } else { self.folder.resolve_uri(uri).map(|_| ()) }
+    }
+
     /// The bytes that a URI stands for: of the URI itself, or of a file in the scene's folder.
     pub fn read(&mut self, uri: &str) -> Result<Vec<u8>, LoadError> {
         let bytes = match uri.strip_prefix("data:") {
@@ -69,13 +74,16 @@ fn decode_base64(text: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
+/// The bytes of a compressed view, or why there are none: an error only once they are needed.
+type Decompressed = Result<Vec<u8>, String>;
+
 /// All buffers of a document, and what its compressed views decompress to.
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     /// `None` where the file has no bytes for it: a fallback for readers without `EXT_meshopt_compression`.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
     /// By view; `None` where it is not compressed.
-    decompressed: Vec<Option<Result<Vec<u8>, String>>>,
+    decompressed: Vec<Option<Decompressed>>,
 }
 
 /// The bytes of a view.
@@ -121,7 +129,7 @@ impl<'a> Buffers<'a> {
         Ok(all)
     }
 
-    fn decompress(&self, limits: &LoadLimits) -> Result<Vec<Option<Result<Vec<u8>, String>>>, LoadError> {
+    fn decompress(&self, limits: &LoadLimits) -> Result<Vec<Option<Decompressed>>, LoadError> {
         let claimed = self.document.buffer_views.iter().filter_map(|view| view.extensions.meshopt.as_ref());
         let total = claimed.fold(0_u64, |sum, m| sum.saturating_add(m.count.saturating_mul(m.byte_stride)));
         LoadError::check_limit("bytes of EXT_meshopt_compression views", total, limits.file_bytes)?;
@@ -131,6 +139,10 @@ impl<'a> Buffers<'a> {
             .par_iter()
             .map(|view| {
                 let compressed = view.extensions.meshopt.as_ref()?;
+                let fallback_bytes = self.document.buffers.get(view.buffer).map_or(0, |buffer| buffer.byte_length);
+                if view.byte_offset.saturating_add(view.byte_length) > fallback_bytes {
+                    return Some(Err(format!("the view itself ends past the {fallback_bytes} bytes of its buffer")));
+                }
                 let bytes = self.range(compressed.buffer, compressed.byte_offset, compressed.byte_length);
                 Some(bytes.and_then(|bytes| meshopt::decompress(compressed, bytes)))
             })

@@ -1,7 +1,7 @@
 //! The parts of a glTF document that are drawn with, as plain data.
 //!
 //! These types are our own rather than the `gltf` crate's, for three reasons: node transforms keep the f64 precision of
-//! the JSON text (that crate rounds them to f32), references stay unchecked numbers until [`super::check`] names a wrong
+//! the JSON text (that crate rounds them to f32), references stay unchecked numbers until their reader names a wrong
 //! one (that crate panics on some and truncates others), and an optional part that is missing or unknown is no error.
 //! What is not named here is ignored. Names are those of the glTF 2.0 specification, section 5.
 
@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::load::LoadError;
+use crate::load::{LoadError, Warnings};
 
 /// A whole document. Indices are as in the file, unchecked.
 #[derive(Debug, Default)]
@@ -67,6 +67,16 @@ impl Document {
     }
 }
 
+impl Document {
+    /// A file without nodes is a library of meshes: each is given a node, so that it is shown where it was modelled.
+    pub fn place_loose_meshes(&mut self, warnings: &mut Warnings) {
+        if self.nodes.is_empty() && !self.meshes.is_empty() {
+            warnings.add("the file has no nodes: its meshes are shown where they were modelled");
+            self.nodes = (0..self.meshes.len()).map(|mesh| Node { mesh: Some(mesh), ..Node::default() }).collect();
+        }
+    }
+}
+
 fn field<T: DeserializeOwned>(value: &Value, at: &str) -> Result<T, LoadError> {
     T::deserialize(value).map_err(|error| LoadError::malformed(at, error.to_string()))
 }
@@ -91,6 +101,7 @@ struct Asset {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Scene {
+    pub name: Option<String>,
     #[serde(default)]
     pub nodes: Vec<usize>,
 }
@@ -231,7 +242,20 @@ pub(super) struct Meshopt {
 pub(super) struct Buffer {
     pub uri: Option<String>,
     pub byte_length: u64,
+    #[serde(default)]
+    pub extensions: BufferExtensions,
 }
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferExtensions {
+    /// Present where the buffer is only for readers without the extension, and may have no data.
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub fallback: Option<Fallback>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Fallback {}
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
@@ -329,6 +353,7 @@ pub(super) struct Texture {
 pub(super) struct Image {
     pub uri: Option<String>,
     pub buffer_view: Option<usize>,
+    pub mime_type: Option<String>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 use super::document::{Document, Node};
+use crate::load::source::shorten;
 use crate::load::{LoadError, LoadLimits, Warnings};
 
 /// `parent_from_node`, kept in parts where the file has parts: only those can be animated.
@@ -158,11 +159,14 @@ impl Hierarchy {
                 let fault = format!("scene {chosen} does not exist, there are {}", document.scenes.len());
                 return Err(LoadError::malformed("scene", fault));
             }
-            warnings.add("the file has no scene: all nodes are shown");
+            if !self.order.is_empty() {
+                warnings.add("the file has no scene: all nodes are shown");
+            }
             return Ok(self.order.clone());
         };
         if document.scenes.len() > 1 {
-            warnings.add(format!("scene {chosen} of {} is shown, the others are not", document.scenes.len()));
+            let name = scene.name.as_deref().map_or(String::new(), |name| format!(" {:?}", shorten(name)));
+            warnings.add(format!("scene {chosen}{name} of {} is shown, the others are not", document.scenes.len()));
         }
         let mut marked = vec![false; self.order.len()];
         for &root in &scene.nodes {

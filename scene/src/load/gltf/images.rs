@@ -49,6 +49,9 @@ pub(super) fn read(
     let mut files: Vec<Option<Vec<u8>>> = vec![None; document.images.len()];
     for (index, image) in document.images.iter().enumerate() {
         if !needs[index].pixels && !needs[index].mean {
+            if let Some(Err(error)) = image.uri.as_ref().map(|uri| uris.check(uri)) {
+                warnings.add(format!("images[{index}]: {error}"));
+            }
             continue;
         }
         let bytes = match (&image.uri, image.buffer_view) {

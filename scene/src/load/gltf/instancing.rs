@@ -21,7 +21,7 @@ pub(super) fn offsets(
         return Err(LoadError::malformed(at, "no attribute that places an instance"));
     };
     let count = accessors.get(first, &at)?.count;
-    LoadError::check_limit(format!("{at}: instances"), count, limits.vertices)?;
+    LoadError::check_limit(format!("{at}: instances"), count, limits.instances)?;
     let exactly = Count::Exactly(count as usize);
     let read = |attribute: Option<usize>| attribute.map(|index| accessors.floats::<3>(index, &at, exactly)).transpose();
     let translations = read(attributes.translation)?;

@@ -36,7 +36,7 @@ impl NodeLight {
             match NodeLight::of(node, light) {
                 Some(light) => lights.push(light),
                 None => {
-                    warnings.add(format!("nodes[{node}]: light {} is of no known type or not finite", reference.light))
+                    warnings.add(format!("nodes[{node}]: light {} is of no known type or not finite", reference.light));
                 }
             }
         }

@@ -73,9 +73,9 @@ fn decode_vertices(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>,
 }
 
 /// The extension's section 'Filters'.
-fn apply_filter(filter: &str, stride: usize, data: &mut Vec<u8>) -> Result<(), String> {
+fn apply_filter(filter: &str, stride: usize, data: &mut [u8]) -> Result<(), String> {
     // Copied into a typed, aligned vector and back: bytes have no alignment to rely on.
-    fn typed<T: bytemuck::Pod>(data: &mut Vec<u8>, run: impl FnOnce(&mut [T])) {
+    fn typed<T: bytemuck::Pod>(data: &mut [u8], run: impl FnOnce(&mut [T])) {
         let mut values: Vec<T> = bytemuck::pod_collect_to_vec(data);
         run(&mut values);
         data.copy_from_slice(bytemuck::cast_slice(&values));

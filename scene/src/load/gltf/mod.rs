@@ -20,6 +20,7 @@ mod hierarchy;
 mod images;
 mod instancing;
 mod light;
+mod lint;
 mod material;
 mod meshopt;
 mod motion;
@@ -53,10 +54,12 @@ pub(super) fn load(bytes: Vec<u8>, request: &Request<'_>) -> Result<Scene, LoadE
     let mut warnings = Warnings::default();
     let container = Container::of(&bytes, &mut warnings)?;
     let root = container::parse_json(container.json, request.limits.json_values)?;
-    let document = Document::read(&root)?;
-    drop(root);
+    let mut document = Document::read(&root)?;
     check_version(&document)?;
     check_extensions(&document)?;
+    lint::lint(&root, &document, container.bin.is_some(), &mut warnings);
+    drop(root);
+    document.place_loose_meshes(&mut warnings);
     let mut uris = UriReader::new(&request.folder, request.limits.file_bytes);
     let buffers = Buffers::read(&document, container.bin, &mut uris, request.limits, &mut warnings)?;
     request.report(Stage::Read, 1, 1);
@@ -66,16 +69,19 @@ pub(super) fn load(bytes: Vec<u8>, request: &Request<'_>) -> Result<Scene, LoadE
     assemble::scene(&document, accessors, materials, request, warnings)
 }
 
+/// `minVersion` counts where there is one: a file of version 2.1 may be readable as 2.0.
 fn check_version(document: &Document) -> Result<(), LoadError> {
-    let needed = document.min_version.as_ref().unwrap_or(&document.version);
-    if document.version.starts_with("2.") && matches!(needed.as_str(), "2.0" | "2")
-        || needed.starts_with("2.") && document.min_version.is_none()
-    {
+    let readable = match &document.min_version {
+        Some(needed) => needed == "2.0",
+        None => document.version.starts_with("2."),
+    };
+    if readable && document.version.starts_with("2.") {
         return Ok(());
     }
+    let needed = document.min_version.as_ref().unwrap_or(&document.version);
     Err(LoadError::Unsupported {
-        feature: format!("glTF {}", super::source::shorten(needed)),
-        hint: "only version 2.0 is read".into(),
+        feature: format!("glTF version {:?}", super::source::shorten(needed)),
+        hint: "only version \"2.0\" is read".into(),
     })
 }
 

@@ -39,6 +39,9 @@ pub(super) struct Influences {
     pub entries: Vec<(u32, f32)>,
 }
 
+/// Attribute sets of four influences that are used. Few files have two; each more would cost time at every frame.
+const MAX_JOINT_SETS: usize = 2;
+
 /// Where a primitive stands in its document.
 #[derive(Clone, Copy)]
 pub(super) struct Place<'a> {
@@ -238,7 +241,10 @@ impl AttributeReader<'_> {
         warnings: &mut Warnings,
     ) -> Result<Option<Influences>, LoadError> {
         let mut sets = Vec::new();
-        for set in 0.. {
+        if self.attributes.contains_key(&format!("JOINTS_{MAX_JOINT_SETS}")) {
+            warnings.add(format!("{}: joints past the first {} of a vertex are ignored", self.at, 4 * MAX_JOINT_SETS));
+        }
+        for set in 0..MAX_JOINT_SETS {
             let (joints_name, weights_name) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
             let Some(&index) = self.attributes.get(&joints_name) else { break };
             let at = format!("{}.{joints_name}", self.at);
@@ -271,9 +277,7 @@ impl AttributeReader<'_> {
                 format!("{foreign} influences are of joints past the skin's {joints}"),
             ));
         }
-        if mended > 0 {
-            warnings.add(format!("{}: the joint weights of {mended} vertices do not sum to 1 and are scaled", self.at));
-        }
+        warnings.tally(self.at, mended, "vertices whose joint weights are negative or do not sum to 1 are mended");
         Ok(Some(Influences { per_vertex, entries }))
     }
 }

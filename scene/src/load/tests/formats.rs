@@ -1,0 +1,99 @@
+//! What OBJ and PLY files mean.
+
+use super::{TestFolder, assert_near, first_triangle, load_obj, load_ply, refusal};
+use crate::load::{LoadLimits, load};
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+#[test]
+fn obj_polygons_become_fans_and_indices_may_be_negative() {
+    let scene = load_obj(&format!("{SQUARE}f -4 -3 -2 -1\n")).unwrap();
+    assert_eq!(scene.triangle_count(), 2);
+    assert_eq!(scene.meshes[0].vertices[0].normal, [0.0, 0.0, 1.0]);
+    assert!(scene.materials.iter().all(|material| material.double_sided), "a sheet has two sides");
+}
+
+#[test]
+fn obj_coordinates_keep_the_precision_of_the_text() {
+    let scene = load_obj("v 10000000.125 0 0\nv 10000001.125 0 0\nv 10000000.125 1 0\nf 1 2 3\n").unwrap();
+    assert_eq!(first_triangle(&scene, 0.0)[1].x, 10_000_001.125);
+}
+
+#[test]
+fn obj_faults_are_named_by_line() {
+    for (text, expected) in [
+        ("v 0 0\n", "line 1"),
+        ("v 0 0 0\nf 1 2 3\n", "line 2: an index is out of range"),
+        ("v 0 0 x\n", "line 1"),
+        ("v 0 0 0\n", "no faces"),
+    ] {
+        let error = refusal(load_obj(text));
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn obj_materials_come_from_the_library_beside_it() {
+    let folder = TestFolder::new("mtl");
+    folder.write("a.mtl", b"newmtl red\nKd 1 0 0\nd 0.25\nmap_Kd missing.png\n");
+    let path =
+        folder.write("a.obj", format!("mtllib a.mtl\nmtllib ../a.mtl\n{SQUARE}usemtl red\nf 1 2 3 4\n").as_bytes());
+    let scene = load(&path, &LoadLimits::default(), &|_| {}).unwrap();
+    let material = &scene.materials[scene.meshes[0].material as usize];
+    assert_eq!((material.base_colour, material.alpha_cutoff), ([1.0, 0.0, 0.0, 0.25], Some(0.5)));
+    for expected in ["missing.png", "../a.mtl", "opacity 0.25"] {
+        assert!(scene.warnings.iter().any(|warning| warning.contains(expected)), "{:?}", scene.warnings);
+    }
+}
+
+const PLY_HEADER: &str = "element vertex 3\nproperty float x\nproperty double y\nproperty short z\nproperty uchar red\n\
+    property uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+fn binary_ply(big_endian: bool) -> Vec<u8> {
+    let format = if big_endian { "binary_big_endian" } else { "binary_little_endian" };
+    let mut bytes = format!("ply\nformat {format} 1.0\n{PLY_HEADER}").into_bytes();
+    let mut put = |mut value: Vec<u8>| {
+        if big_endian {
+            value.reverse();
+        }
+        bytes.extend(value);
+    };
+    for [x, y, z] in [[0_i16, 0, 0], [1, 0, 0], [0, 1, -2]] {
+        put(f32::from(x).to_le_bytes().to_vec());
+        put(f64::from(y).to_le_bytes().to_vec());
+        put(z.to_le_bytes().to_vec());
+        [255, 0, 51].iter().for_each(|&byte| put(vec![byte]));
+    }
+    put(vec![3]);
+    [0_i32, 1, 2].iter().for_each(|index| put(index.to_le_bytes().to_vec()));
+    bytes
+}
+
+#[test]
+fn ply_of_all_encodings_is_the_same() {
+    let ascii =
+        format!("ply\nformat ascii 1.0\n{PLY_HEADER}0 0 0 255 0 51\n1 0 0 255 0 51\n0 1 -2 255 0 51\n3 0 1 2\n");
+    let scenes = [ascii.into_bytes(), binary_ply(false), binary_ply(true)].map(|bytes| load_ply(&bytes).unwrap());
+    for scene in &scenes {
+        assert_near(first_triangle(scene, 0.0)[2], [0.0, 1.0, -2.0]);
+        assert_eq!(scene.meshes[0].vertices[0].colour, [255, 0, 51, 255]);
+    }
+    assert_eq!(scenes[0].meshes, scenes[1].meshes);
+    assert_eq!(scenes[1].meshes, scenes[2].meshes);
+}
+
+#[test]
+fn ply_claims_are_compared_with_the_file() {
+    let header = |count: &str| {
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex {count}\nproperty float x\nend_header\n")
+    };
+    for count in ["4000000000", "18446744073709551615"] {
+        let error = refusal(load_ply(header(count).as_bytes()));
+        assert!(error.contains("elements need"), "{error}");
+    }
+    let list =
+        "ply\nformat ascii 1.0\nelement face 1\nproperty list uint int vertex_indices\nend_header\n4000000000 1\n";
+    assert!(refusal(load_ply(list.as_bytes())).contains("too early"));
+    let points = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+    assert!(refusal(load_ply(points.as_bytes())).contains("points but no faces"));
+}

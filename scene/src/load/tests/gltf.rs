@@ -1,0 +1,287 @@
+//! What a glTF file means.
+
+use std::f32::consts::FRAC_1_SQRT_2;
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::build::{Builder, TRIANGLE};
+use super::{assert_near, first_triangle, load_gltf, refusal};
+use crate::Scene;
+
+fn triangle_with(change: impl FnOnce(&mut Builder)) -> Scene {
+    let mut builder = Builder::of_positions(&TRIANGLE);
+    change(&mut builder);
+    load_gltf(&builder.glb()).unwrap()
+}
+
+/// Twice the area of the first triangle along its normal, in world space.
+fn face(scene: &Scene) -> DVec3 {
+    let [a, b, c] = first_triangle(scene, 0.0);
+    (b - a).cross(c - a)
+}
+
+#[test]
+fn vertices_far_from_the_origin_keep_what_the_file_has() {
+    let far = 1e7;
+    let scene = load_gltf(&Builder::of_positions(&TRIANGLE.map(|x| x + far)).glb()).unwrap();
+    assert!(scene.meshes[0].vertices.iter().flat_map(|v| v.position).all(|x| x.abs() <= 1.0));
+    assert_eq!(first_triangle(&scene, 0.0)[1], DVec3::new(1e7 + 1.0, 1e7, 1e7));
+}
+
+#[test]
+fn a_node_far_from_the_origin_keeps_the_precision_of_the_text() {
+    let scene = triangle_with(|b| b.json["nodes"][0]["translation"] = json!([10_000_000.123, 0.0, -20_000_000.456]));
+    let origin = first_triangle(&scene, 0.0)[0];
+    assert!((origin - DVec3::new(10_000_000.123, 0.0, -20_000_000.456)).length() < 1e-7, "{origin}");
+}
+
+#[test]
+fn a_mirroring_transform_keeps_the_facing_of_the_normal() {
+    let scene = triangle_with(|b| b.json["nodes"][0]["scale"] = json!([-2.0, 1.0, 1.0]));
+    // The flat normal is +z in mesh space, and +z still after the mirroring of x.
+    assert!(face(&scene).dot(DVec3::Z) > 0.0);
+    assert_eq!(scene.meshes[0].vertices[0].normal, [0.0, 0.0, 1.0]);
+    assert_near(first_triangle(&scene, 0.0)[2], [-2.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_matrix_may_shear() {
+    let scene = triangle_with(|b| {
+        b.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 3, 0, 0, 1]);
+    });
+    assert_near(first_triangle(&scene, 0.0)[2], [3.5, 1.0, 0.0]);
+}
+
+#[test]
+fn a_flattening_transform_is_left_out_by_name() {
+    let mut builder = Builder::of_positions(&TRIANGLE);
+    builder.json["nodes"][0]["scale"] = json!([1.0, 0.0, 1.0]);
+    let error = refusal(load_gltf(&builder.glb()));
+    assert!(error.contains("nodes[0]") && error.contains("flattens"), "{error}");
+}
+
+#[test]
+fn keyframes_step_interpolate_and_repeat() {
+    let values = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+    let x_at = |scene: &Scene, time_s| first_triangle(scene, time_s)[0].x;
+    let linear = triangle_with(|b| b.animate("translation", "LINEAR", &[0.0, 2.0], &values, "VEC3"));
+    assert!(linear.instances[0].moves && !linear.instances[0].deforms && linear.is_animated());
+    for (time_s, x) in [(0.0, 0.0), (0.5, 0.5), (1.5, 1.5), (2.5, 0.5), (-0.5, 1.5), (20_000.5, 0.5)] {
+        assert!((x_at(&linear, time_s) - x).abs() < 1e-6, "{} at {time_s}, not {x}", x_at(&linear, time_s));
+    }
+    let step = triangle_with(|b| b.animate("translation", "STEP", &[0.0, 2.0], &values, "VEC3"));
+    assert_eq!(x_at(&step, 1.9), 0.0);
+    // In-tangent, value, out-tangent; flat tangents ease in and out, and the middle is still the mean.
+    let cubic = [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [2.0, 0.0, 0.0], [0.0; 3]].concat();
+    let cubic = triangle_with(|b| b.animate("translation", "CUBICSPLINE", &[0.0, 2.0], &cubic, "VEC3"));
+    assert!((x_at(&cubic, 1.0) - 1.0).abs() < 1e-6);
+    assert!((x_at(&cubic, 0.5) - 2.0 * (3.0 / 16.0 - 2.0 / 64.0)).abs() < 1e-6);
+    assert!(x_at(&cubic, f64::NAN).is_finite());
+}
+
+#[test]
+fn rotations_take_the_shorter_arc() {
+    let half_turn = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -FRAC_1_SQRT_2, -FRAC_1_SQRT_2];
+    let scene = triangle_with(|b| {
+        b.animate("rotation", "LINEAR", &[0.0, 1.0, 2.0], &[&half_turn[..], &half_turn[4..]].concat(), "VEC4");
+    });
+    let cos = std::f64::consts::FRAC_1_SQRT_2;
+    assert_near(first_triangle(&scene, 0.5)[1], [cos, cos, 0.0]);
+}
+
+#[test]
+fn clips_of_different_nodes_play_together_and_of_the_same_only_the_first() {
+    let values = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+    let scene = triangle_with(|b| {
+        b.push("nodes", json!({"mesh": 0}));
+        b.json["scenes"][0]["nodes"] = json!([0, 1]);
+        b.animate("translation", "LINEAR", &[0.0, 2.0], &values, "VEC3");
+        b.animate("translation", "LINEAR", &[0.0, 2.0], &values, "VEC3");
+        b.json["animations"][1]["channels"][0]["target"]["node"] = json!(1);
+    });
+    assert!(scene.instances.iter().all(|instance| instance.moves) && scene.warnings.is_empty());
+    let scene = triangle_with(|b| {
+        b.animate("translation", "LINEAR", &[0.0, 2.0], &values, "VEC3");
+        b.animate("translation", "LINEAR", &[0.0, 2.0], &values.map(|x| 5.0 * x), "VEC3");
+    });
+    assert_near(first_triangle(&scene, 1.0)[0], [1.0, 0.0, 0.0]);
+    assert!(scene.warnings[0].contains("of 2 animations only the first"), "{:?}", scene.warnings);
+}
+
+#[test]
+fn morph_targets_move_vertices_and_flat_normals_follow() {
+    let lift = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let scene = triangle_with(|b| {
+        let target = b.floats(&lift, "VEC3");
+        b.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": target}]);
+        b.animate("weights", "LINEAR", &[0.0, 1.0], &[0.0, 1.0], "SCALAR");
+    });
+    assert!(scene.instances[0].deforms && !scene.instances[0].moves);
+    assert_near(first_triangle(&scene, 0.5)[2], [0.0, 1.0, 0.5]);
+    let normal = scene.at(0.5).deformed[0].vertices[0].normal;
+    let expected = DVec3::new(0.0, -0.5, 1.0).normalize();
+    assert_near(DVec3::from(normal.map(f64::from)), expected.to_array());
+}
+
+#[test]
+fn morph_weights_that_stay_are_baked() {
+    let scene = triangle_with(|b| {
+        let target = b.floats(&[0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0], "VEC3");
+        b.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": target}]);
+        b.json["meshes"][0]["weights"] = json!([0.25]);
+    });
+    assert!(!scene.is_animated());
+    assert_near(first_triangle(&scene, 0.0)[0], [0.0, 0.0, 0.5]);
+}
+
+#[test]
+fn joints_carry_vertices_and_the_node_of_a_skinned_mesh_does_not() {
+    let scene = triangle_with(|b| {
+        b.push("nodes", json!({"translation": [10_000_000.5, 0.0, 0.0]}));
+        b.json["scenes"][0]["nodes"] = json!([0, 1]);
+        b.json["nodes"][0]["translation"] = json!([7.0, 7.0, 7.0]);
+        b.json["nodes"][0]["skin"] = json!(0);
+        b.push("skins", json!({"joints": [1]}));
+        let joints = b.accessor(&[0; 12], 5121, "VEC4", 3);
+        let weights = b.floats(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], "VEC4");
+        let attributes = &mut b.json["meshes"][0]["primitives"][0]["attributes"];
+        attributes["JOINTS_0"] = json!(joints);
+        attributes["WEIGHTS_0"] = json!(weights);
+        let quarter_turn = [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
+        b.animate("rotation", "STEP", &[0.0, 1.0], &[quarter_turn, quarter_turn].concat(), "VEC4");
+        b.json["animations"][0]["channels"][0]["target"]["node"] = json!(1);
+    });
+    assert!(scene.instances[0].deforms);
+    let [a, b, c] = first_triangle(&scene, 0.5);
+    assert_near(a, [10_000_000.5, 0.0, 0.0]);
+    assert_near(b, [10_000_000.5, 1.0, 0.0]);
+    assert_near(c, [9_999_999.5, 0.0, 0.0]);
+    assert!(scene.at(0.5).deformed[0].vertices.iter().flat_map(|v| v.position).all(|x| x.abs() < 3.0));
+}
+
+#[test]
+fn strips_and_fans_keep_their_facing() {
+    let square = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0];
+    let fan = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+    for (mode, positions) in [(5, square), (6, fan)] {
+        let mut builder = Builder::of_positions(&positions);
+        builder.json["meshes"][0]["primitives"][0]["mode"] = json!(mode);
+        let scene = load_gltf(&builder.glb()).unwrap();
+        assert_eq!(scene.triangle_count(), 2);
+        assert!(scene.meshes[0].vertices.iter().all(|v| v.normal == [0.0, 0.0, 1.0]), "mode {mode}");
+    }
+}
+
+#[test]
+fn points_alone_are_refused_by_name() {
+    let mut builder = Builder::of_positions(&TRIANGLE);
+    builder.json["meshes"][0]["primitives"][0]["mode"] = json!(0);
+    let error = refusal(load_gltf(&builder.glb()));
+    assert!(error.contains("points are not drawn"), "{error}");
+}
+
+#[test]
+fn sparse_and_quantized_accessors() {
+    let scene = triangle_with(|b| {
+        let indices = b.view(&[2]);
+        let values = b.view(bytemuck::cast_slice(&[0.0_f32, 4.0, 0.0]));
+        b.json["accessors"][0]["sparse"] = json!({
+            "count": 1,
+            "indices": {"bufferView": indices, "componentType": 5121},
+            "values": {"bufferView": values},
+        });
+    });
+    assert_near(first_triangle(&scene, 0.0)[2], [0.0, 4.0, 0.0]);
+    let scene = triangle_with(|b| {
+        let shorts: [i16; 12] = [0, 0, 0, 0, i16::MAX, 0, 0, 0, 0, i16::MIN, 0, 0];
+        let accessor = b.accessor(bytemuck::cast_slice(&shorts), 5122, "VEC3", 3);
+        b.json["accessors"][accessor]["normalized"] = json!(true);
+        b.json["bufferViews"][accessor]["byteStride"] = json!(8);
+        b.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+        b.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+        b.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(accessor);
+    });
+    // The smallest short is clamped to -1.
+    assert_near(first_triangle(&scene, 0.0)[1], [1.0, 0.0, 0.0]);
+    assert_near(first_triangle(&scene, 0.0)[2], [0.0, -1.0, 0.0]);
+}
+
+#[test]
+fn meshopt_views_are_decompressed_and_damage_is_named() {
+    let vertices: Vec<[f32; 3]> = TRIANGLE.as_chunks::<3>().0.to_vec();
+    let compressed = meshopt::encode_vertex_buffer(&vertices).unwrap();
+    let build = |bytes: &[u8]| {
+        let mut builder = Builder::of_positions(&TRIANGLE);
+        builder.view(bytes);
+        let offset = builder.json["bufferViews"][1]["byteOffset"].clone();
+        builder.json["bufferViews"][0]["extensions"] = json!({"EXT_meshopt_compression": {
+            "buffer": 0, "byteOffset": offset, "byteLength": bytes.len(), "byteStride": 12, "count": 3, "mode": "ATTRIBUTES",
+        }});
+        builder.json["extensionsUsed"] = json!(["EXT_meshopt_compression"]);
+        load_gltf(&builder.glb())
+    };
+    assert_near(first_triangle(&build(&compressed).unwrap(), 0.0)[1], [1.0, 0.0, 0.0]);
+    let error = refusal(build(&compressed[..compressed.len() / 2]));
+    assert!(error.contains("EXT_meshopt_compression") && error.contains("damaged"), "{error}");
+}
+
+#[test]
+fn instancing_makes_objects_up_to_the_limit() {
+    let build = |count: usize| {
+        let mut builder = Builder::of_positions(&TRIANGLE);
+        let places: Vec<f32> = (0..count).flat_map(|i| [i as f32, 0.0, 0.0]).collect();
+        let accessor = builder.floats(&places, "VEC3");
+        builder.json["nodes"][0]["extensions"] =
+            json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": accessor}}});
+        builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+        load_gltf(&builder.glb())
+    };
+    let scene = build(5).unwrap();
+    assert_eq!((scene.instances.len(), scene.meshes.len()), (5, 1));
+    assert_eq!(scene.bounds.max.x, 5.0);
+    let error = refusal(build(65_536));
+    assert!(error.contains("instances") && error.contains("65535"), "{error}");
+}
+
+#[test]
+fn lights_and_cameras_stand_where_their_nodes_are() {
+    let scene = triangle_with(|b| {
+        b.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
+            {"type": "spot", "intensity": 3.0, "color": [1.0, 0.5, 0.0], "spot": {"outerConeAngle": 0.5}}]}});
+        b.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+        b.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}));
+        let turned = json!({"rotation": [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2], "translation": [1, 2, 3], "camera": 0,
+            "extensions": {"KHR_lights_punctual": {"light": 0}}});
+        b.push("nodes", turned);
+        b.json["scenes"][0]["nodes"] = json!([0, 1]);
+    });
+    let start = scene.start.unwrap();
+    assert_near(start.eye_world, [1.0, 2.0, 3.0]);
+    assert_near(start.forward_world, [-1.0, 0.0, 0.0]);
+    let crate::SceneLight::Point { position_world, colour, direction_world, spot_angles_rad, .. } =
+        scene.at(0.0).lights[0]
+    else {
+        panic!("a spot is a point light with angles");
+    };
+    assert_near(position_world, [1.0, 2.0, 3.0]);
+    assert_near(direction_world, [-1.0, 0.0, 0.0]);
+    assert_eq!((colour, spot_angles_rad), ([3.0, 1.5, 0.0], Some([0.0, 0.5])));
+}
+
+#[test]
+fn a_room_seen_from_inside_is_walked_in_and_a_box_is_turned() {
+    let box_of = |size: f32, inward: bool| {
+        let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32 * size);
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let positions: Vec<f32> = quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| if inward { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] })
+            .flat_map(corner)
+            .collect();
+        load_gltf(&Builder::of_positions(&positions).glb()).unwrap()
+    };
+    assert!(box_of(10.0, true).walk);
+    assert!(!box_of(10.0, false).walk);
+    assert!(!box_of(1.0, true).walk, "too small to walk in");
+}
