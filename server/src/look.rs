@@ -5,20 +5,28 @@
 //!
 //! **Exposure.** Files give lux and candela, from a candle to the sun. All lights of a scene share one factor, fixed at time 0:
 //! it takes the median irradiance over the middles of the scene's instances (each light at its distance, unshadowed) to
-//! [`TYPICAL_IRRADIANCE`], which with the transfer `1 - exp(-c)` shows a white wall at 0.6 to 0.7 of full linear scale.
+//! [`TYPICAL_IRRADIANCE`]. A white wall that faces it then has `c = 0.45 + 5 / pi = 2`, and `1 - exp(-c)` shows 0.87 of full
+//! scale; in shadow it shows 0.36.
+//!
+//! **Background.** A pale sky over scenes to walk in that have a sun (any directional light), else a dark grey; the flat
+//! look's is black.
 
 use glam::DVec3;
 use protocol::{Light, Lighting, Look};
 use scene::{Scene, SceneLight, Snapshot};
 
 /// Where exposure takes a facing surface; see the module.
-pub const TYPICAL_IRRADIANCE: f32 = 2.5;
+pub const TYPICAL_IRRADIANCE: f32 = 5.0;
 
 /// Light from everywhere beside the scene's own lights: shadowed sides keep their shapes.
-const AMBIENT: f32 = 0.3;
+const AMBIENT: f32 = 0.45;
 
 /// The flat look's constant light; the peers' frames were made with it.
 const FLAT_AMBIENT: f32 = 0.35;
+
+/// sRGB-encoded.
+const SKY: [u8; 3] = [150, 176, 204];
+const DARK: [u8; 3] = [28, 32, 40];
 
 /// At most this many instances are asked for the irradiance at their middles.
 const MAX_PROBES: usize = 512;
@@ -29,6 +37,8 @@ pub struct SceneLook {
     look: Look,
     /// From the file's units to exposed ones.
     exposure: f32,
+    /// sRGB-encoded.
+    background: [u8; 3],
     /// The flat look's light on steep faces.
     steep_light: bool,
 }
@@ -38,7 +48,13 @@ impl SceneLook {
     pub fn new(scene: &Scene, look: Look) -> SceneLook {
         let snapshot = scene.at(0.0);
         let probes = probes(scene, &snapshot);
-        SceneLook { look, exposure: exposure(&snapshot.lights, &probes, scene.bounds.radius_m()), steep_light: false }
+        let sun = snapshot.lights.iter().any(|light| matches!(light, SceneLight::Directional { .. }));
+        SceneLook {
+            look,
+            exposure: exposure(&snapshot.lights, &probes, scene.bounds.radius_m()),
+            background: if scene.walk && sun { SKY } else { DARK },
+            steep_light: false,
+        }
     }
 
     /// Adds to the flat look what two of the peers' scenes show: a directional light along (-0.5, -1, -0.35) through Burley's
@@ -52,7 +68,7 @@ impl SceneLook {
         match self.look {
             Look::Flat => flat(self.steep_light),
             Look::Default if snapshot.lights.is_empty() => default_rig(),
-            Look::Default => exposed(&snapshot.lights, self.exposure),
+            Look::Default => Lighting { background: self.background, ..exposed(&snapshot.lights, self.exposure) },
         }
     }
 }
@@ -73,9 +89,9 @@ fn flat(steep_light: bool) -> Lighting {
 
 /// A warm key from above, a cool fill from the other side, and light from everywhere: shapes read from all sides.
 fn default_rig() -> Lighting {
-    let key = Light::Directional { direction_world: unit(DVec3::new(-0.45, -1.0, -0.6)), irradiance: [3.4, 3.3, 3.1] };
-    let fill = Light::Directional { direction_world: unit(DVec3::new(0.8, -0.35, 0.5)), irradiance: [0.8, 0.9, 1.1] };
-    Lighting { ambient: [0.42, 0.44, 0.48], lights: vec![key, fill], background: [28, 32, 40], burley: false }
+    let key = Light::Directional { direction_world: unit(DVec3::new(-0.45, -1.0, -0.6)), irradiance: [4.6, 4.4, 4.1] };
+    let fill = Light::Directional { direction_world: unit(DVec3::new(0.8, -0.35, 0.5)), irradiance: [1.0, 1.1, 1.4] };
+    Lighting { ambient: [0.42, 0.44, 0.48], lights: vec![key, fill], background: DARK, burley: false }
 }
 
 fn exposed(lights: &[SceneLight], exposure: f32) -> Lighting {
@@ -85,7 +101,7 @@ fn exposed(lights: &[SceneLight], exposure: f32) -> Lighting {
         lights.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
         lights.truncate(Lighting::MAX_LIGHTS);
     }
-    Lighting { ambient: [AMBIENT; 3], lights, background: [28, 32, 40], burley: false }
+    Lighting { ambient: [AMBIENT; 3], lights, background: DARK, burley: false }
 }
 
 fn exposed_light(light: &SceneLight, exposure: f32) -> Light {
