@@ -1,10 +1,33 @@
 //! The server: plan -> discretize -> encode -> socket.
 //!
+//! - [`app`]: one port with the web client, the websocket and `/healthz`; [`session`]: one client's connection, on either
+//!   clock.
+//! - [`viewer`]: where a viewer will be; [`plan`]: which images that needs; [`frame`]: one tick, from scene time to edits;
+//!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`look`]: its lights as both ends shade with them.
+//! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it.
+//! - [`config`], [`options`]: what a server is told; [`access`]: who may connect; [`stats`]: what it counts.
 
+pub mod access;
+pub mod app;
+pub mod config;
 pub mod discretize;
+pub mod frame;
+pub mod imager;
 pub mod look;
+pub mod options;
+pub mod plan;
 pub mod render;
+pub mod scale;
+pub mod session;
+pub mod source;
+pub mod start;
+pub mod stats;
 mod targets;
 pub mod truth;
+pub mod viewer;
+pub mod worker;
+
+pub use app::{Running, serve};
+pub use config::Config;

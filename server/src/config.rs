@@ -1,0 +1,86 @@
+//! What a server is told: options as plain values, with their limits.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use protocol::Look;
+use protocol::message::Clock;
+
+use crate::discretize::{Discretization, MAX_IMAGES};
+
+/// Everything about a server but its scene.
+#[derive(Debug, Clone)]
+pub struct Config {
+    /// Address to listen on.
+    pub bind: IpAddr,
+    /// Port to listen on; 0 picks a free one.
+    pub port: u16,
+    /// How the images of a set are made.
+    pub discretization: Discretization,
+    /// Images a set, 1 to [`Config::MAX_IMAGES`].
+    pub images: usize,
+    /// Width and height of an image in pixels, within [`Config::IMAGE_SIZES_PX`].
+    pub image_size_px: u32,
+    /// How colour is shown.
+    pub look: Look,
+    /// The clock that sessions run on.
+    pub clock: Clock,
+    /// Ticks a second of a session.
+    pub update_hz: f64,
+    /// Folder of the built web client.
+    pub web: PathBuf,
+    /// What a client must know to connect.
+    pub token: Option<String>,
+    /// Caps and patience.
+    pub limits: ServerLimits,
+}
+
+impl Config {
+    /// Images of a set at most.
+    pub const MAX_IMAGES: usize = MAX_IMAGES;
+    /// Sizes of an image.
+    pub const IMAGE_SIZES_PX: std::ops::RangeInclusive<u32> = 16..=4096;
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            bind: IpAddr::V4(Ipv4Addr::LOCALHOST),
+            port: 8080,
+            discretization: Discretization::default(),
+            images: 4,
+            image_size_px: 512,
+            look: Look::default(),
+            clock: Clock::default(),
+            update_hz: 10.0,
+            web: PathBuf::from("target/web"),
+            token: None,
+            limits: ServerLimits::default(),
+        }
+    }
+}
+
+/// What one server puts up with.
+#[derive(Debug, Clone, Copy)]
+pub struct ServerLimits {
+    /// Sessions at one time; more are refused with 503.
+    pub clients: usize,
+    /// A connected client must say hello within this time.
+    pub hello: Duration,
+    /// A message must leave for the client, and what was sent must be acknowledged, within this time.
+    pub stall: Duration,
+    /// A client must be heard within this time; it sends a ping every few seconds.
+    pub silence: Duration,
+}
+
+impl Default for ServerLimits {
+    fn default() -> Self {
+        ServerLimits {
+            clients: 256,
+            hello: Duration::from_secs(10),
+            stall: Duration::from_secs(30),
+            silence: Duration::from_secs(60),
+        }
+    }
+}

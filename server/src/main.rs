@@ -1,0 +1,103 @@
+//! `vantage-server`: renders a scene as depth images and streams their samples to viewers.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Parser;
+use gpu::{Gpu, GpuError};
+use indicatif::{ProgressBar, ProgressStyle};
+use scene::Scene;
+use scene::load::Stage;
+use tracing_subscriber::EnvFilter;
+use vantage_server::imager::GpuImager;
+use vantage_server::options::Options;
+use vantage_server::{app, source};
+
+/// `EX_UNAVAILABLE` of sysexits.h: a service that is needed is not there, here a graphics adapter.
+const EXIT_NO_ADAPTER: u8 = 69;
+/// What clap exits with for wrong usage.
+const EXIT_USAGE: u8 = 2;
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    if options.list {
+        scene::builtin::names().for_each(|name| println!("{name}"));
+        return ExitCode::SUCCESS;
+    }
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info,wgpu=error,naga=error"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_target(false).with_writer(std::io::stderr).init();
+    let config = match options.config() {
+        Ok(config) => config,
+        Err(message) => {
+            eprintln!("error: {message}");
+            return ExitCode::from(EXIT_USAGE);
+        }
+    };
+    match run(&options, config) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if matches!(error.downcast_ref(), Some(GpuError::NoAdapter)) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(EXIT_NO_ADAPTER)
+        }
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options, config: vantage_server::Config) -> anyhow::Result<()> {
+    let gpu = pollster::block_on(Gpu::new_headless())?;
+    let scene = Arc::new(load(options)?);
+    let imager = Box::new(GpuImager::new(&gpu, &scene, &config)?);
+    tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(async {
+        let running = app::serve(config, scene, imager).await?;
+        println!("http://{}", running.addr);
+        let failure = tokio::select! {
+            signal = asked_to_stop() => { signal?; None }
+            failure = running.failed() => Some(failure),
+        };
+        running.stop().await;
+        match failure {
+            None => Ok(()),
+            Some(failure) => Err(anyhow::anyhow!(failure)),
+        }
+    })
+}
+
+fn load(options: &Options) -> anyhow::Result<Scene> {
+    let name = options.scene.as_deref().unwrap_or(scene::builtin::DEFAULT);
+    let style = ProgressStyle::with_template("{msg:>24} [{bar:40}] {percent:>3} %")?.progress_chars("=> ");
+    let bar = ProgressBar::new(1000).with_style(style);
+    bar.set_message(format!("loading {name}"));
+    let scene = source::load(name, options.scale, &|progress| {
+        bar.set_message(match progress.stage {
+            Stage::Read => "reading files",
+            Stage::Textures => "decoding images",
+            Stage::Meshes => "building meshes",
+            Stage::Finish => "measuring the scene",
+        });
+        bar.set_position((progress.share * 1000.0) as u64);
+    });
+    bar.finish_and_clear();
+    let scene = scene?;
+    for warning in &scene.warnings {
+        tracing::warn!("{}: {warning}", scene.name);
+    }
+    tracing::info!("{}: {} objects, {} triangles", scene.name, scene.instances.len(), scene.triangle_count());
+    Ok(scene)
+}
+
+/// Waits for ctrl-c or, where there is such a thing, SIGTERM.
+async fn asked_to_stop() -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+        tokio::select! {
+            interrupted = tokio::signal::ctrl_c() => interrupted,
+            _ = terminate.recv() => Ok(()),
+        }
+    }
+    #[cfg(not(unix))]
+    tokio::signal::ctrl_c().await
+}

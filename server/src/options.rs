@@ -1,0 +1,190 @@
+//! The command line of `vantage-server`.
+
+use std::net::IpAddr;
+use std::path::PathBuf;
+
+use clap::Parser;
+use protocol::Look;
+use protocol::message::Clock;
+
+use crate::config::Config;
+use crate::discretize::Discretization;
+
+/// Renders a scene as depth images and streams their samples to viewers.
+#[derive(Debug, Parser)]
+#[command(name = "vantage-server", version, after_help = EXIT_CODES)]
+pub struct Options {
+    /// A scene file (glTF, GLB, OBJ, PLY) or the name of a built-in scene; without it, a built-in moving one
+    pub scene: Option<String>,
+    /// Name the built-in scenes and exit
+    #[arg(long)]
+    pub list: bool,
+    /// Address to listen on; anything but loopback needs --token
+    #[arg(long, default_value = "127.0.0.1")]
+    pub bind: IpAddr,
+    /// Port to listen on; 0 picks a free one
+    #[arg(long, default_value_t = 8080)]
+    pub port: u16,
+    /// What clients must give as ?token=... in the websocket's address
+    #[arg(long, env = "VANTAGE_TOKEN", hide_env_values = true)]
+    pub token: Option<String>,
+    /// How the images of a set are made
+    #[arg(long, value_enum, default_value_t)]
+    pub discretization: DiscretizationName,
+    /// Images a set
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
+    pub images: u64,
+    /// Width and height of an image in pixels
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(
+        i64::from(*Config::IMAGE_SIZES_PX.start())..=i64::from(*Config::IMAGE_SIZES_PX.end())))]
+    pub image_size: u32,
+    /// Makes the scene larger or smaller about the world's origin
+    #[arg(long, default_value_t = 1.0, value_parser = positive)]
+    pub scale: f64,
+    /// How colour is shown: the scene's lights, or base colour under constant light
+    #[arg(long, value_enum, default_value_t)]
+    pub look: LookName,
+    /// Real time, or time that advances only with the clients' stamps
+    #[arg(long, value_enum, default_value_t)]
+    pub clock: ClockName,
+    /// Ticks a second of each session at most
+    #[arg(long, default_value_t = 10.0, value_parser = update_rate)]
+    pub update_hz: f64,
+    /// Sessions at one time at most
+    #[arg(long, default_value_t = 256)]
+    pub max_clients: usize,
+    /// Folder of the built web client [default: target/web]
+    #[arg(long)]
+    pub web: Option<PathBuf>,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
+    Logging: RUST_LOG=debug also shows why each set of images is made.";
+
+/// `--discretization`.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+pub enum DiscretizationName {
+    /// Every image holds all that its camera sees.
+    Conventional,
+    /// An image leaves out what an earlier one holds.
+    #[default]
+    NonRedundant,
+}
+
+impl From<DiscretizationName> for Discretization {
+    fn from(name: DiscretizationName) -> Discretization {
+        match name {
+            DiscretizationName::Conventional => Discretization::Conventional,
+            DiscretizationName::NonRedundant => Discretization::NonRedundant,
+        }
+    }
+}
+
+/// `--look`.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+pub enum LookName {
+    /// The scene's lights, or a default rig.
+    #[default]
+    Default,
+    /// Base colour under constant light.
+    Flat,
+}
+
+/// `--clock`.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+pub enum ClockName {
+    /// Real time.
+    #[default]
+    Wall,
+    /// Time advances with the clients' stamps.
+    Virtual,
+}
+
+impl From<LookName> for Look {
+    fn from(name: LookName) -> Look {
+        match name {
+            LookName::Default => Look::Default,
+            LookName::Flat => Look::Flat,
+        }
+    }
+}
+
+impl From<ClockName> for Clock {
+    fn from(name: ClockName) -> Clock {
+        match name {
+            ClockName::Wall => Clock::Wall,
+            ClockName::Virtual => Clock::Virtual,
+        }
+    }
+}
+
+impl Options {
+    /// As plain values; `Err` names options that do not go together.
+    pub fn config(&self) -> Result<Config, String> {
+        let defaults = Config::default();
+        if !self.bind.is_loopback() && self.token.is_none() {
+            return Err(format!("--bind {} is reachable from other machines: give a --token", self.bind));
+        }
+        if self.token.as_deref() == Some("") {
+            return Err("--token must not be empty".to_owned());
+        }
+        let mut limits = defaults.limits;
+        limits.clients = self.max_clients;
+        Ok(Config {
+            bind: self.bind,
+            port: self.port,
+            discretization: self.discretization.into(),
+            images: self.images as usize,
+            image_size_px: self.image_size,
+            look: self.look.into(),
+            clock: self.clock.into(),
+            update_hz: self.update_hz,
+            web: self.web.clone().unwrap_or(defaults.web),
+            token: self.token.clone(),
+            limits,
+        })
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("a positive number is needed".to_owned()),
+    }
+}
+
+/// Ticks of more than 240 Hz or less than one in ten seconds are typing errors.
+fn update_rate(text: &str) -> Result<f64, String> {
+    match positive(text) {
+        Ok(value) if (0.1..=240.0).contains(&value) => Ok(value),
+        _ => Err("a number from 0.1 to 240 is needed".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        use clap::CommandFactory;
+        Options::command().debug_assert();
+    }
+
+    #[test]
+    fn other_machines_need_a_token() {
+        let open = Options::parse_from(["vantage-server", "--bind", "0.0.0.0"]);
+        assert!(open.config().is_err());
+        let closed = Options::parse_from(["vantage-server", "--bind", "0.0.0.0", "--token", "secret"]);
+        assert!(closed.config().is_ok());
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for wrong in
+            [["--images", "0"], ["--image-size", "9999"], ["--scale", "-1"], ["--scale", "NaN"], ["--update-hz", "0"]]
+        {
+            assert!(Options::try_parse_from(["vantage-server"].iter().chain(&wrong)).is_err(), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,329 @@
+//! One client's connection: the socket, the sans-IO session, and the turns it takes at the worker.
+//!
+//! What all sessions share is [`Shared`]; each runs as one task until it ends for one of the reasons of [`End`], which
+//! makes one log line that names the client. A session that ends takes nothing else with it.
+
+mod outlet;
+mod virtual_clock;
+mod wall_clock;
+
+use std::net::SocketAddr;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::StreamExt;
+use futures_util::stream::SplitStream;
+use glam::DVec3;
+use protocol::message::{Clock, VERSION, Welcome};
+use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
+use scene::Scene;
+use tokio::sync::{Semaphore, watch};
+
+use crate::config::Config;
+use crate::frame::{ClientCopy, Stage};
+use crate::imager::Imager;
+use crate::plan::{self, Rules};
+use crate::start;
+use crate::stats::Stats;
+use crate::viewer::Viewer;
+use crate::worker::{Made, Served, Worker, WorkerGone};
+use outlet::{Outlet, WriteEnd};
+
+/// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
+const LINGER: Duration = Duration::from_millis(250);
+/// A virtual session hears nothing while its client works through a step of its own time.
+const VIRTUAL_SILENCE_S: f64 = 300.0;
+
+/// What all sessions of a server share.
+pub struct Shared {
+    /// The server's options.
+    pub config: Config,
+    /// What it shows.
+    pub scene: Arc<Scene>,
+    /// What draws it, for people.
+    pub adapter: String,
+    /// What it counts.
+    pub stats: Arc<Stats>,
+    /// What makes updates.
+    pub worker: Worker,
+    /// One permit a session.
+    pub places: Arc<Semaphore>,
+    rules: Rules,
+    welcome: Welcome,
+    stopped: watch::Receiver<bool>,
+    started: Instant,
+}
+
+impl Shared {
+    /// Starts the worker for a scene.
+    pub fn new(
+        config: Config,
+        scene: Arc<Scene>,
+        imager: Box<dyn Imager>,
+        places: Arc<Semaphore>,
+        stopped: watch::Receiver<bool>,
+    ) -> std::io::Result<Shared> {
+        let rules = Rules {
+            images: config.images,
+            image_size_px: config.image_size_px,
+            update_interval_s: 1.0 / config.update_hz,
+            near_m: start::near_m(&scene),
+            margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
+            animated: scene.is_animated(),
+        };
+        let stats = Arc::new(Stats::default());
+        let adapter = imager.adapter();
+        let stage = Stage::new(scene.clone(), rules, imager);
+        let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
+        let welcome = welcome(&scene, &config, &rules);
+        Ok(Shared { config, scene, adapter, stats, worker, places, rules, welcome, stopped, started: Instant::now() })
+    }
+
+    /// Seconds since the server started: scene time and session time under the wall clock.
+    fn now_s(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+}
+
+fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
+    let bounds = if scene.bounds.is_empty() { [DVec3::ZERO; 2] } else { [scene.bounds.min, scene.bounds.max] };
+    Welcome {
+        version: VERSION,
+        scene_name: scene.name.clone(),
+        bounds_min_world: bounds[0].to_array(),
+        bounds_max_world: bounds[1].to_array(),
+        start_world_from_eye: start::start_pose(scene),
+        walk: scene.walk,
+        near_m: rules.near_m,
+        look: config.look,
+        update_interval_s: rules.update_interval_s,
+        scene_time_s: 0.0,
+    }
+}
+
+/// Why a session ended.
+#[derive(Debug)]
+enum End {
+    /// The client closed the connection.
+    Left,
+    /// The connection broke: the client vanished, or the network did.
+    Lost(String),
+    /// The client broke the rules of websockets: a message of more than the allowed size, or no websocket message at all.
+    Malformed(String),
+    /// The client broke the rules of the protocol, or was silent or stuck for too long.
+    Session(SessionError),
+    /// The socket took nothing for too long.
+    NotReading,
+    /// The server was stopped.
+    Stopped,
+    /// There are no more images.
+    NoWorker,
+}
+
+impl End {
+    fn of_socket_error(error: axum::Error) -> End {
+        use tokio_tungstenite::tungstenite::Error;
+        use tokio_tungstenite::tungstenite::error::ProtocolError::ResetWithoutClosingHandshake;
+        let text = error.to_string();
+        match error.into_inner().downcast_ref() {
+            Some(Error::Protocol(ResetWithoutClosingHandshake) | Error::Io(_)) => End::Lost(text),
+            Some(Error::ConnectionClosed | Error::AlreadyClosed) => End::Left,
+            Some(_) => End::Malformed(text),
+            None => End::Lost(text),
+        }
+    }
+}
+
+impl From<SessionError> for End {
+    fn from(error: SessionError) -> End {
+        End::Session(error)
+    }
+}
+
+impl From<WorkerGone> for End {
+    fn from(_: WorkerGone) -> End {
+        End::NoWorker
+    }
+}
+
+impl From<WriteEnd> for End {
+    fn from(end: WriteEnd) -> End {
+        match end {
+            WriteEnd::TooSlow => End::NotReading,
+            WriteEnd::Failed(error) => End::Lost(error),
+        }
+    }
+}
+
+/// Waits until the server is to stop; for ever where nobody can stop it any more.
+pub(crate) async fn stop_asked(stopped: &mut watch::Receiver<bool>) {
+    if stopped.wait_for(|&stop| stop).await.is_err() {
+        std::future::pending::<()>().await;
+    }
+}
+
+/// One session while it runs.
+struct Connection<'a> {
+    shared: &'a Shared,
+    peer: SocketAddr,
+    session: ServerSession,
+    incoming: SplitStream<WebSocket>,
+    outlet: Outlet,
+    stopped: watch::Receiver<bool>,
+    /// Read by the worker when this session's turn comes.
+    viewer: Arc<Mutex<Viewer>>,
+    /// Away while a turn is taken.
+    copy: Option<Box<ClientCopy>>,
+    /// The client asked to begin anew while the copy was away.
+    start_anew: bool,
+}
+
+/// Runs a session until it ends.
+pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
+    let now_s = shared.now_s();
+    let clock = shared.config.clock;
+    let scene_time_s = if clock == Clock::Wall { now_s } else { 0.0 };
+    let limits = &shared.config.limits;
+    let config = ServerConfig {
+        greeting_s: limits.hello.as_secs_f64(),
+        silence_s: if clock == Clock::Wall { limits.silence.as_secs_f64() } else { VIRTUAL_SILENCE_S },
+        stall_s: limits.stall.as_secs_f64(),
+        ..ServerConfig::new(clock, Welcome { scene_time_s, ..shared.welcome.clone() })
+    };
+    let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
+    let (outgoing, incoming) = socket.split();
+    let mut connection = Connection {
+        shared,
+        peer,
+        session: ServerSession::new(config, now_s),
+        incoming,
+        outlet: Outlet::start(outgoing, limits.stall),
+        stopped: shared.stopped.clone(),
+        viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome.start_world_from_eye, scene_time_s))),
+        copy: Some(Box::default()),
+        start_anew: false,
+    };
+    tracing::info!(%peer, "connected");
+    let end = match clock {
+        Clock::Wall => connection.run_on_wall_clock().await,
+        Clock::Virtual => connection.run_on_virtual_clock().await,
+    };
+    let Err(end) = end;
+    connection.farewell(end).await;
+}
+
+impl Connection<'_> {
+    /// Takes in what came from the socket.
+    fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), End> {
+        match message {
+            None | Some(Ok(Message::Close(_))) => Err(End::Left),
+            Some(Err(error)) => Err(End::of_socket_error(error)),
+            Some(Ok(Message::Binary(bytes))) => Ok(self.session.handle(&bytes, self.shared.now_s())?),
+            Some(Ok(Message::Text(_))) => Err(SessionError::Unexpected("a text message").into()),
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
+        }
+    }
+
+    /// Takes in an event other than `Advance`.
+    fn event(&mut self, event: ServerEvent) {
+        let mut viewer = self.viewer.lock().unwrap_or_else(PoisonError::into_inner);
+        match event {
+            ServerEvent::Opened => {
+                if let Some(view) = self.session.view() {
+                    viewer.view = view;
+                    tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
+                }
+            }
+            ServerEvent::View(view) => viewer.view = view,
+            ServerEvent::Pose => {
+                if let Some(pose) = self.session.pose() {
+                    let velocity_world = glam::Vec3::from(pose.velocity_world).as_dvec3();
+                    viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, velocity_world, pose.received_at_s);
+                }
+            }
+            ServerEvent::Acked { .. } => viewer.round_trip_s = self.session.round_trip_s().unwrap_or(0.0),
+            ServerEvent::Restart => {
+                tracing::info!(peer = %self.peer, "the client's copy is broken: starting anew");
+                match &mut self.copy {
+                    Some(copy) => copy.start_anew(),
+                    None => self.start_anew = true,
+                }
+            }
+            ServerEvent::Advance { .. } => {}
+        }
+    }
+
+    fn viewer(&self) -> Viewer {
+        *self.viewer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a turn at the worker would bring anything now.
+    fn wants_turn(&self, now_s: f64) -> bool {
+        self.session.can_send_update()
+            && self
+                .copy
+                .as_ref()
+                .is_some_and(|copy| plan::plan(&self.shared.rules, &self.viewer(), now_s, copy.coverage()).is_some())
+    }
+
+    /// Takes the copy back from the worker and sends what was made.
+    fn served(&mut self, served: Served, now_s: f64) {
+        let Served { mut copy, update } = served;
+        if std::mem::take(&mut self.start_anew) {
+            // What was made builds on a copy that the client no longer has.
+            copy.start_anew();
+        } else if let Some(Made { update, reason, samples, images, encode }) = update {
+            let bytes = update.bytes.len();
+            match self.session.send_update(&update, now_s) {
+                Ok(()) => {
+                    self.shared.stats.updates.fetch_add(1, Ordering::Relaxed);
+                    tracing::debug!(
+                        peer = %self.peer, reason = reason.name(), number = update.number, samples, bytes,
+                        images_ms = images.as_millis() as u64, encode_ms = encode.as_millis() as u64, "update"
+                    );
+                }
+                Err(error) => {
+                    tracing::warn!(peer = %self.peer, "update {} not sent: {error}", update.number);
+                    copy.start_anew();
+                }
+            }
+        }
+        self.copy = Some(copy);
+    }
+
+    /// Says why, in the log and to the client.
+    async fn farewell(mut self, end: End) {
+        let (peer, stats) = (self.peer, &self.shared.stats);
+        let reason = match &end {
+            End::Left => None,
+            End::Lost(error) => Some(format!("the connection failed: {error}")),
+            End::Malformed(error) => Some(format!("malformed: {error}")),
+            End::Session(error) => Some(error.to_string()),
+            End::NotReading => {
+                Some(format!("nothing was read for {} s", self.shared.config.limits.stall.as_secs_f64()))
+            }
+            End::Stopped => Some("the server stops".to_owned()),
+            End::NoWorker => Some("the server can make no more images".to_owned()),
+        };
+        let (bytes_in, bytes_out) = self.session.bytes_received_and_sent();
+        let Some(reason) = reason else {
+            tracing::info!(%peer, bytes_in, bytes_out, "left");
+            return;
+        };
+        if matches!(end, End::Malformed(_) | End::Session(_) | End::NotReading) {
+            stats.cut_off.fetch_add(1, Ordering::Relaxed);
+            tracing::warn!(%peer, bytes_in, bytes_out, "cut off: {reason}");
+        } else {
+            tracing::info!(%peer, bytes_in, bytes_out, "ended: {reason}");
+        }
+        self.session.close(&reason, self.shared.now_s());
+        // The goodbye is the last message; what a virtual session still had to say before it is for nobody.
+        let mut last = None;
+        while let Some(bytes) = self.session.poll_transmit(self.shared.now_s()) {
+            last = Some(bytes);
+        }
+        self.outlet.close(last, LINGER).await;
+    }
+}

@@ -1,0 +1,90 @@
+//! The writing half of a socket, as a task of its own: the session hears its client even while a write is stuck.
+
+use std::time::Duration;
+
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::SinkExt;
+use futures_util::stream::SplitSink;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+
+/// Messages handed over and not yet being written. One: what is not handed over can still be replaced by something newer.
+const QUEUE: usize = 1;
+
+/// Why nothing more is written.
+#[derive(Debug)]
+pub enum WriteEnd {
+    /// The socket took nothing for too long.
+    TooSlow,
+    /// The connection broke.
+    Failed(String),
+}
+
+/// Where messages leave.
+pub struct Outlet {
+    queue: mpsc::Sender<Message>,
+    task: JoinHandle<Result<(), WriteEnd>>,
+}
+
+impl Outlet {
+    /// Starts the task; a message that does not leave within `patience` ends it.
+    pub fn start(sink: SplitSink<WebSocket, Message>, patience: Duration) -> Outlet {
+        let (queue, messages) = mpsc::channel(QUEUE);
+        Outlet { queue, task: tokio::spawn(write(sink, messages, patience)) }
+    }
+
+    /// Waits until a message can be handed over, and hands it over: `bytes` are taken only then.
+    pub async fn send(&mut self, bytes: &mut Option<Vec<u8>>) -> Result<(), WriteEnd> {
+        if let Ok(place) = self.queue.reserve().await {
+            if let Some(bytes) = bytes.take() {
+                place.send(Message::Binary(bytes.into()));
+            }
+            return Ok(());
+        }
+        Err(self.ended().await)
+    }
+
+    /// Waits until the task ends by itself, which it does only when writing failed.
+    pub async fn ended(&mut self) -> WriteEnd {
+        match (&mut self.task).await {
+            Ok(Err(end)) => end,
+            Ok(Ok(())) => WriteEnd::Failed("closed".to_owned()),
+            Err(error) => WriteEnd::Failed(error.to_string()),
+        }
+    }
+
+    /// Writes one last message if the socket takes it within `patience`, then closes.
+    pub async fn close(mut self, last: Option<Vec<u8>>, patience: Duration) {
+        let goodbye = async {
+            if let Some(bytes) = last {
+                // Where this fails there is nobody to tell.
+                drop(self.queue.send(Message::Binary(bytes.into())).await);
+            }
+            drop(self.queue);
+            drop((&mut self.task).await);
+        };
+        let written = tokio::time::timeout(patience, goodbye).await.is_ok();
+        if written {
+            // What came in and was not read makes the system reset the connection; let the goodbye arrive first.
+            tokio::time::sleep(patience).await;
+        }
+        self.task.abort();
+    }
+}
+
+async fn write(
+    mut sink: SplitSink<WebSocket, Message>,
+    mut messages: mpsc::Receiver<Message>,
+    patience: Duration,
+) -> Result<(), WriteEnd> {
+    while let Some(message) = messages.recv().await {
+        match tokio::time::timeout(patience, sink.send(message)).await {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(WriteEnd::Failed(error.to_string())),
+            Err(_) => return Err(WriteEnd::TooSlow),
+        }
+    }
+    // The other end may be gone already.
+    drop(sink.close().await);
+    Ok(())
+}

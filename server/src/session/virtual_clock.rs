@@ -1,0 +1,86 @@
+//! A session on virtual time: its own clock advances only when the client says so, and rendering and coding take none of
+//! it. The same messages give the same bytes on every machine.
+
+use std::convert::Infallible;
+use std::sync::atomic::Ordering;
+
+use futures_util::StreamExt;
+use protocol::session::ServerEvent;
+
+use super::{Connection, End, stop_asked};
+
+/// Ticks that one step may take at most, in seconds of them: the longest step a session accepts.
+const MAX_STEP_S: f64 = 60.0;
+
+impl Connection<'_> {
+    /// Runs until the session ends.
+    pub(super) async fn run_on_virtual_clock(&mut self) -> Result<Infallible, End> {
+        let mut next_tick = 0;
+        loop {
+            self.transmit().await?;
+            while let Some(event) = self.session.poll_event() {
+                match event {
+                    ServerEvent::Advance { to_s } => self.advance(&mut next_tick, to_s).await?,
+                    event => self.event(event),
+                }
+            }
+            self.transmit().await?;
+            let deadline_s = self.session.next_deadline_s().unwrap_or(f64::INFINITY) - self.shared.now_s();
+            let wake = std::time::Duration::try_from_secs_f64(deadline_s.max(0.0)).unwrap_or(super::LINGER);
+            tokio::select! {
+                message = self.incoming.next() => self.receive(message)?,
+                () = tokio::time::sleep(wake) => self.session.handle_timeout(self.shared.now_s())?,
+                () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
+            }
+        }
+    }
+
+    /// Runs every tick up to `to_s`, each with what was delivered by then.
+    async fn advance(&mut self, next_tick: &mut i64, to_s: f64) -> Result<(), End> {
+        let hz = self.shared.config.update_hz;
+        let last_tick = (to_s * hz).floor() as i64;
+        // A client whose time begins late does not make up for all the ticks before.
+        *next_tick = (*next_tick).max(last_tick.saturating_sub((MAX_STEP_S * hz).ceil() as i64));
+        while *next_tick <= last_tick {
+            self.tick(*next_tick as f64 / hz).await?;
+            *next_tick += 1;
+        }
+        self.run_until(to_s)?;
+        self.session.advanced();
+        Ok(())
+    }
+
+    async fn tick(&mut self, tick_s: f64) -> Result<(), End> {
+        self.run_until(tick_s)?;
+        if self.wants_turn(tick_s)
+            && let Some(copy) = self.copy.take()
+        {
+            let viewer = self.viewer();
+            let served = self.shared.worker.serve(copy, Box::new(move || (viewer, tick_s))).await?;
+            self.served(served, tick_s);
+        }
+        self.transmit().await
+    }
+
+    /// Takes in what is stamped up to `until_s`.
+    fn run_until(&mut self, until_s: f64) -> Result<(), End> {
+        self.session.run_until(until_s)?;
+        while let Some(event) = self.session.poll_event() {
+            self.event(event);
+        }
+        Ok(())
+    }
+
+    /// Hands everything to the socket; the client reads while it waits for the end of the step.
+    async fn transmit(&mut self) -> Result<(), End> {
+        while let Some(bytes) = self.session.poll_transmit(self.shared.now_s()) {
+            self.shared.stats.sent_bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+            let mut bytes = Some(bytes);
+            tokio::select! {
+                sent = self.outlet.send(&mut bytes) => sent?,
+                () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
+            }
+        }
+        Ok(())
+    }
+}

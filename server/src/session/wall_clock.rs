@@ -1,0 +1,75 @@
+//! A session on real time: at most one turn at the worker at a time, at most one in an update interval, and none while the
+//! client lacks nothing or has not acknowledged what it was sent.
+
+use std::convert::Infallible;
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use futures_util::StreamExt;
+
+use super::{Connection, End, stop_asked};
+use crate::viewer::Viewer;
+use crate::worker::{Served, WorkerGone};
+
+/// A session that waits for nothing else looks at its deadlines this often.
+const IDLE: Duration = Duration::from_secs(1);
+
+type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, WorkerGone>> + Send + 'a>>;
+
+impl<'a> Connection<'a> {
+    /// Runs until the session ends.
+    pub(super) async fn run_on_wall_clock(&mut self) -> Result<Infallible, End> {
+        let shared = self.shared;
+        let interval_s = shared.rules.update_interval_s;
+        let (mut next_tick_s, mut turn, mut outgoing) = (0.0, None::<Turn<'a>>, None);
+        loop {
+            let now_s = shared.now_s();
+            self.session.handle_timeout(now_s)?;
+            while let Some(event) = self.session.poll_event() {
+                self.event(event);
+            }
+            if turn.is_none() && now_s >= next_tick_s {
+                next_tick_s = f64::max(next_tick_s + interval_s, now_s);
+                turn = self.wants_turn(now_s).then(|| self.take_turn()).flatten();
+            }
+            if outgoing.is_none() {
+                outgoing = self.session.poll_transmit(now_s);
+            }
+            let wake = if turn.is_none() { self.until(next_tick_s) } else { IDLE };
+            let wake = self.session.next_deadline_s().map_or(wake, |deadline_s| wake.min(self.until(deadline_s)));
+            let outgoing_bytes = outgoing.as_ref().map_or(0, Vec::len);
+            tokio::select! {
+                message = self.incoming.next() => self.receive(message)?,
+                sent = self.outlet.send(&mut outgoing), if outgoing_bytes > 0 => {
+                    sent?;
+                    self.shared.stats.sent_bytes.fetch_add(outgoing_bytes as u64, Ordering::Relaxed);
+                }
+                served = async { turn.as_mut().expect("polled only while there is one").await }, if turn.is_some() => {
+                    turn = None;
+                    self.served(served?, shared.now_s());
+                }
+                () = tokio::time::sleep(wake) => {}
+                () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
+            }
+        }
+    }
+
+    /// Queues for a turn, which will look at the newest pose when it comes.
+    fn take_turn(&mut self) -> Option<Turn<'a>> {
+        let (shared, viewer) = (self.shared, self.viewer.clone());
+        let started = shared.started;
+        let look = Box::new(move || -> (Viewer, f64) {
+            let viewer = *viewer.lock().unwrap_or_else(PoisonError::into_inner);
+            (viewer, started.elapsed().as_secs_f64())
+        });
+        let copy = self.copy.take()?;
+        Some(Box::pin(shared.worker.serve(copy, look)))
+    }
+
+    fn until(&self, at_s: f64) -> Duration {
+        Duration::try_from_secs_f64((at_s - self.shared.now_s()).max(0.0)).unwrap_or(IDLE)
+    }
+}

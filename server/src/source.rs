@@ -1,0 +1,36 @@
+//! Which scene to serve: a built-in one by its name, or a file.
+
+use std::path::Path;
+
+use scene::Scene;
+use scene::load::{LoadError, LoadLimits, Progress};
+use thiserror::Error;
+
+use crate::scale::scaled;
+
+/// Why there is no scene.
+#[derive(Debug, Error)]
+pub enum SourceError {
+    /// Neither a built-in name nor a file.
+    #[error("{name:?} is neither a file nor a built-in scene; built in are: {}", scene::builtin::names().collect::<Vec<_>>().join(", "))]
+    Unknown {
+        /// As given.
+        name: String,
+    },
+    /// The file was refused.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+}
+
+/// Loads the scene that `name` names (a built-in one where there is no such file), `scale` times as large.
+pub fn load(name: &str, scale: f64, progress: &(dyn Fn(Progress) + Sync)) -> Result<Scene, SourceError> {
+    let path = Path::new(name);
+    let scene = if path.exists() {
+        scene::load::load(path, &LoadLimits::default(), progress)?
+    } else if let Some(scene) = scene::builtin::load(name) {
+        scene
+    } else {
+        return Err(SourceError::Unknown { name: name.to_owned() });
+    };
+    Ok(if scale == 1.0 { scene } else { scaled(scene, scale) })
+}

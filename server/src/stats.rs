@@ -1,0 +1,55 @@
+//! What a running server counts. Shared by all sessions; read by `/healthz` and tests.
+
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+use crate::plan::Reason;
+
+/// Counters since the server started.
+#[derive(Debug, Default)]
+pub struct Stats {
+    /// Sessions now.
+    pub clients: AtomicUsize,
+    /// Sessions ever.
+    pub connected: AtomicU64,
+    /// Sessions that the server ended: misbehaviour and slow reading.
+    pub cut_off: AtomicU64,
+    /// Updates handed to sessions.
+    pub updates: AtomicU64,
+    /// Bytes handed to sockets.
+    pub sent_bytes: AtomicU64,
+    sets: [AtomicU64; Reason::ALL.len()],
+}
+
+impl Stats {
+    /// Counts a set of images.
+    pub fn count_set(&self, reason: Reason) {
+        self.sets[reason as usize].fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Sets made for a reason.
+    pub fn sets(&self, reason: Reason) -> u64 {
+        self.sets[reason as usize].load(Ordering::Relaxed)
+    }
+
+    /// As JSON, for `/healthz`.
+    pub fn json(&self) -> serde_json::Value {
+        let sets: serde_json::Map<_, _> =
+            Reason::ALL.iter().map(|&reason| (reason.name().to_owned(), self.sets(reason).into())).collect();
+        serde_json::json!({
+            "clients": self.clients.load(Ordering::Relaxed),
+            "connected": self.connected.load(Ordering::Relaxed),
+            "cut_off": self.cut_off.load(Ordering::Relaxed),
+            "updates": self.updates.load(Ordering::Relaxed),
+            "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
+            "sets": sets,
+            "resident_bytes": resident_bytes(),
+        })
+    }
+}
+
+/// Memory of this process that is in RAM; `None` where the system does not tell.
+pub fn resident_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.split_whitespace().next()?.parse::<u64>().ok().map(|kib| kib * 1024)
+}

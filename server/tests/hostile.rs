@@ -1,0 +1,172 @@
+//! Clients that misbehave, vanish or do not read: each is cut off, and nobody else notices.
+
+mod net;
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use futures_util::{SinkExt, StreamExt};
+use net::{Client, Socket, VIEW, config, request, room, socket, start};
+use protocol::limits::Limits;
+use protocol::message::{ClientMessage, Clock, ServerMessage, VERSION};
+use protocol::wire::{Envelope, ServerPacket, decode_server, encode_client};
+use tokio_tungstenite::tungstenite::Message;
+use vantage_server::{Config, Running};
+
+fn hello(version: u16, clock: Clock) -> Message {
+    say(ClientMessage::Hello { version, clock, view: VIEW })
+}
+
+fn say(message: ClientMessage) -> Message {
+    Message::Binary(encode_client(&Envelope { at_s: 0.0, message }).into())
+}
+
+/// Reads until the server says goodbye; gives its words, or none where the connection just ended.
+async fn goodbye(socket: &mut Socket) -> Option<String> {
+    let reading = async {
+        while let Some(Ok(message)) = socket.next().await {
+            let Message::Binary(bytes) = message else { continue };
+            let message = decode_server(&bytes, &Limits::default()).expect("a sound message").message;
+            if let ServerPacket::Control(ServerMessage::Goodbye { reason }) = message {
+                return Some(reason);
+            }
+        }
+        None
+    };
+    tokio::time::timeout(Duration::from_secs(10), reading).await.expect("the server ends the session")
+}
+
+/// The server still serves others.
+async fn still_serves(running: &Running) {
+    let mut client = Client::connect(running, Clock::Wall).await;
+    client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
+    assert_eq!(client.updates.len(), 1);
+}
+
+async fn eventually(what: &str, condition: impl Fn() -> bool) {
+    let begun = Instant::now();
+    while !condition() {
+        assert!(begun.elapsed() < Duration::from_secs(10), "{what}");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+}
+
+#[tokio::test]
+async fn each_kind_of_nonsense_is_answered_by_its_name() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let cases: [(&str, Vec<Message>, &str); 7] = [
+        ("a wrong version", vec![hello(VERSION + 1, Clock::Wall)], "version"),
+        ("a wrong clock", vec![hello(VERSION, Clock::Virtual)], "clock"),
+        ("no hello", vec![say(ClientMessage::Ping(1))], "before Hello"),
+        ("garbage", vec![Message::Binary(vec![0xAB; 100].into())], ""),
+        ("text", vec![Message::Text("hello".into())], "text"),
+        ("too large", vec![Message::Binary(vec![0; 1 << 20].into())], ""),
+        (
+            "too many",
+            std::iter::once(hello(VERSION, Clock::Wall))
+                .chain((0..5000).map(|n| say(ClientMessage::Ping(n))))
+                .collect(),
+            "too many",
+        ),
+    ];
+    for (index, (name, messages, words)) in cases.into_iter().enumerate() {
+        let mut socket = socket(&running).await;
+        for message in messages {
+            if socket.send(message).await.is_err() {
+                break;
+            }
+        }
+        let reason = goodbye(&mut socket).await;
+        if !words.is_empty() {
+            let reason = reason.unwrap_or_else(|| panic!("{name}: no goodbye"));
+            assert!(reason.contains(words), "{name}: {reason}");
+        }
+        eventually(name, || running.stats.cut_off.load(Ordering::Relaxed) == index as u64 + 1).await;
+        still_serves(&running).await;
+    }
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_client_that_vanishes_is_cleaned_up() {
+    let running = start(config(), room(false), Duration::from_millis(50)).await;
+    for _ in 0..5 {
+        let mut socket = socket(&running).await;
+        socket.send(hello(VERSION, Clock::Wall)).await.expect("send");
+        drop(socket);
+    }
+    eventually("sessions end", || running.stats.clients.load(Ordering::Relaxed) == 0).await;
+    assert_eq!(running.stats.connected.load(Ordering::Relaxed), 5);
+    still_serves(&running).await;
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_client_that_never_reads_is_cut_off_and_others_are_served() {
+    let mut config = Config { image_size_px: 256, ..config() };
+    config.limits.stall = Duration::from_secs(1);
+    let running = start(config, room(true), Duration::ZERO).await;
+    let mut stuck = socket(&running).await;
+    stuck.send(hello(VERSION, Clock::Wall)).await.expect("send");
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(5.0, |client| client.updates.len() >= 10).await.expect("a session");
+    assert!(client.updates.len() >= 10, "{} updates beside a stuck client", client.updates.len());
+    eventually("cut off", || running.stats.cut_off.load(Ordering::Relaxed) == 1).await;
+    client.run(0.5, |_| false).await.expect("a session that goes on");
+    drop(stuck);
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_client_that_says_nothing_is_cut_off() {
+    let mut config = config();
+    config.limits.hello = Duration::from_millis(300);
+    let running = start(config, room(false), Duration::ZERO).await;
+    let mut silent = socket(&running).await;
+    assert!(goodbye(&mut silent).await.expect("words").contains("no greeting"));
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_wrong_digest_begins_anew() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
+    client.session.broken(client.now_s());
+    client.run(10.0, |client| client.updates.len() == 2).await.expect("a session");
+    assert!(client.updates[1].clears);
+    assert_eq!(client.held.patches.len(), 2);
+    running.stop().await;
+}
+
+const UPGRADE: &str = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+    Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+
+#[tokio::test]
+async fn pages_of_other_sites_and_wrong_tokens_are_refused() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let answer = request(&running, "/ws", &format!("Origin: http://evil.example\r\n{UPGRADE}")).await;
+    assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+    running.stop().await;
+    let running = start(Config { token: Some("secret".into()), ..config() }, room(false), Duration::ZERO).await;
+    let answer = request(&running, "/ws?token=wrong", UPGRADE).await;
+    assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+    let url = format!("ws://{}/ws?token=secret", running.addr);
+    tokio_tungstenite::connect_async(url).await.expect("the right token opens");
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn more_clients_than_places_are_refused() {
+    let mut config = config();
+    config.limits.clients = 2;
+    let running = start(config, room(false), Duration::ZERO).await;
+    let first = socket(&running).await;
+    let _second = socket(&running).await;
+    let url = format!("ws://{}/ws", running.addr);
+    assert!(tokio_tungstenite::connect_async(&url).await.is_err());
+    drop(first);
+    eventually("a place is free", || running.stats.clients.load(Ordering::Relaxed) == 1).await;
+    tokio_tungstenite::connect_async(&url).await.expect("the free place");
+    running.stop().await;
+}

@@ -1,0 +1,145 @@
+//! The server over real loopback sockets: what a well-behaved client gets.
+
+mod net;
+
+use std::time::Duration;
+
+use net::{Client, config, request, room, start};
+use protocol::message::Clock;
+use vantage_server::Config;
+use vantage_server::plan::Reason;
+
+#[tokio::test]
+async fn health_page_and_headers() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let health = request(&running, "/healthz", "").await;
+    assert!(health.starts_with("HTTP/1.1 200"), "{health}");
+    assert!(health.contains("\"scene\":\"room\"") && health.contains("\"adapter\":\"noise\""), "{health}");
+    assert!(health.contains("\"clients\":0"), "{health}");
+    let page = request(&running, "/", "").await;
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("cargo xtask serve"), "{page}");
+    for header in ["cross-origin-opener-policy: same-origin", "x-content-type-options: nosniff"] {
+        assert!(page.contains(header), "{header} in {page}");
+    }
+    assert!(request(&running, "/nothing", "").await.starts_with("HTTP/1.1 404"));
+    assert!(request(&running, "/../Cargo.toml", "").await.starts_with("HTTP/1.1 404"));
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn files_of_the_web_client_are_served_with_their_types() {
+    let web = std::env::temp_dir().join(format!("vantage-web-{}", std::process::id()));
+    std::fs::create_dir_all(&web).expect("folder");
+    std::fs::write(web.join("index.html"), "<h1>hello</h1>").expect("file");
+    std::fs::write(web.join("client.wasm"), vec![7; 4096]).expect("file");
+    let running = start(Config { web: web.clone(), ..config() }, room(false), Duration::ZERO).await;
+    assert!(request(&running, "/", "").await.contains("<h1>hello</h1>"));
+    let wasm = request(&running, "/client.wasm", "Accept-Encoding: gzip\r\n").await;
+    assert!(wasm.contains("content-type: application/wasm") && wasm.contains("content-encoding: gzip"), "{wasm}");
+    running.stop().await;
+    std::fs::remove_dir_all(web).expect("remove");
+}
+
+#[tokio::test]
+async fn a_client_is_welcomed_and_gets_its_first_set() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
+    let welcome = client.welcome.as_ref().expect("welcome");
+    assert_eq!((welcome.scene_name.as_str(), welcome.walk), ("room", true));
+    assert_eq!(client.held.patches.len(), 2);
+    assert_eq!(client.held.sample_count(), 2 * 32 * 32);
+    assert!(client.held.lighting.is_some() && !client.held.materials.is_empty());
+    assert_eq!(running.stats.sets(Reason::First), 1);
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_walker_gets_new_sets_and_the_old_ones_go() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
+    client.walk(1.5).await.expect("a walk");
+    assert!(client.updates.len() >= 4, "{} updates in 1.5 s", client.updates.len());
+    assert_eq!(client.held.patches.len(), 2, "one set is held");
+    let newest = client.updates.last().expect("updates");
+    assert!(newest.pose_seq > 0, "updates name the pose that they answer");
+    assert!(running.stats.sets(Reason::Moved) >= 3);
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn clients_are_served_in_turn() {
+    let running = start(config(), room(false), Duration::from_millis(20)).await;
+    let mut clients = Vec::new();
+    for _ in 0..4 {
+        let mut client = Client::connect(&running, Clock::Wall).await;
+        client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
+        clients.push(client);
+    }
+    let walks = clients.into_iter().map(|mut client| {
+        tokio::spawn(async move {
+            let before = client.updates.len();
+            client.walk(3.0).await.expect("a walk");
+            client.updates.len() - before
+        })
+    });
+    let mut counts = Vec::new();
+    for walk in walks.collect::<Vec<_>>() {
+        counts.push(walk.await.expect("a client"));
+    }
+    let (least, most) = (counts.iter().min().expect("some"), counts.iter().max().expect("some"));
+    assert!(*least >= 4 && most <= &(2 * least), "{counts:?}");
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn the_same_trace_on_the_virtual_clock_gives_the_same_bytes() {
+    let running = start(Config { clock: Clock::Virtual, ..config() }, room(true), Duration::ZERO).await;
+    let mut runs = Vec::new();
+    for _ in 0..2 {
+        let mut client = Client::connect(&running, Clock::Virtual).await;
+        client.advance(0.0).await.expect("a step");
+        for step in 1..40 {
+            let t_s = f64::from(step) / 30.0;
+            let mut pose = client.start_eye();
+            pose.translation.x += 1.5 * t_s;
+            client.session.set_pose(pose, [1.5, 0.0, 0.0], t_s);
+            client.advance(t_s).await.expect("a step");
+        }
+        assert!(client.updates.len() > 20, "one update a tick: {}", client.updates.len());
+        let times: Vec<f64> = client.updates.iter().map(|update| update.scene_time_s).collect();
+        assert!(times.windows(2).all(|pair| (pair[1] - pair[0] - 0.05).abs() < 1e-9), "{times:?}");
+        runs.push(client.heard);
+    }
+    assert!(runs[0] == runs[1], "the runs differ");
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_still_viewer_in_a_still_scene_costs_next_to_nothing() {
+    let running = start(Config { clock: Clock::Virtual, ..config() }, room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Virtual).await;
+    client.advance(5.0).await.expect("a step");
+    assert_eq!(client.updates.len(), 1);
+    let before = client.session.bytes_received_and_sent();
+    for step in 1..=60 {
+        client.advance(5.0 + f64::from(step)).await.expect("a step");
+    }
+    let after = client.session.bytes_received_and_sent();
+    assert_eq!(client.updates.len(), 1);
+    // Advance and Advanced, which pace the test, are counted too.
+    let bytes_per_s = ((after.0 - before.0) + (after.1 - before.1)) as f64 / 60.0;
+    assert!(bytes_per_s <= 60.0, "{bytes_per_s} bytes a second");
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn clients_are_told_when_the_server_stops() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
+    let ((), ended) = tokio::join!(running.stop(), client.run(5.0, |_| false));
+    let error = ended.expect_err("the session ends");
+    assert!(error.to_string().contains("the server stops"), "{error}");
+}
