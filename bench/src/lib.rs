@@ -1,6 +1,7 @@
 //! Evidence: how good, how fast and how small Vantage is, on the built-in scenes and on any scene of your own.
 //!
 //! - [`compare`]: scores of a picture against the truth (FLIP, SSIM, PSNR, flicker, holes), for one frame or a folder.
+//! - [`load`]: many clients of one server.
 //! - [`poses`]: the eye, frame by frame.
 //! - [`report`]: the frame of every report: rows of figures with their bars, written as JSON, CSV, SVG plots and one page.
 //! - [`topic`]: what a topic is; [`topics`] holds them, one file each.
@@ -11,6 +12,7 @@
 //! the reconstruction of the client.
 
 pub mod compare;
+pub mod load;
 pub mod options;
 pub mod poses;
 pub mod render;

@@ -1,0 +1,80 @@
+//! `vantage-load`: many clients of one server, without drawing.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::Context;
+use clap::Parser;
+use protocol::message::Clock;
+use vantage_bench::load::{self, Load};
+
+/// Connects many clients that move, decode and acknowledge without drawing, and prints what they got.
+#[derive(Debug, Parser)]
+#[command(name = "vantage-load", version, after_help = "Exit codes: 0 all clients ran, 1 one failed, 2 wrong usage.")]
+struct Options {
+    /// The server, ws://HOST:PORT; add ?token=... where it asks for one
+    #[arg(long, default_value = "ws://127.0.0.1:8080")]
+    server: String,
+    /// How many clients
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    clients: u32,
+    /// How long, in seconds
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// A camera trace, one line `px py pz rx ry rz t_ms` a pose; given several times, clients take them in turn.
+    /// Without: eight made paths
+    #[arg(long)]
+    trace: Vec<PathBuf>,
+    /// Share of the clients, in percent, that stop reading after a quarter of the time
+    #[arg(long, default_value_t = 0.0)]
+    stall: f64,
+    /// The clock that the server runs; virtual: seconds are of it, and nothing stalls
+    #[arg(long, value_enum, default_value_t)]
+    clock: ClockName,
+    /// Write the figures as JSON
+    #[arg(long)]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+enum ClockName {
+    #[default]
+    Wall,
+    Virtual,
+}
+
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether every client that reads ran to its end.
+fn run(options: &Options) -> anyhow::Result<bool> {
+    anyhow::ensure!(options.seconds > 0.0 && options.seconds < 1e6, "--seconds must be positive");
+    anyhow::ensure!((0.0..=100.0).contains(&options.stall), "--stall is a share in percent");
+    let load = Load {
+        server: options.server.clone(),
+        clients: options.clients as usize,
+        duration: Duration::from_secs_f64(options.seconds),
+        traces: options.trace.clone(),
+        stall: options.stall / 100.0,
+        clock: match options.clock {
+            ClockName::Wall => Clock::Wall,
+            ClockName::Virtual => Clock::Virtual,
+        },
+    };
+    let report = tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(load::run(&load))?;
+    print!("{}", load::table(&report));
+    if let Some(path) = &options.json {
+        let json = serde_json::to_string_pretty(&report)?;
+        std::fs::write(path, json).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(report.errors == 0)
+}
