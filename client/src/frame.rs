@@ -1,0 +1,168 @@
+//! One frame of the client, from what it holds to the picture.
+
+use bytemuck::{Pod, Zeroable};
+use camera::Pinhole;
+use gpu::Gpu;
+use protocol::{Held, Update};
+use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError, SurfacePass};
+use wgpu::{BindingResource, TextureFormat, TextureView};
+
+use crate::coverage::{self, Coverage};
+use crate::fill::{FillPass, LEVELS, Pyramid};
+use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::light::{LightPass, Lit};
+use crate::viewer::Follow;
+
+/// How a frame is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Fill holes of a few pixels from around them, the farther surface first.
+    pub fill: bool,
+    /// Show every pixel without a surface as [`MARK`].
+    pub mark_uncovered: bool,
+    /// What colours are between samples.
+    pub smoothing: Smoothing,
+}
+
+/// Magenta, sRGB-encoded: no scene's own colour.
+pub const MARK: [u8; 3] = [255, 0, 255];
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { fill: true, mark_uncovered: false, smoothing: Smoothing::default() }
+    }
+}
+
+/// `Present` of `client/present.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+struct PresentUniform {
+    background: [f32; 3],
+    fill: u32,
+    mark: [f32; 3],
+    mark_uncovered: u32,
+    target_encodes: u32,
+    padding: [u32; 3],
+}
+
+/// Draws frames: surface, light, fill, present. The targets follow the camera's size.
+#[derive(Debug)]
+pub struct FrameRenderer {
+    gpu: Gpu,
+    surface: SurfacePass,
+    light: LightPass,
+    fill: FillPass,
+    present: FullscreenPass,
+    coverage: Coverage,
+    targets: Option<Targets>,
+    target_encodes: bool,
+}
+
+#[derive(Debug)]
+struct Targets {
+    gbuffer: GBuffer,
+    lit: Lit,
+    pyramid: Pyramid,
+    tiles: Target,
+}
+
+impl FrameRenderer {
+    /// For targets of `output_format`, which may be one that encodes sRGB itself or one that does not.
+    pub fn new(gpu: &Gpu, output_format: TextureFormat) -> Result<FrameRenderer, SurfaceError> {
+        use Binding::{FloatTexture, Uniform};
+        let bindings = [Uniform, FloatTexture, FloatTexture, FloatTexture, FloatTexture, FloatTexture];
+        Ok(FrameRenderer {
+            gpu: gpu.clone(),
+            surface: SurfacePass::new(gpu)?,
+            light: LightPass::new(gpu)?,
+            fill: FillPass::new(gpu)?,
+            present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &bindings, &[output_format])?,
+            coverage: Coverage::new(gpu)?,
+            targets: None,
+            target_encodes: output_format.is_srgb(),
+        })
+    }
+
+    /// Encodes a frame as seen by `camera` into `output`, which has the camera's size. Call [`FrameRenderer::submitted`] once
+    /// the encoder's commands are submitted.
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (surfaces, held): (&HeldSurfaces, &Held),
+        camera: &Pinhole,
+        output: &TextureView,
+        options: Options,
+    ) {
+        let targets = self.targets.take().filter(|targets| targets.size_px() == (camera.width_px, camera.height_px));
+        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (camera.width_px, camera.height_px)));
+        self.surface.encode(encoder, surfaces, camera, options.smoothing, &targets.gbuffer);
+        self.light.encode(encoder, &targets.gbuffer, held, camera, &targets.lit);
+        if options.fill {
+            self.fill.encode(encoder, &targets.lit, &targets.pyramid);
+        }
+        self.show(encoder, &targets, held, output, options);
+        self.coverage.encode(&self.gpu, encoder, &targets.lit, &targets.tiles);
+        self.targets = Some(targets);
+    }
+
+    /// Tells that the commands of the last [`FrameRenderer::draw`] were submitted.
+    pub fn submitted(&mut self) {
+        self.coverage.submitted();
+    }
+
+    /// Share of pixels without a surface, of the newest frame that was counted; `None` before the first. A client alone
+    /// cannot tell the sky from a hole.
+    pub fn uncovered_share(&mut self) -> Option<f64> {
+        self.coverage.share()
+    }
+
+    /// What the surfaces looked like in the last frame, before light.
+    pub fn gbuffer(&self) -> Option<&GBuffer> {
+        self.targets.as_ref().map(|targets| &targets.gbuffer)
+    }
+
+    fn show(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        targets: &Targets,
+        held: &Held,
+        output: &TextureView,
+        options: Options,
+    ) {
+        let unit = |bytes: [u8; 3]| bytes.map(|value| f32::from(value) / 255.0);
+        let present = PresentUniform {
+            background: held.lighting.as_ref().map_or([0.0; 3], |lighting| unit(lighting.background)),
+            fill: u32::from(options.fill),
+            mark: unit(MARK),
+            mark_uncovered: u32::from(options.mark_uncovered),
+            target_encodes: u32::from(self.target_encodes),
+            padding: [0; 3],
+        };
+        let present = uniform(&self.gpu, "present", bytemuck::bytes_of(&present));
+        let mut inputs = vec![present.as_entire_binding(), BindingResource::TextureView(&targets.lit.colour.view)];
+        let levels: [BindingResource<'_>; LEVELS] = targets.pyramid.views();
+        inputs.extend(levels);
+        self.present.encode(encoder, &inputs, &[output]);
+    }
+}
+
+impl Targets {
+    fn new(gpu: &Gpu, size_px: (u32, u32)) -> Targets {
+        Targets {
+            gbuffer: GBuffer::new(gpu, size_px),
+            lit: Lit::new(gpu, size_px),
+            pyramid: Pyramid::new(gpu, size_px),
+            tiles: coverage::tiles(gpu, size_px),
+        }
+    }
+
+    fn size_px(&self) -> (u32, u32) {
+        self.gbuffer.size_px
+    }
+}
+
+impl Follow for HeldSurfaces {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+        if anew { self.rebuild(held) } else { self.apply(held, update) }
+    }
+}

@@ -1,0 +1,143 @@
+//! The picture of a small held copy, pixel by pixel.
+
+use camera::{Camera, Pinhole, Rigid};
+use glam::DVec3;
+use gpu::{Gpu, Readback};
+use protocol::held::HeldPatch;
+use protocol::image::octahedral_code;
+use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
+use surface::HeldSurfaces;
+use vantage_client::frame::{FrameRenderer, MARK, Options};
+
+const SIDE: u32 = 64;
+const BACKGROUND: [u8; 3] = [90, 140, 200];
+
+fn camera() -> Pinhole {
+    Pinhole::symmetric(Rigid::look_at(DVec3::ZERO, DVec3::NEG_Z), (SIDE, SIDE), 1.0, 0.05)
+}
+
+/// A wall two metres away over the lower three quarters of the view, less what `hole` takes out.
+fn wall(material: u8, hole: impl Fn(u32, u32) -> bool) -> HeldPatch {
+    let mut mask = Mask::empty(SIDE, SIDE);
+    for (x, y) in (SIDE / 4..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
+        mask.set(x, y, !hole(x, y));
+    }
+    let count = mask.count();
+    let image = DepthImage {
+        camera: Camera::Pinhole(camera()),
+        depth_scale: DepthScale { w_min: 0.5, w_step: 0.0 },
+        mask,
+        depth: vec![0; count],
+        normal: vec![octahedral_code(glam::Vec3::Z); count],
+        colour: vec![[200, 100, 50]; count],
+        object: vec![1; count],
+        material: vec![material; count],
+    };
+    let patch = Patch { id: PatchId(1), purpose: Purpose::Eye, capture_time_s: 0.0, objects: Vec::new(), image };
+    HeldPatch { patch, trims: Vec::new() }
+}
+
+fn held(patch: HeldPatch) -> Held {
+    let lighting = Lighting {
+        ambient: [0.25; 3],
+        lights: vec![Light::Directional { direction_world: [0.0, 0.0, -1.0], irradiance: [std::f32::consts::PI; 3] }],
+        background: BACKGROUND,
+        burley: false,
+    };
+    let unlit = Material { unlit: true, ..Material::default() };
+    let mut held = Held::default();
+    held.patches.insert(PatchId(1), patch);
+    held.materials = vec![unlit, Material::default()];
+    held.lighting = Some(lighting);
+    held
+}
+
+struct Shown {
+    pixels: Vec<[u8; 4]>,
+    uncovered_share: f64,
+}
+
+impl Shown {
+    fn at(&self, x: u32, y: u32) -> [u8; 3] {
+        let [r, g, b, _] = self.pixels[(y * SIDE + x) as usize];
+        [r, g, b]
+    }
+}
+
+fn show(held: &Held, format: wgpu::TextureFormat, options: Options) -> Shown {
+    let gpu = Gpu::block_on(Gpu::new_headless()).unwrap();
+    let mut surfaces = HeldSurfaces::new(&gpu);
+    surfaces.rebuild(held);
+    let mut frame = FrameRenderer::new(&gpu, format).unwrap();
+    let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    frame.draw(&mut encoder, (&surfaces, held), &camera(), &output.create_view(&Default::default()), options);
+    let mut readback = Readback::default();
+    let slot = readback.texture(&output, 0, (SIDE, SIDE));
+    let encoded = readback.encode(&gpu, &mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    frame.submitted();
+    let pixels = encoded.map().wait(&gpu).unwrap().values(slot);
+    gpu.wait_idle().unwrap();
+    Shown { pixels, uncovered_share: frame.uncovered_share().unwrap() }
+}
+
+const PLAIN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+#[test]
+fn surfaces_are_lit_and_the_rest_is_background() {
+    let options = Options { fill: false, ..Options::default() };
+    let unlit = show(&held(wall(0, |_, _| false)), PLAIN, options);
+    assert_eq!(unlit.at(20, 40), [200, 100, 50]);
+    assert_eq!(unlit.at(20, 5), BACKGROUND);
+    assert_eq!(unlit.uncovered_share, 0.25);
+    let lit = show(&held(wall(1, |_, _| false)), PLAIN, options);
+    // A facing light of irradiance pi: c = base * (0.25 + 1), shown = sRGB(1 - exp(-c)).
+    let expected = [200.0_f32, 100.0, 50.0].map(|value| {
+        let linear = ((value / 255.0 + 0.055) / 1.055).powf(2.4);
+        let shown = 1.0 - (-1.25 * linear).exp();
+        (1.055 * shown.powf(1.0 / 2.4) - 0.055) * 255.0
+    });
+    for (found, expected) in lit.at(20, 40).into_iter().zip(expected) {
+        assert!((f32::from(found) - expected).abs() <= 1.0, "{found} for {expected}");
+    }
+}
+
+#[test]
+fn a_target_that_encodes_shows_the_same() {
+    let options = Options::default();
+    let plain = show(&held(wall(1, |_, _| false)), PLAIN, options);
+    let encoding = show(&held(wall(1, |_, _| false)), wgpu::TextureFormat::Rgba8UnormSrgb, options);
+    for (a, b) in plain.pixels.iter().zip(&encoding.pixels) {
+        assert!(a.iter().zip(b).all(|(&a, &b)| a.abs_diff(b) <= 1), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn small_holes_are_filled_and_the_sky_is_not() {
+    let crack = |x: u32, y: u32| x == 30 && y > 20 || (40..44).contains(&x) && (40..44).contains(&y);
+    let missing = (SIDE - 21 + 16) as f64 + 0.25 * f64::from(SIDE * SIDE);
+    let filled = show(&held(wall(0, crack)), PLAIN, Options::default());
+    assert_eq!(filled.uncovered_share, missing / f64::from(SIDE * SIDE), "counted before filling");
+    for (x, y) in [(30, 40), (30, 62), (41, 42), (43, 43)] {
+        assert_eq!(filled.at(x, y), [200, 100, 50], "{x} {y}");
+    }
+    for y in 0..SIDE / 4 - 2 {
+        for x in 0..SIDE {
+            assert_eq!(filled.at(x, y), BACKGROUND, "{x} {y}");
+        }
+    }
+    let open = show(&held(wall(0, crack)), PLAIN, Options { fill: false, ..Options::default() });
+    assert_eq!(open.at(30, 40), BACKGROUND);
+    let marked = show(&held(wall(0, crack)), PLAIN, Options { mark_uncovered: true, ..Options::default() });
+    assert_eq!((marked.at(30, 40), marked.at(5, 5), marked.at(20, 40)), (MARK, MARK, [200, 100, 50]));
+}

@@ -1,0 +1,86 @@
+// The last step: surfaces as lit, and for pixels without one the background, a plausible fill of small holes, or a mark.
+#import "client/fullscreen.wgsl"
+#import "common/srgb.wgsl"
+
+struct Present {
+    // sRGB-encoded, shown where there is no surface.
+    background: vec3f,
+    // 1: fill small holes.
+    fill: u32,
+    // sRGB-encoded, for `mark_uncovered`.
+    mark: vec3f,
+    // 1: show `mark` wherever there is no surface.
+    mark_uncovered: u32,
+    // 1: the target encodes sRGB itself.
+    target_encodes: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
+}
+
+@group(0) @binding(0) var<uniform> present: Present;
+@group(0) @binding(1) var lit: texture_2d<f32>;
+@group(0) @binding(2) var level_1: texture_2d<f32>;
+@group(0) @binding(3) var level_2: texture_2d<f32>;
+@group(0) @binding(4) var level_3: texture_2d<f32>;
+@group(0) @binding(5) var level_4: texture_2d<f32>;
+
+// A hole is filled at the first level whose neighbourhood is covered by more than this: beside the straight edge of a
+// surface before the sky it stays below a half at every level, so that nothing grows into the sky.
+const ENCLOSED: f32 = 0.7;
+
+// Bilinear, by the four texels around: colour weighted by coverage, and the coverage.
+fn level_at(level: texture_2d<f32>, pixel: vec2f, scale: f32) -> vec4f {
+    let place = pixel / scale - 0.5;
+    let base = floor(place);
+    let part = place - base;
+    let last = vec2i(textureDimensions(level)) - 1;
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let step = vec2u(i & 1u, i >> 1u);
+        let weight = select(1.0 - part, part, step == vec2u(1u));
+        let value = textureLoad(level, clamp(vec2i(base) + vec2i(step), vec2i(0), last), 0);
+        sum += vec4f(value.rgb * value.a, value.a) * weight.x * weight.y;
+    }
+    return vec4f(sum.rgb / max(sum.a, 1e-6), sum.a);
+}
+
+fn filled(pixel: vec2f) -> vec4f {
+    var value = level_at(level_1, pixel, 2.0);
+    if value.a <= ENCLOSED {
+        value = level_at(level_2, pixel, 4.0);
+    }
+    if value.a <= ENCLOSED {
+        value = level_at(level_3, pixel, 8.0);
+    }
+    if value.a <= ENCLOSED {
+        value = level_at(level_4, pixel, 16.0);
+    }
+    return value;
+}
+
+fn shown(pixel: vec2f) -> vec3f {
+    let surface = textureLoad(lit, vec2i(pixel), 0);
+    if surface.a > 0.0 {
+        return surface.rgb;
+    }
+    if present.mark_uncovered != 0u {
+        return present.mark;
+    }
+    if present.fill != 0u {
+        let value = filled(pixel);
+        if value.a > ENCLOSED {
+            return value.rgb;
+        }
+    }
+    return present.background;
+}
+
+@fragment
+fn show(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let encoded = shown(position.xy);
+    if present.target_encodes != 0u {
+        return vec4f(linear_from_srgb(encoded), 1.0);
+    }
+    return vec4f(encoded, 1.0);
+}
