@@ -1,17 +1,16 @@
 //! The plane of base colours.
 
-use super::copy;
+use super::channel::{ChannelReader, ChannelWriter};
 use super::neighbours::{Around, Neighbours, median_edge};
-use super::residual::{ResidualReader, ResidualWriter, entropy_bits};
 use super::streams::{StreamIter, StreamWriter};
-use super::{CodecError, sampled};
+use super::{CodecError, copy, tried};
 
 /// Colours repeat: untextured surfaces.
 const COPY: u8 = 1;
 /// Textures: YCoCg-R, each channel predicted by [`median_edge`].
 const MEDIAN_EDGE: u8 = 2;
-/// As above, each channel predicted by the neighbour to the left: noise, and fragments one pixel wide.
-const NEIGHBOUR: u8 = 3;
+/// As above, each channel predicted by a plane that is drawn towards the mean: fine, noisy textures.
+const SMOOTHED: u8 = 3;
 
 /// Luma, orange, green: lossless (Malvar, Sullivan, YCoCg-R: A Color Space with RGB Reversibility and Low Dynamic Range,
 /// 2003).
@@ -32,29 +31,40 @@ fn rgb([luma, orange, green]: [i16; 3]) -> [u8; 3] {
 
 pub(super) fn write(colour: &[[u8; 3]], neighbours: &Neighbours, streams: &mut StreamWriter) -> u8 {
     let keys: Vec<u32> = colour.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 0])).collect();
-    let (symbols, new) = copy::encode(&keys, neighbours);
-    let copied_bits = entropy_bits(&symbols) + new.len() as f64 * 24.0;
+    let copied = copy::encode(&keys, 3, neighbours);
     let planes: Vec<[i16; 3]> = colour.iter().map(|&rgb| luma_chroma(rgb)).collect();
     let estimate = |method| {
-        let residuals = residuals(method, &planes, neighbours, sampled(colour.len()));
-        let share = colour.len() as f64 / residuals[0].bytes.len() as f64;
-        let bits = |channel: &ResidualWriter| entropy_bits(&channel.bytes) + channel.escaped.len() as f64 * 16.0;
-        share * residuals.iter().map(bits).sum::<f64>()
+        let tried = tried(colour.len());
+        let share = colour.len() as f64 / tried.len() as f64;
+        share * channels(method, &planes, neighbours, tried).iter().map(ChannelWriter::cost_bits).sum::<f64>()
     };
-    let (median_edge_bits, neighbour_bits) = (estimate(MEDIAN_EDGE), estimate(NEIGHBOUR));
-    if copied_bits <= median_edge_bits.min(neighbour_bits) {
-        streams.push(&symbols);
-        for channel in 0..3 {
-            streams.push(&new.iter().map(|rgb| rgb.to_le_bytes()[channel]).collect::<Vec<u8>>());
-        }
+    let (median_edge_bits, smoothed_bits) = (estimate(MEDIAN_EDGE), estimate(SMOOTHED));
+    if copied.cost_bits() <= median_edge_bits.min(smoothed_bits) {
+        copied.write(streams);
         return COPY;
     }
-    let method = if median_edge_bits <= neighbour_bits { MEDIAN_EDGE } else { NEIGHBOUR };
-    for channel in residuals(method, &planes, neighbours, 0..colour.len()) {
-        streams.push(&channel.bytes);
-        streams.push_shorts(&channel.escaped);
-    }
+    let method = if median_edge_bits <= smoothed_bits { MEDIAN_EDGE } else { SMOOTHED };
+    channels(method, &planes, neighbours, 0..colour.len()).iter().for_each(|channel| channel.write(streams));
     method
+}
+
+fn channels(
+    method: u8,
+    planes: &[[i16; 3]],
+    neighbours: &Neighbours,
+    ranks: std::ops::Range<usize>,
+) -> [ChannelWriter; 3] {
+    let mut channels = [0; 3].map(|_| ChannelWriter::starting_at(ranks.start, planes.len(), 16));
+    for rank in ranks {
+        let around = neighbours.around(rank);
+        let predicted = predict(method, planes, rank, around);
+        let mut extra = 0;
+        for (index, channel) in channels.iter_mut().enumerate() {
+            let code = channel.push(around, extra, predicted[index], planes[rank][index].into());
+            extra = u32::from(code) / 2;
+        }
+    }
+    channels
 }
 
 pub(super) fn read(
@@ -65,66 +75,49 @@ pub(super) fn read(
 ) -> Result<Vec<[u8; 3]>, CodecError> {
     match method {
         COPY => {
-            let symbols = streams.next_of(count)?;
-            let reds = streams.next()?;
-            let (greens, blues) = (streams.next_of(reds.len())?, streams.next_of(reds.len())?);
-            let new = reds.iter().zip(greens).zip(blues).map(|((&r, &g), &b)| u32::from_le_bytes([r, g, b, 0]));
-            let keys = copy::decode(symbols, new, neighbours)?;
+            let keys = copy::decode(count, 3, neighbours, streams)?;
             Ok(keys.into_iter().map(|key| [key as u8, (key >> 8) as u8, (key >> 16) as u8]).collect())
         }
-        MEDIAN_EDGE | NEIGHBOUR => {
-            let mut channel =
-                || -> Result<_, CodecError> { Ok(ResidualReader::new(streams.next_of(count)?, streams.next()?)) };
+        MEDIAN_EDGE | SMOOTHED => {
+            let mut channel = || ChannelReader::read(streams, count, 16);
             let mut channels = [channel()?, channel()?, channel()?];
             let mut planes: Vec<[i16; 3]> = Vec::with_capacity(count);
             for rank in 0..count {
-                let mut sample = predict(method, &planes, rank, neighbours);
-                for (value, residuals) in sample.iter_mut().zip(&mut channels) {
-                    *value = value.wrapping_add(residuals.next()?);
+                let around = neighbours.around(rank);
+                let predicted = predict(method, &planes, rank, around);
+                let (mut sample, mut extra) = ([0; 3], 0);
+                for ((value, channel), predicted) in sample.iter_mut().zip(&mut channels).zip(predicted) {
+                    let (code, found) = channel.next(around, extra, predicted)?;
+                    *value = found as i16;
+                    extra = u32::from(code) / 2;
                 }
                 planes.push(sample);
             }
+            channels.into_iter().try_for_each(ChannelReader::finish)?;
             Ok(planes.into_iter().map(rgb).collect())
         }
         _ => Err(CodecError::Damaged("colour predictor")),
     }
 }
 
-fn residuals(
-    method: u8,
-    planes: &[[i16; 3]],
-    neighbours: &Neighbours,
-    ranks: impl Iterator<Item = usize>,
-) -> [ResidualWriter; 3] {
-    let mut residuals = [0; 3].map(|_| ResidualWriter::with_capacity(ranks.size_hint().0));
-    for rank in ranks {
-        let predicted = predict(method, planes, rank, neighbours);
-        for (channel, residuals) in residuals.iter_mut().enumerate() {
-            residuals.push(planes[rank][channel] - predicted[channel]);
-        }
-    }
-    residuals
-}
-
 /// Looks only at samples before `rank`.
-fn predict(method: u8, planes: &[[i16; 3]], rank: usize, neighbours: &Neighbours) -> [i16; 3] {
-    match neighbours.around(rank) {
-        Around::Nothing => [128, 0, 0],
-        Around::Anchor(anchor) => planes[anchor],
-        Around::Left => planes[rank - 1],
-        Around::Up(up) => planes[up],
-        Around::LeftUp(_) | Around::All(_) if method == NEIGHBOUR => planes[rank - 1],
-        Around::LeftUp(up) => {
-            let (left, up) = (planes[rank - 1], planes[up]);
-            std::array::from_fn(|channel| ((i32::from(left[channel]) + i32::from(up[channel])) / 2) as i16)
-        }
+#[inline]
+fn predict(method: u8, planes: &[[i16; 3]], rank: usize, around: Around) -> [i32; 3] {
+    let at = |rank: usize, channel: usize| i32::from(planes[rank][channel]);
+    std::array::from_fn(|channel| match around {
+        Around::Nothing => 0,
+        Around::Anchor(anchor) => at(anchor, channel),
+        Around::Left => at(rank - 1, channel),
+        Around::Up(up) => at(up, channel),
+        Around::LeftUp(up) => (at(rank - 1, channel) + at(up, channel)) / 2,
         Around::All(up) => {
-            let (left, corner, up) = (planes[rank - 1], planes[up - 1], planes[up]);
-            std::array::from_fn(|channel| {
-                median_edge(left[channel].into(), up[channel].into(), corner[channel].into()) as i16
-            })
+            let (left, above, corner) = (at(rank - 1, channel), at(up, channel), at(up - 1, channel));
+            match method {
+                SMOOTHED => (3 * (left + above) - 2 * corner + 2) >> 2,
+                _ => median_edge(left, above, corner),
+            }
         }
-    }
+    })
 }
 
 #[cfg(test)]

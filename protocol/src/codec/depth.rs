@@ -3,10 +3,10 @@
 use camera::Camera;
 use glam::DVec3;
 
+use super::channel::{ChannelReader, ChannelWriter};
 use super::neighbours::{Around, Neighbours, median_edge};
-use super::residual::{ResidualReader, ResidualWriter, entropy_bits};
 use super::streams::{StreamIter, StreamWriter};
-use super::{CodecError, sampled};
+use super::{CodecError, tried};
 use crate::image::{DepthScale, Mask, octahedral_normal};
 
 /// How a depth is predicted.
@@ -37,40 +37,42 @@ pub(super) struct Context<'a> {
 
 pub(super) fn write(depth: &[u16], context: &Context, streams: &mut StreamWriter) -> u8 {
     let surface = Surface::new(context);
-    let estimate = |predictor| {
-        let mut residuals = ResidualWriter::default();
-        for rank in sampled(depth.len()) {
-            residuals.push(residual(depth, rank, predict(predictor, depth, rank, context.neighbours, &surface)));
-        }
-        entropy_bits(&residuals.bytes) + residuals.escaped.len() as f64 * 16.0
-    };
-    let best = PREDICTORS.into_iter().min_by(|&a, &b| estimate(a).total_cmp(&estimate(b)));
-    let predictor = best.expect("there are predictors");
-    let mut residuals = ResidualWriter::with_capacity(depth.len());
-    for rank in 0..depth.len() {
-        residuals.push(residual(depth, rank, predict(predictor, depth, rank, context.neighbours, &surface)));
-    }
-    streams.push(&residuals.bytes);
-    streams.push_shorts(&residuals.escaped);
+    let estimate = |predictor| channel(predictor, depth, context.neighbours, &surface, tried(depth.len())).cost_bits();
+    let costs = PREDICTORS.map(|predictor| (predictor, estimate(predictor)));
+    let (predictor, _) = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are predictors");
+    channel(predictor, depth, context.neighbours, &surface, 0..depth.len()).write(streams);
     predictor as u8
+}
+
+fn channel(
+    predictor: Predictor,
+    depth: &[u16],
+    neighbours: &Neighbours,
+    surface: &Surface,
+    ranks: std::ops::Range<usize>,
+) -> ChannelWriter {
+    let mut channel = ChannelWriter::starting_at(ranks.start, depth.len(), 16);
+    for rank in ranks {
+        let predicted = predict(predictor, depth, rank, neighbours, surface);
+        channel.push(neighbours.around(rank), 0, predicted, depth[rank].into());
+    }
+    channel
 }
 
 pub(super) fn read(method: u8, context: &Context, streams: &mut StreamIter) -> Result<Vec<u16>, CodecError> {
     let predictor = PREDICTORS.into_iter().find(|&predictor| predictor as u8 == method);
     let predictor = predictor.ok_or(CodecError::Damaged("depth predictor"))?;
     let count = context.normal.len();
-    let mut residuals = ResidualReader::new(streams.next_of(count)?, streams.next()?);
+    let mut residuals = ChannelReader::read(streams, count, 16)?;
     let surface = if predictor == Predictor::Normals { Surface::new(context) } else { Surface::empty() };
     let mut depth = Vec::with_capacity(count);
     for rank in 0..count {
         let predicted = predict(predictor, &depth, rank, context.neighbours, &surface);
-        depth.push((predicted as u16).wrapping_add(residuals.next()? as u16));
+        let (_, code) = residuals.next(context.neighbours.around(rank), 0, predicted)?;
+        depth.push(code as u16);
     }
+    residuals.finish()?;
     Ok(depth)
-}
-
-fn residual(depth: &[u16], rank: usize, predicted: i32) -> i16 {
-    depth[rank].wrapping_sub(predicted as u16) as i16
 }
 
 /// Looks only at depths before `rank`.
@@ -89,12 +91,15 @@ fn predict(predictor: Predictor, depth: &[u16], rank: usize, neighbours: &Neighb
             Predictor::Neighbour => at(rank - 1),
             _ => (along(rank - 1) + along(up)) / 2,
         },
-        Around::All(up) => match predictor {
-            Predictor::Neighbour => at(rank - 1),
-            Predictor::MedianEdge => median_edge(at(rank - 1), at(up), at(up - 1)),
-            Predictor::Gradient => (at(rank - 1) + at(up) - at(up - 1)).clamp(0, i32::from(u16::MAX)),
-            Predictor::Normals => (along(rank - 1) + along(up)) / 2,
-        },
+        Around::All(up) => {
+            let (left, above, corner) = (at(rank - 1), at(up), at(up - 1));
+            match predictor {
+                Predictor::Neighbour => left,
+                Predictor::MedianEdge => median_edge(left, above, corner),
+                Predictor::Gradient => (left + above - corner).clamp(0, i32::from(u16::MAX)),
+                Predictor::Normals => (along(rank - 1) + along(up)) / 2,
+            }
+        }
     }
 }
 

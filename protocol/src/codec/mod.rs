@@ -1,6 +1,8 @@
 //! Bytes of patches.
 
 mod addresses;
+mod binary;
+mod channel;
 mod colour;
 mod copy;
 mod depth;
@@ -10,7 +12,7 @@ mod neighbours;
 mod normal;
 mod pack;
 mod planes;
-mod residual;
+mod rans;
 mod streams;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
@@ -63,12 +65,11 @@ pub fn decode_patch(bytes: &[u8], limits: &Limits) -> Result<Patch, CodecError> 
     if bytes.remaining() == 0 { Ok(patch) } else { Err(CodecError::Damaged("bytes after the patch")) }
 }
 
-/// The ranks by which a predictor is chosen: all of a small plane, else a run of 64 out of every `64 k` so that about
-/// [`ESTIMATE_SAMPLES`] remain.
-fn sampled(count: usize) -> impl Iterator<Item = usize> {
-    let stride = count.div_ceil(ESTIMATE_SAMPLES).max(1);
-    (0..count).filter(move |rank| (rank / 64).is_multiple_of(stride))
+/// The ranks by which a predictor is chosen: all of a small plane, the middle of a large one.
+fn tried(count: usize) -> std::ops::Range<usize> {
+    let half = count.min(TRIED_SAMPLES) / 2;
+    count / 2 - half..(count / 2 + half).max(count.min(1))
 }
 
-/// Enough for byte statistics; a sixteenth of a 512x512 image.
-const ESTIMATE_SAMPLES: usize = 16 * 1024;
+/// Enough to tell predictors apart; an eighth of a 512x512 image.
+const TRIED_SAMPLES: usize = 32 * 1024;

@@ -1,6 +1,6 @@
 //! Which samples a sample may be predicted from.
 //!
-//! Neighbours are the samples of the same object at the pixels to the left, above, and above to the left. A hole, or another
+//! Neighbours are the samples of the same object at the pixels to the left, above, and above to both sides. A hole, or another
 //! object, is no neighbour: no prediction reaches across a silhouette. A sample without neighbours starts from an *anchor*,
 //! the last sample of its object that came before it in row-major order, which repeats its colour and its normal more often
 //! than the sample before it does.
@@ -16,7 +16,7 @@ pub(super) enum Around {
     Anchor(usize),
     /// Only the sample to the left (the one before).
     Left,
-    /// Only the sample above.
+    /// Only the sample above, or where there is none either, the one above to the left or right.
     Up(usize),
     /// Both, and a hole or another object above to the left.
     LeftUp(usize),
@@ -43,7 +43,7 @@ impl Neighbours {
         let mut around = Vec::with_capacity(object.len());
         let mut last_of_object = vec![u32::MAX; object.iter().max().map_or(0, |&most| usize::from(most) + 1)];
         // Rank + 1 of the sample at each column of the row above, 0 for a hole; and of this row so far.
-        let (mut above, mut here) = (vec![0_u32; width_px + 1], vec![0_u32; width_px + 1]);
+        let (mut above, mut here) = (vec![0_u32; width_px + 2], vec![0_u32; width_px + 2]);
         let mut row = 0;
         let mut touched = (Vec::new(), Vec::new());
         for (rank, (x, y)) in mask.occupied().enumerate() {
@@ -56,7 +56,7 @@ impl Neighbours {
                 std::mem::swap(&mut above, &mut here);
                 std::mem::swap(&mut touched.0, &mut touched.1);
             }
-            // Columns are shifted by one, so that column -1 is a hole.
+            // Columns are shifted by one, so that those beside the image are holes.
             here[x + 1] = rank as u32 + 1;
             touched.1.push(x + 1);
             let own = object[rank];
@@ -68,6 +68,8 @@ impl Neighbours {
                 (true, true) => LEFT_UP << KIND_SHIFT | up_rank,
                 (true, false) => LEFT << KIND_SHIFT,
                 (false, true) => UP << KIND_SHIFT | up_rank,
+                (false, false) if corner => UP << KIND_SHIFT | (above[x] - 1),
+                (false, false) if same(above[x + 2]) => UP << KIND_SHIFT | (above[x + 2] - 1),
                 (false, false) => match last_of_object[usize::from(own)] {
                     u32::MAX if rank == 0 => NOTHING << KIND_SHIFT,
                     u32::MAX => ANCHOR << KIND_SHIFT | (rank as u32 - 1),

@@ -1,10 +1,9 @@
 //! The plane of octahedral normals.
 
-use super::copy;
+use super::channel::{ChannelReader, ChannelWriter};
 use super::neighbours::{Around, Neighbours, median_edge};
-use super::residual::entropy_bits;
 use super::streams::{StreamIter, StreamWriter};
-use super::{CodecError, sampled};
+use super::{CodecError, copy, tried};
 
 /// Normals repeat: flat surfaces.
 const COPY: u8 = 1;
@@ -13,24 +12,29 @@ const SMOOTH: u8 = 2;
 
 pub(super) fn write(normal: &[[u8; 2]], neighbours: &Neighbours, streams: &mut StreamWriter) -> u8 {
     let keys: Vec<u32> = normal.iter().map(|&code| u32::from(u16::from_le_bytes(code))).collect();
-    let (symbols, new) = copy::encode(&keys, neighbours);
-    let copied_bits = entropy_bits(&symbols) + new.len() as f64 * 16.0;
-    let sample: [Vec<u8>; 2] =
-        [0, 1].map(|axis| sampled(normal.len()).map(|rank| residual(normal, rank, axis, neighbours)).collect());
-    let share = normal.len() as f64 / sample[0].len() as f64;
-    let smooth_bits = share * sample.iter().map(|residuals| entropy_bits(residuals)).sum::<f64>();
-    if copied_bits <= smooth_bits {
-        streams.push(&symbols);
-        for axis in 0..2 {
-            streams.push(&new.iter().map(|code| code.to_le_bytes()[axis]).collect::<Vec<u8>>());
-        }
+    let copied = copy::encode(&keys, 2, neighbours);
+    let tried = tried(normal.len());
+    let share = normal.len() as f64 / tried.len() as f64;
+    let smooth_bits = share * channels(normal, neighbours, tried).iter().map(ChannelWriter::cost_bits).sum::<f64>();
+    if copied.cost_bits() <= smooth_bits {
+        copied.write(streams);
         return COPY;
     }
-    for axis in 0..2 {
-        let residuals: Vec<u8> = (0..normal.len()).map(|rank| residual(normal, rank, axis, neighbours)).collect();
-        streams.push(&residuals);
-    }
+    channels(normal, neighbours, 0..normal.len()).iter().for_each(|channel| channel.write(streams));
     SMOOTH
+}
+
+fn channels(normal: &[[u8; 2]], neighbours: &Neighbours, ranks: std::ops::Range<usize>) -> [ChannelWriter; 2] {
+    let mut channels = [0; 2].map(|_| ChannelWriter::starting_at(ranks.start, normal.len(), 8));
+    for rank in ranks {
+        let around = neighbours.around(rank);
+        let predicted = predict(normal, rank, around);
+        let mut extra = 0;
+        for (axis, channel) in channels.iter_mut().enumerate() {
+            extra = u32::from(channel.push(around, extra, predicted[axis], normal[rank][axis].into()));
+        }
+    }
+    channels
 }
 
 pub(super) fn read(
@@ -41,50 +45,42 @@ pub(super) fn read(
 ) -> Result<Vec<[u8; 2]>, CodecError> {
     match method {
         COPY => {
-            let symbols = streams.next_of(count)?;
-            let first = streams.next()?;
-            let second = streams.next_of(first.len())?;
-            let new = first.iter().zip(second).map(|(&first, &second)| u32::from(u16::from_le_bytes([first, second])));
-            let keys = copy::decode(symbols, new, neighbours)?;
+            let keys = copy::decode(count, 2, neighbours, streams)?;
             Ok(keys.into_iter().map(|key| (key as u16).to_le_bytes()).collect())
         }
         SMOOTH => {
-            let (first, second) = (streams.next_of(count)?, streams.next_of(count)?);
+            let mut channels = [ChannelReader::read(streams, count, 8)?, ChannelReader::read(streams, count, 8)?];
             let mut normal = Vec::with_capacity(count);
-            for (rank, residuals) in first.iter().zip(second).enumerate() {
-                let [u, v] = predict(&normal, rank, neighbours);
-                let (du, dv) = (unzigzag(*residuals.0), unzigzag(*residuals.1));
-                normal.push([u.wrapping_add(du), v.wrapping_add(dv)]);
+            for rank in 0..count {
+                let around = neighbours.around(rank);
+                let predicted = predict(&normal, rank, around);
+                let (mut code, mut extra) = ([0; 2], 0);
+                for ((value, channel), predicted) in code.iter_mut().zip(&mut channels).zip(predicted) {
+                    let (seen, found) = channel.next(around, extra, predicted)?;
+                    *value = found as u8;
+                    extra = u32::from(seen);
+                }
+                normal.push(code);
             }
+            channels.into_iter().try_for_each(ChannelReader::finish)?;
             Ok(normal)
         }
         _ => Err(CodecError::Damaged("normal predictor")),
     }
 }
 
-fn residual(normal: &[[u8; 2]], rank: usize, axis: usize, neighbours: &Neighbours) -> u8 {
-    zigzag(normal[rank][axis].wrapping_sub(predict(normal, rank, neighbours)[axis]))
-}
-
 /// Looks only at normals before `rank`.
-fn predict(normal: &[[u8; 2]], rank: usize, neighbours: &Neighbours) -> [u8; 2] {
-    let both = |combine: &dyn Fn(usize) -> i32| [combine(0) as u8, combine(1) as u8];
+fn predict(normal: &[[u8; 2]], rank: usize, around: Around) -> [i32; 2] {
     let at = |rank: usize, axis: usize| i32::from(normal[rank][axis]);
-    match neighbours.around(rank) {
-        Around::Nothing => [127, 127],
-        Around::Anchor(anchor) => normal[anchor],
-        Around::Left => normal[rank - 1],
-        Around::Up(up) => normal[up],
-        Around::LeftUp(up) => both(&|axis| (at(rank - 1, axis) + at(up, axis)) / 2),
-        Around::All(up) => both(&|axis| median_edge(at(rank - 1, axis), at(up, axis), at(up - 1, axis))),
-    }
-}
-
-/// 0, -1, 1, -2, ... as 0, 1, 2, 3, ...
-fn zigzag(value: u8) -> u8 {
-    value << 1 ^ ((value as i8) >> 7) as u8
-}
-
-fn unzigzag(code: u8) -> u8 {
-    code >> 1 ^ (code & 1).wrapping_neg()
+    [0, 1].map(|axis| match around {
+        Around::Nothing => 127,
+        Around::Anchor(anchor) => at(anchor, axis),
+        Around::Left => at(rank - 1, axis),
+        Around::Up(up) => at(up, axis),
+        Around::LeftUp(up) => (at(rank - 1, axis) + at(up, axis)) / 2,
+        Around::All(up) => {
+            let (left, above, corner) = (at(rank - 1, axis), at(up, axis), at(up - 1, axis));
+            median_edge(left, above, corner)
+        }
+    })
 }

@@ -14,29 +14,27 @@ use crate::limits::Limits;
 const CONSTANT: u8 = 0;
 /// Method of objects and materials where they are not constant.
 const COPY: u8 = 1;
-/// Bytes that the streams of all planes hold at most, a sample: one symbol for each of eight channels and two bytes for what
-/// does not fit one.
-const STREAM_BYTES_PER_SAMPLE: usize = 8 * 3;
+/// Bytes that the packed streams of all planes hold at most, a sample: what does not fit a code, two bytes for each of eight
+/// channels.
+const STREAM_BYTES_PER_SAMPLE: usize = 8 * 2;
+/// Bytes that the frequency tables of all channels hold at most.
+const TABLES_BYTES: usize = 8 * 64 * 512;
 
 pub(super) fn write(image: &DepthImage, packer: &mut Packer, out: &mut Writer) {
-    mask::write(&image.mask, packer, out);
+    mask::write(&image.mask, out);
     if image.depth.is_empty() {
         return;
     }
     let mut streams = StreamWriter::default();
     if !constant(&image.object, out, |out, object| out.u16(object)) {
         let keys: Vec<u32> = image.object.iter().map(|&object| object.into()).collect();
-        let (symbols, new) = copy::encode(&keys, &Neighbours::new(&image.mask, &vec![0; keys.len()]));
-        streams.push(&symbols);
-        streams.push_shorts(&new.iter().map(|&key| key as u16).collect::<Vec<u16>>());
+        copy::encode(&keys, 2, &Neighbours::new(&image.mask, &vec![0; keys.len()])).write(&mut streams);
         out.u8(COPY);
     }
     let neighbours = Neighbours::new(&image.mask, &image.object);
     if !constant(&image.material, out, |out, material| out.u8(material)) {
         let keys: Vec<u32> = image.material.iter().map(|&material| material.into()).collect();
-        let (symbols, new) = copy::encode(&keys, &neighbours);
-        streams.push(&symbols);
-        streams.push(&new.iter().map(|&key| key as u8).collect::<Vec<u8>>());
+        copy::encode(&keys, 1, &neighbours).write(&mut streams);
         out.u8(COPY);
     }
     if !constant(&image.normal, out, |out, [first, second]| out.u16(u16::from_le_bytes([first, second]))) {
@@ -102,7 +100,7 @@ pub(super) fn read(
     bytes: &mut Reader,
     limits: &Limits,
 ) -> Result<Patch, CodecError> {
-    let mask = mask::read(header.camera.size_px(), unpacker, bytes, limits)?;
+    let mask = mask::read(header.camera.size_px(), bytes, limits)?;
     let count = mask.count();
     if count > limits.update_samples {
         return Err(CodecError::TooMuch("samples"));
@@ -127,7 +125,7 @@ fn read_samples(
     let normal_ = Method::read(bytes, |bytes| Ok(bytes.u16()?.to_le_bytes()))?;
     let depth_ = Method::read(bytes, |bytes| Ok(bytes.u16()?))?;
     let colour_ = Method::read(bytes, |bytes| Ok([bytes.u8()?, bytes.u8()?, bytes.u8()?]))?;
-    let streams = Streams::read(bytes, unpacker, count * STREAM_BYTES_PER_SAMPLE)?;
+    let streams = Streams::read(bytes, unpacker, count * STREAM_BYTES_PER_SAMPLE + TABLES_BYTES)?;
     let mut streams = streams.iter();
     image.object = object.plane(count, |method| {
         let keys = read_copied(method, count, 2, &Neighbours::new(&image.mask, &vec![0; count]), &mut streams)?;
@@ -152,10 +150,9 @@ fn read_copied(
     neighbours: &Neighbours,
     streams: &mut StreamIter,
 ) -> Result<Vec<u32>, CodecError> {
-    if method != COPY {
-        return Err(CodecError::Damaged("method of ids"));
+    if method == COPY {
+        copy::decode(count, value_bytes, neighbours, streams)
+    } else {
+        Err(CodecError::Damaged("method of ids"))
     }
-    let symbols = streams.next_of(count)?;
-    let value = |bytes: &[u8]| bytes.iter().rev().fold(0, |key, &byte| key << 8 | u32::from(byte));
-    copy::decode(symbols, streams.next()?.chunks_exact(value_bytes).map(value), neighbours)
 }

@@ -1,4 +1,5 @@
-//! The byte streams of a patch, packed together: first the length of each, then sections of one or more streams.
+//! The byte streams of a patch: packed ones, then coded ones, which are dense already and stored as they are. First comes the
+//! length of each, then the packed ones in sections of one or more streams, then the coded ones.
 //!
 //! Streams of one kind of symbol compress best alone, but a section costs some twenty bytes whatever it holds; so short
 //! streams share one. Which do, both ends know from the lengths.
@@ -15,6 +16,8 @@ const SECTION_BYTES: usize = 1024;
 pub(super) struct StreamWriter {
     lengths: Vec<usize>,
     bytes: Vec<u8>,
+    coded_lengths: Vec<usize>,
+    coded: Vec<u8>,
 }
 
 impl StreamWriter {
@@ -28,16 +31,25 @@ impl StreamWriter {
         self.bytes.extend(stream.iter().flat_map(|short| short.to_le_bytes()));
     }
 
+    /// A stream that the packer would only slow down.
+    pub fn push_coded(&mut self, stream: &[u8]) {
+        self.coded_lengths.push(stream.len());
+        self.coded.extend_from_slice(stream);
+    }
+
     pub fn write(self, packer: &mut Packer, out: &mut Writer) {
-        out.u8(u8::try_from(self.lengths.len()).expect("a patch has a dozen streams"));
-        for &length in &self.lengths {
-            out.varint(u32::try_from(length).expect("a stream is shorter than 4 GiB"));
+        for lengths in [&self.lengths, &self.coded_lengths] {
+            out.u8(u8::try_from(lengths.len()).expect("a patch has two dozen streams"));
+            for &length in lengths {
+                out.varint(u32::try_from(length).expect("a stream is shorter than 4 GiB"));
+            }
         }
         let mut start = 0;
         for length in sections(&self.lengths) {
             packer.pack(&self.bytes[start..start + length], out);
             start += length;
         }
+        out.bytes.extend_from_slice(&self.coded);
     }
 }
 
@@ -57,45 +69,70 @@ fn sections(lengths: &[usize]) -> impl Iterator<Item = usize> + '_ {
 }
 
 /// All streams of a patch, unpacked.
-pub(super) struct Streams {
+pub(super) struct Streams<'a> {
     lengths: Vec<usize>,
     bytes: Vec<u8>,
+    coded_lengths: Vec<usize>,
+    coded: &'a [u8],
 }
 
-impl Streams {
-    /// Unpacks all streams; together they hold at most `limit` bytes.
-    pub fn read(bytes: &mut Reader, unpacker: &mut Unpacker, limit: usize) -> Result<Streams, CodecError> {
-        let count = bytes.u8()?;
-        let lengths = (0..count).map(|_| bytes.varint().map(|length| length as usize));
-        let lengths = lengths.collect::<Result<Vec<usize>, EndsEarly>>()?;
-        if lengths.iter().fold(0, |sum: usize, &length| sum.saturating_add(length)) > limit {
-            return Err(CodecError::Damaged("length of the streams"));
-        }
-        let mut all = Vec::new();
+impl<'a> Streams<'a> {
+    /// Unpacks all streams; the packed ones hold at most `limit` bytes together.
+    pub fn read(bytes: &mut Reader<'a>, unpacker: &mut Unpacker, limit: usize) -> Result<Streams<'a>, CodecError> {
+        let lengths = read_lengths(bytes, limit)?;
+        let coded_lengths = read_lengths(bytes, usize::MAX)?;
+        let mut unpacked = Vec::new();
         for section in sections(&lengths) {
-            unpacker.unpack_onto(bytes, section, &mut all)?;
+            unpacker.unpack_onto(bytes, section, &mut unpacked)?;
         }
-        Ok(Streams { lengths, bytes: all })
+        let coded = bytes.take(coded_lengths.iter().sum())?;
+        Ok(Streams { lengths, bytes: unpacked, coded_lengths, coded })
     }
 
     /// The streams in order.
     pub fn iter(&self) -> StreamIter<'_> {
-        StreamIter { lengths: self.lengths.iter(), rest: &self.bytes }
+        StreamIter {
+            packed: Cut { lengths: self.lengths.iter(), rest: &self.bytes },
+            coded: Cut { lengths: self.coded_lengths.iter(), rest: self.coded },
+        }
     }
 }
 
-/// Gives streams in order.
+/// A count and as many lengths, which sum up to `limit` at most.
+fn read_lengths(bytes: &mut Reader, limit: usize) -> Result<Vec<usize>, CodecError> {
+    let count = bytes.u8()?;
+    let lengths = (0..count).map(|_| bytes.varint().map(|length| length as usize));
+    let lengths = lengths.collect::<Result<Vec<usize>, EndsEarly>>()?;
+    let sum = lengths.iter().try_fold(0_usize, |sum, &length| sum.checked_add(length));
+    match sum {
+        Some(sum) if sum <= limit => Ok(lengths),
+        _ => Err(CodecError::Damaged("length of the streams")),
+    }
+}
+
+/// Gives streams in order, packed and coded ones each in their own.
 pub(super) struct StreamIter<'a> {
+    packed: Cut<'a>,
+    coded: Cut<'a>,
+}
+
+struct Cut<'a> {
     lengths: std::slice::Iter<'a, usize>,
     rest: &'a [u8],
 }
 
-impl<'a> StreamIter<'a> {
-    pub fn next(&mut self) -> Result<&'a [u8], CodecError> {
+impl<'a> Cut<'a> {
+    fn next(&mut self) -> Result<&'a [u8], CodecError> {
         let length = *self.lengths.next().ok_or(CodecError::Damaged("number of streams"))?;
         let (stream, rest) = self.rest.split_at(length);
         self.rest = rest;
         Ok(stream)
+    }
+}
+
+impl<'a> StreamIter<'a> {
+    pub fn next(&mut self) -> Result<&'a [u8], CodecError> {
+        self.packed.next()
     }
 
     /// The next stream, which holds `length` bytes.
@@ -104,7 +141,12 @@ impl<'a> StreamIter<'a> {
         if stream.len() == length { Ok(stream) } else { Err(CodecError::Damaged("length of a stream")) }
     }
 
+    /// The next stream of [`StreamWriter::push_coded`].
+    pub fn next_coded(&mut self) -> Result<&'a [u8], CodecError> {
+        self.coded.next()
+    }
+
     pub fn is_empty(&self) -> bool {
-        self.lengths.as_slice().is_empty()
+        self.packed.lengths.as_slice().is_empty() && self.coded.lengths.as_slice().is_empty()
     }
 }

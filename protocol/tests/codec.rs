@@ -1,0 +1,137 @@
+//! The codec gives back what went in, is small, and takes any bytes without a panic.
+
+mod common;
+
+use camera::{Camera, Pinhole, Rigid};
+use common::{cast, fragments, patch};
+use glam::{DAffine3, DVec3};
+use proptest::prelude::*;
+use vantage_protocol::codec::{CodecError, Profile, decode_patch, encode_patch};
+use vantage_protocol::{DepthImage, DepthScale, Limits, Mask, ObjectPose, Patch, PatchId, Purpose};
+
+fn round_trip(patch: &Patch) -> Vec<u8> {
+    let bytes = encode_patch(patch, Profile::Fast);
+    assert!(decode_patch(&bytes, &Limits::default()).unwrap() == *patch);
+    bytes
+}
+
+#[test]
+fn conventional_and_fragmented_images_come_back() {
+    let whole = patch(3, cast((320, 200), |_, _| true));
+    let bytes = round_trip(&whole);
+    let raw_bytes = whole.image.raw_bytes();
+    assert!(bytes.len() * 8 < raw_bytes, "{} bytes of {raw_bytes} raw", bytes.len());
+    let part = patch(4, cast((320, 200), fragments));
+    let bytes = round_trip(&part);
+    let raw_bytes = part.image.raw_bytes();
+    assert!(bytes.len() * 2 < raw_bytes, "{} bytes of {raw_bytes} raw", bytes.len());
+}
+
+#[test]
+fn odd_sizes_empty_images_and_single_samples_come_back() {
+    for size in [(1, 1), (1, 300), (300, 1), (63, 5), (64, 5), (65, 5), (129, 3)] {
+        round_trip(&patch(1, cast(size, |_, _| true)));
+        round_trip(&patch(1, cast(size, |_, _| false)));
+        round_trip(&patch(1, cast(size, |x, y| x == size.0 - 1 && y == size.1 - 1)));
+    }
+}
+
+#[test]
+fn constant_planes_are_not_sent() {
+    let mut image = cast((128, 128), |_, _| true);
+    let textured = encode_patch(&patch(1, image.clone()), Profile::Fast).len();
+    image.colour.fill([9, 8, 7]);
+    image.object.fill(300);
+    image.material.fill(2);
+    let plain = round_trip(&patch(1, image.clone())).len();
+    image.normal.fill([1, 2]);
+    image.depth.fill(77);
+    let flat = round_trip(&patch(1, image)).len();
+    assert!(plain * 2 < textured, "{plain} of {textured}");
+    assert!(flat < 600, "only the mask is left: {flat} bytes");
+}
+
+#[test]
+fn purposes_and_object_poses_come_back() {
+    let poses = [3, 900].map(|object| ObjectPose {
+        object,
+        world_from_object: DAffine3::from_translation(DVec3::new(1e7, -0.5, f64::from(object))),
+    });
+    let purposes = [Purpose::Eye, Purpose::Light(3), Purpose::Impostor(500), Purpose::Environment, Purpose::Relief(9)];
+    for purpose in purposes {
+        let image = cast((16, 16), |_, _| true);
+        round_trip(&Patch { purpose, objects: poses.to_vec(), ..patch(u32::MAX, image) });
+    }
+}
+
+#[test]
+fn limits_hold_before_anything_is_allocated() {
+    let bytes = encode_patch(&patch(1, cast((64, 64), |_, _| true)), Profile::Fast);
+    let few = |limits: Limits| decode_patch(&bytes, &limits).unwrap_err();
+    assert!(matches!(few(Limits { update_samples: 100, ..Limits::default() }), CodecError::TooMuch("samples")));
+    assert!(matches!(few(Limits { update_pixels: 100, ..Limits::default() }), CodecError::TooMuch("pixels")));
+    assert!(matches!(few(Limits { image_side_px: 63, ..Limits::default() }), CodecError::TooMuch(_)));
+}
+
+#[test]
+fn every_truncation_is_refused() {
+    let bytes = encode_patch(&patch(1, cast((40, 30), fragments)), Profile::Fast);
+    for length in 0..bytes.len() {
+        assert!(decode_patch(&bytes[..length], &Limits::default()).is_err(), "{length} of {}", bytes.len());
+    }
+}
+
+prop_compose! {
+    fn any_image()(width in 1_u32..70, height in 1_u32..40)(
+        width in Just(width),
+        height in Just(height),
+        occupied in prop::collection::vec(any::<bool>(), (width * height) as usize),
+        noise in prop::collection::vec(any::<[u8; 10]>(), (width * height) as usize),
+        // How many bits of the noise count: from smooth to none at all.
+        bits in 0_u32..9,
+    ) -> DepthImage {
+        let mut mask = Mask::empty(width, height);
+        occupied.iter().enumerate().filter(|(_, is)| **is)
+            .for_each(|(i, _)| mask.set(i as u32 % width, i as u32 / width, true));
+        let kept: Vec<[u8; 10]> = noise.into_iter().take(mask.count())
+            .map(|noise| noise.map(|byte| byte & ((1_u32 << bits) - 1) as u8)).collect();
+        DepthImage {
+            camera: Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (width, height), 1.0, 0.1)),
+            depth_scale: DepthScale { w_min: 0.0, w_step: 0.001 },
+            depth: kept.iter().map(|k| u16::from_le_bytes([k[0], k[1]])).collect(),
+            normal: kept.iter().map(|k| [k[2], k[3]]).collect(),
+            colour: kept.iter().map(|k| [k[4], k[5], k[6]]).collect(),
+            object: kept.iter().map(|k| u16::from_le_bytes([k[7], k[8]])).collect(),
+            material: kept.iter().map(|k| k[9]).collect(),
+            mask,
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_image_comes_back(image in any_image()) {
+        round_trip(&patch(PatchId(9).0, image));
+    }
+
+    #[test]
+    fn damaged_bytes_never_panic(
+        image in any_image(),
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+    ) {
+        let mut bytes = encode_patch(&patch(1, image), Profile::Fast);
+        for (place, byte) in damage {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        let limits = Limits { update_samples: 1 << 16, update_pixels: 1 << 18, ..Limits::default() };
+        let _ = decode_patch(&bytes, &limits);
+    }
+
+    #[test]
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+        let _ = decode_patch(&bytes, &Limits::default());
+    }
+}

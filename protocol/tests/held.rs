@@ -1,0 +1,164 @@
+//! The held copy: applied as a whole or not at all, the same at both ends.
+
+mod common;
+
+use common::{cast, fragments, patch};
+use glam::{DAffine3, DVec3};
+use vantage_protocol::wire::{decode_update, encode_update};
+use vantage_protocol::{DepthImage, Edit, Held, HeldError, Limits, Material, ObjectPose, PatchId, Update};
+
+fn image() -> DepthImage {
+    cast((48, 32), fragments)
+}
+
+fn add(id: u32) -> Edit {
+    Edit::Add(Box::new(patch(id, image())))
+}
+
+fn addresses(image: &DepthImage) -> Vec<(u16, u16)> {
+    image.mask.occupied().map(|(x, y)| (x as u16, y as u16)).collect()
+}
+
+fn moved(object: u16, x_m: f64) -> ObjectPose {
+    ObjectPose { object, world_from_object: DAffine3::from_translation(DVec3::new(x_m, 0.0, 0.0)) }
+}
+
+/// What the client does with what the server made.
+fn send(client: &mut Held, update: &Update) {
+    let bytes = encode_update(update).bytes;
+    let decoded = decode_update(&bytes, &Limits::default()).unwrap();
+    assert!(decoded == *update);
+    client.apply(&decoded).unwrap();
+}
+
+#[test]
+fn both_ends_agree_after_every_kind_of_edit() {
+    let (mut server, mut client) = (Held::default(), Held::default());
+    let held = addresses(&image());
+    let steps = [
+        vec![Edit::Materials(vec![Material::default(); 3]), add(1), add(2)],
+        vec![Edit::Delete(PatchId(1), held.iter().copied().step_by(2).collect())],
+        vec![Edit::Trim(PatchId(1), held.iter().skip(1).step_by(2).map(|&(x, y)| (x, y, 3)).collect())],
+        vec![Edit::Move(vec![moved(2, 1.0), moved(7, 2.0)]), Edit::Remove(PatchId(2)), add(5)],
+        vec![],
+        vec![Edit::Clear, add(6)],
+    ];
+    for (index, edits) in steps.into_iter().enumerate() {
+        let update = server.commit(edits, index as f64, 0).unwrap();
+        send(&mut client, &update);
+        assert_eq!((client.digest(), client.number), (server.digest(), server.number));
+        assert!(client.patches == server.patches && client.poses_now == server.poses_now);
+        let counted: usize = client.patches.values().map(|held| held.patch.image.sample_count()).sum();
+        assert_eq!(client.sample_count(), counted);
+    }
+    assert_eq!(client.patches.keys().copied().collect::<Vec<_>>(), [PatchId(6)]);
+    assert!(client.materials.is_empty() && client.poses_now.is_empty(), "cleared");
+}
+
+#[test]
+fn deletes_and_trims_reach_the_named_samples() {
+    let mut held = Held::default();
+    held.commit(vec![add(1)], 0.0, 0).unwrap();
+    let before = image();
+    let all = addresses(&before);
+    held.commit(vec![Edit::Trim(PatchId(1), vec![(all[5].0, all[5].1, 2)])], 0.0, 0).unwrap();
+    held.commit(vec![Edit::Delete(PatchId(1), vec![all[0], all[3]])], 0.0, 0).unwrap();
+    let patch = &held.patches[&PatchId(1)];
+    let after = &patch.patch.image;
+    let expected: Vec<usize> = (0..all.len()).filter(|rank| ![0, 3].contains(rank)).collect();
+    assert_eq!(addresses(after), expected.iter().map(|&rank| all[rank]).collect::<Vec<_>>());
+    assert_eq!(after.depth, expected.iter().map(|&rank| before.depth[rank]).collect::<Vec<_>>());
+    assert_eq!(after.colour, expected.iter().map(|&rank| before.colour[rank]).collect::<Vec<_>>());
+    let trims: Vec<u8> = expected.iter().map(|&rank| if rank == 5 { 2 } else { 0 }).collect();
+    assert_eq!(patch.trims, trims);
+}
+
+#[test]
+fn a_refused_update_changes_nothing() {
+    let mut held = Held::default();
+    held.commit(vec![add(4), Edit::Move(vec![moved(1, 1.0)])], 1.0, 0).unwrap();
+    let first = addresses(&image())[0];
+    let hole = (0..48).map(|x| (x, 0)).find(|&(x, y)| !image().mask.get(x, y)).unwrap();
+    let hole = (hole.0 as u16, hole.1 as u16);
+    let mut short = image();
+    short.depth.pop();
+    let mut broken_camera = image();
+    let camera::Camera::Pinhole(pinhole) = &mut broken_camera.camera;
+    pinhole.focal_px = f64::NAN;
+    let nan = ObjectPose { object: 1, world_from_object: DAffine3::from_translation(DVec3::NAN) };
+    let id = PatchId(4);
+    let refused = [
+        (vec![add(4)], HeldError::PatchIdUsed(id)),
+        (vec![add(3)], HeldError::PatchIdUsed(PatchId(3))),
+        (vec![Edit::Remove(PatchId(9))], HeldError::UnknownPatch(PatchId(9))),
+        (vec![Edit::Remove(id), Edit::Remove(id)], HeldError::UnknownPatch(id)),
+        (vec![Edit::Delete(id, vec![hole])], HeldError::NoSample { patch: id, x: hole.0, y: hole.1 }),
+        (vec![Edit::Delete(id, vec![first, first])], HeldError::NotAscending(id)),
+        (vec![Edit::Delete(id, vec![(60000, 60000)])], HeldError::NoSample { patch: id, x: 60000, y: 60000 }),
+        (vec![Edit::Trim(id, vec![(first.0, first.1, 5)])], HeldError::TrimTooFar { patch: id, extent: 5 }),
+        (vec![Edit::Move(vec![moved(2, 0.0), moved(2, 0.0)])], HeldError::ObjectsNotAscending),
+        (vec![Edit::Move(vec![nan])], HeldError::NotFinite("object pose")),
+        (vec![Edit::Add(Box::new(patch(5, short)))], HeldError::PlanesDiffer(PatchId(5))),
+        (vec![Edit::Add(Box::new(patch(5, broken_camera)))], HeldError::NotFinite("camera")),
+        (vec![Edit::Materials(vec![Material::default(); 257])], HeldError::TooMuch("materials")),
+        (vec![add(5), Edit::Clear], HeldError::LateClear),
+    ];
+    let before = held.clone();
+    for (edits, error) in refused {
+        // A sound edit first: it must not stay.
+        let sound = matches!(edits.last(), Some(Edit::Clear));
+        let edits = if sound { edits } else { [vec![Edit::Move(vec![moved(1, 9.0)])], edits].concat() };
+        let update = Update { number: 2, scene_time_s: 2.0, pose_seq: 0, edits, digest: 0 };
+        assert_eq!(held.apply(&update), Err(error));
+        assert!(held.patches == before.patches && held.poses_now == before.poses_now);
+        assert_eq!((held.digest(), held.number, held.scene_time_s), (before.digest(), 1, 1.0));
+    }
+}
+
+#[test]
+fn numbers_and_digests_must_follow() {
+    let (mut server, mut client) = (Held::default(), Held::default());
+    let first = server.commit(vec![add(1)], 0.0, 0).unwrap();
+    let second = server.commit(vec![add(2)], 0.1, 0).unwrap();
+    assert_eq!(client.apply(&second), Err(HeldError::Number { held: 0, update: 2 }));
+    client.apply(&first).unwrap();
+    assert_eq!(client.apply(&first), Err(HeldError::Number { held: 1, update: 1 }));
+    let wrong = Update { digest: second.digest ^ 1, ..second.clone() };
+    assert_eq!(client.apply(&wrong), Err(HeldError::Digest { number: 2 }));
+    client.apply(&second).unwrap();
+    // A fresh start may leave a gap, and ids go on ascending.
+    server.commit(vec![add(3)], 0.2, 0).unwrap();
+    assert!(matches!(server.commit(vec![Edit::Clear, add(3)], 0.3, 0), Err(HeldError::PatchIdUsed(_))));
+    let fresh = server.commit(vec![Edit::Clear, add(4)], 0.3, 0).unwrap();
+    client.apply(&fresh).unwrap();
+    assert_eq!(client.digest(), server.digest());
+}
+
+#[test]
+fn every_integer_of_a_patch_enters_the_digest() {
+    let digest = |image: DepthImage| {
+        let mut held = Held::default();
+        held.commit(vec![Edit::Add(Box::new(patch(1, image)))], 0.0, 0).unwrap();
+        held.digest()
+    };
+    let base = digest(image());
+    let changes: [fn(&mut DepthImage); 5] = [
+        |image| image.depth[7] ^= 1,
+        |image| image.normal[7][1] ^= 1,
+        |image| image.colour[7][2] ^= 1,
+        |image| image.object[7] ^= 1,
+        |image| image.material[7] ^= 1,
+    ];
+    for change in changes {
+        let mut changed = image();
+        change(&mut changed);
+        assert_ne!(digest(changed), base);
+    }
+}
+
+#[test]
+fn the_copy_is_capped() {
+    let limits = Limits { held_samples: 100, ..Limits::default() };
+    let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits: vec![add(1)], digest: 0 };
+    assert_eq!(Held::default().apply_within(&update, &limits), Err(HeldError::TooMuch("samples")));
+}
