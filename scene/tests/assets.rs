@@ -54,6 +54,13 @@ fn main() {
         })
         .with_ignored_flag(ignored),
     );
+    let index_root = root.clone();
+    trials.push(
+        Trial::test("still scenes are as large as the index says", move || {
+            sizes(&index_root.expect("ignored without assets"))
+        })
+        .with_ignored_flag(ignored),
+    );
     let memory_root = root.clone();
     trials.push(
         Trial::test("malformed files take no more memory than the cap", move || {
@@ -62,6 +69,47 @@ fn main() {
         .with_ignored_flag(ignored || !cfg!(target_os = "linux")),
     );
     libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// Where the index does not measure what is drawn: it takes the corners of rotated boxes (2CylinderEngine, retroufo),
+/// leaves out instances (SimpleInstancing, TeapotsGalore), and counts points and lines (MeshPrimitiveModes).
+const MEASURED_OTHERWISE: &[&str] =
+    &["2CylinderEngine", "retroufo", "SimpleInstancing", "TeapotsGalore", "MeshPrimitiveModes"];
+
+/// Compares sizes with those in `INDEX.md`, which were measured by another program at rest pose.
+fn sizes(root: &Path) -> Result<(), Failed> {
+    /// The index gives four digits.
+    const TOLERANCE: f64 = 2e-3;
+    let index = std::fs::read_to_string(root.join("INDEX.md"))?;
+    let (mut compared, mut wrong) = (0, Vec::new());
+    for line in index.lines().filter(|line| line.contains(" × ")) {
+        let cells: Vec<&str> = line.split(" | ").collect();
+        let path = cells[0].trim_start_matches("| ");
+        if MEASURED_OTHERWISE.iter().any(|name| path.contains(name)) {
+            continue;
+        }
+        let Some(expected) = cells.iter().find_map(|cell| size_of(cell)) else { continue };
+        let Ok(scene) = load(&root.join(path), &LoadLimits::default(), &|_| {}) else { continue };
+        if scene.is_animated() {
+            continue;
+        }
+        compared += 1;
+        let found = (scene.bounds.max - scene.bounds.min).to_array();
+        let largest = expected.iter().copied().fold(0.0, f64::max);
+        if found.iter().zip(expected).any(|(found, expected)| (found - expected).abs() > TOLERANCE * largest) {
+            wrong.push(format!("{path}: {found:?}, not {expected:?}"));
+        }
+    }
+    if compared == 0 || !wrong.is_empty() {
+        return Err(format!("{compared} scenes compared; wrong:\n{}", wrong.join("\n")).into());
+    }
+    Ok(())
+}
+
+/// `1 × 2 × 3` as numbers.
+fn size_of(cell: &str) -> Option<[f64; 3]> {
+    let numbers: Vec<f64> = cell.split(" × ").map_while(|number| number.trim().parse().ok()).collect();
+    numbers.try_into().ok()
 }
 
 /// Loads everything below `root`, and prints the largest size that the process had, in KiB.

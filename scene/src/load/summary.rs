@@ -3,24 +3,32 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use crate::{Bounds, Instance, Mesh, Snapshot};
+use crate::{Bounds, Instance, Mesh, Snapshot, Vertex};
 
-/// Exact bounds of what a snapshot shows: every vertex, each in its place.
+/// With more vertices than this to transform, the corners of meshes' boxes stand for them: bounds may be larger then.
+const MAX_EXACT_VERTICES: usize = 1 << 24;
+
+/// Bounds of what a snapshot shows.
 pub(super) fn bounds(meshes: &[Mesh], instances: &[Instance], snapshot: &Snapshot) -> Bounds {
-    let mut replaced = vec![None; instances.len()];
+    let mut vertices: Vec<&[Vertex]> =
+        instances.iter().map(|instance| meshes[instance.mesh as usize].vertices.as_slice()).collect();
     for deformed in &snapshot.deformed {
-        replaced[deformed.instance as usize] = Some(&deformed.vertices);
+        vertices[deformed.instance as usize] = &deformed.vertices;
     }
-    let parts: Vec<Bounds> = instances
+    let exact = vertices.iter().map(|vertices| vertices.len()).sum::<usize>() <= MAX_EXACT_VERTICES;
+    let parts: Vec<Bounds> = vertices
         .par_iter()
-        .zip(&replaced)
+        .zip(instances)
         .zip(&snapshot.world_from_mesh)
-        .map(|((instance, replaced), world_from_mesh)| {
-            let mesh = &meshes[instance.mesh as usize];
-            match replaced {
-                Some(vertices) => corners(&super::geometry::bounds_of(vertices), world_from_mesh),
-                None => corners(&mesh.bounds, world_from_mesh),
+        .map(|((vertices, instance), world_from_mesh)| {
+            if !exact {
+                return corners(&meshes[instance.mesh as usize].bounds, world_from_mesh);
             }
+            let mut bounds = Bounds::EMPTY;
+            for vertex in *vertices {
+                bounds.include(world_from_mesh.transform_point3(DVec3::from(vertex.position.map(f64::from))));
+            }
+            bounds
         })
         .collect();
     let mut all = Bounds::EMPTY;
