@@ -79,6 +79,8 @@ pub struct Discretizer {
     non_redundant: Pipelines,
     /// Kept for the next set of the same size; work on the queue runs in order, so sets in flight may share it.
     attachments: Option<Attachments>,
+    /// Bound where nothing is tested: a layer must not be sampled while it is drawn into.
+    nothing: Attachments,
 }
 
 impl Discretizer {
@@ -116,7 +118,8 @@ impl Discretizer {
             Pipelines::new(&gpu, scene.is_native(), &pass)
         };
         let (conventional, non_redundant) = (build(false)?, build(true)?);
-        Ok(Discretizer { gpu, texel_test, own_layout, conventional, non_redundant, attachments: None })
+        let nothing = Attachments::new(&gpu, (1, 1), 1);
+        Ok(Discretizer { gpu, texel_test, own_layout, conventional, non_redundant, attachments: None, nothing })
     }
 
     /// Where the redundancy test looks.
@@ -185,18 +188,11 @@ impl Discretizer {
             contents: bytemuck::bytes_of(&EarlierImages::new(camera, earlier)),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        // A layer must not be sampled while it is drawn into: where nothing is tested, a texture of nothing is bound.
-        let nothing;
-        let (texture, layers) = if earlier.is_empty() {
-            nothing = Attachments::new(&self.gpu, (1, 1), 1);
-            (&nothing.ids, 1)
-        } else {
-            (&attachments.ids, earlier.len() as u32)
-        };
-        let ids = texture.create_view(&wgpu::TextureViewDescriptor {
+        let tested = if earlier.is_empty() { &self.nothing } else { attachments };
+        let ids = tested.ids.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             base_array_layer: 0,
-            array_layer_count: Some(layers),
+            array_layer_count: Some(earlier.len().max(1) as u32),
             ..Default::default()
         });
         self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {

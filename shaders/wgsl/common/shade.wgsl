@@ -120,7 +120,7 @@ fn shade_lit(base_linear: vec3f, light: vec3f, material: Material) -> vec3f {
     return shown_from_light(material.emissive + base_linear * light);
 }
 
-// The same with the sum inside, for few fragments: it copies `lighting`, 40 times slower on a software rasterizer.
+// The same with the sum inside, for few fragments: it copies `lighting`, six times slower on a software rasterizer.
 fn shade(base_linear: vec3f, normal: vec3f, position: vec3f, material: Material, lighting: Lighting) -> vec3f {
     var light = lighting.ambient;
     for (var index = 0u; index < min(lighting.light_count, MAX_LIGHTS); index++) {
