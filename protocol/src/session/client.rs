@@ -102,6 +102,7 @@ pub struct ClientSession {
     pose_seq: u64,
     pose_sent: Option<EyePose>,
     pose_waiting: Option<EyePose>,
+    next_pose_at_s: f64,
     ping: Ping,
     heard_at_s: f64,
     busy_at_s: f64,
@@ -134,6 +135,7 @@ impl ClientSession {
             pose_seq: 0,
             pose_sent: None,
             pose_waiting: None,
+            next_pose_at_s: now_s,
             ping: Ping::default(),
             heard_at_s: now_s,
             busy_at_s: now_s,
@@ -243,7 +245,7 @@ impl ClientSession {
     /// When [`ClientSession::handle_timeout`] wants to be called next.
     pub fn next_deadline_s(&self) -> Option<f64> {
         let silence_s = self.heard_at_s + self.config.silence_s;
-        let pose_s = self.pose_waiting.map_or(f64::INFINITY, |_| self.next_pose_at_s());
+        let pose_s = self.pose_waiting.map_or(f64::INFINITY, |_| self.next_pose_at_s);
         match self.state {
             State::Closed => None,
             State::Greeting => Some(silence_s),
@@ -310,21 +312,18 @@ impl ClientSession {
         self.send_waiting_pose(now_s);
     }
 
-    fn next_pose_at_s(&self) -> f64 {
-        self.pose_sent.map_or(f64::NEG_INFINITY, |pose| pose.sampled_at_s + POSE_INTERVAL_S - POSE_TOLERANCE_S)
-    }
-
     fn send_waiting_pose(&mut self, now_s: f64) {
-        if now_s < self.next_pose_at_s() {
+        if now_s < self.next_pose_at_s - POSE_TOLERANCE_S {
             return;
         }
         let Some(pose) = self.pose_waiting.take() else { return };
+        // Early ones are made up for, so that the mean keeps the rate.
+        self.next_pose_at_s = (self.next_pose_at_s + POSE_INTERVAL_S).max(now_s + POSE_INTERVAL_S - POSE_TOLERANCE_S);
         self.pose_seq += 1;
         self.busy_at_s = now_s;
+        self.pose_sent = Some(pose);
         let EyePose { world_from_eye, velocity_world, sampled_at_s } = pose;
         self.send(ClientMessage::Pose { seq: self.pose_seq, sampled_at_s, world_from_eye, velocity_world }, now_s);
-        // The interval runs from the sending, not from the sampling.
-        self.pose_sent = Some(EyePose { sampled_at_s: now_s, ..pose });
     }
 
     /// An update given out by [`ClientEvent::Update`] is decoded and held: acknowledges it and all before it.

@@ -9,6 +9,8 @@ use std::collections::VecDeque;
 
 /// What may be unacknowledged before anything is known: a first picture at low resolution.
 const FIRST_WINDOW_BYTES: f64 = 64.0 * 1024.0;
+/// What may be unacknowledged at least, once the path is known: a few small updates, so that their rate can still grow.
+const LEAST_WINDOW_BYTES: f64 = 16.0 * 1024.0;
 /// BBR's probing gain.
 const GAIN: f64 = 1.25;
 /// BBR's window for both estimates.
@@ -112,7 +114,7 @@ impl Flow {
     pub fn window_bytes(&self) -> f64 {
         let delay_s = self.delays_s.iter().map(|&(_, delay_s)| delay_s).reduce(f64::min);
         match (self.bytes_per_s(), delay_s) {
-            (Some(bytes_per_s), Some(delay_s)) => (GAIN * bytes_per_s * delay_s).max(FIRST_WINDOW_BYTES),
+            (Some(bytes_per_s), Some(delay_s)) => (GAIN * bytes_per_s * delay_s).max(LEAST_WINDOW_BYTES),
             _ => FIRST_WINDOW_BYTES,
         }
     }

@@ -1,0 +1,229 @@
+//! Messages come back as they went in; malformed and oversized ones are refused by name.
+
+mod common;
+
+use camera::Rigid;
+use common::{cast, fragments, patch};
+use glam::DVec3;
+use proptest::prelude::*;
+use vantage_protocol::message::{Clock, ServerMessage, VERSION, ViewSize, Welcome};
+use vantage_protocol::wire::{
+    Assembler, Envelope, FRAGMENT_BYTES, Fragment, ServerPacket, UpdateHead, WireError, decode_client, decode_server,
+    decode_update, encode_client, encode_server, encode_update, fragments as split,
+};
+use vantage_protocol::{ClientMessage, Edit, Held, Light, Lighting, Limits, Look, Material, PatchId, Update};
+
+const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
+
+fn client_messages() -> Vec<ClientMessage> {
+    vec![
+        ClientMessage::Hello { version: VERSION, clock: Clock::Virtual, view: VIEW },
+        ClientMessage::View(VIEW),
+        ClientMessage::Pose {
+            seq: 7,
+            sampled_at_s: 1.25,
+            world_from_eye: Rigid::look_at(DVec3::ONE, DVec3::ZERO),
+            velocity_world: [0.1, 0.0, -3.0],
+        },
+        ClientMessage::Ack { number: u64::MAX, digest: 1, bytes_received: 2 },
+        ClientMessage::Restart,
+        ClientMessage::Ping(9),
+        ClientMessage::Advance { to_s: 3.5 },
+    ]
+}
+
+fn welcome() -> Welcome {
+    Welcome {
+        version: VERSION,
+        scene_name: "städtchen".into(),
+        bounds_min_world: [-1e7, 0.0, 0.0],
+        bounds_max_world: [1e7, 1.0, 1.0],
+        start_world_from_eye: Rigid::IDENTITY,
+        walk: true,
+        near_m: 0.05,
+        look: Look::Flat,
+        update_interval_s: 0.1,
+        scene_time_s: 0.0,
+    }
+}
+
+fn update() -> Update {
+    let light = Light::Point {
+        position_world: [1e7, 2.0, 3.0],
+        intensity: [1.0; 3],
+        direction_world: [0.0, -1.0, 0.0],
+        spot_cos: [-1.0, -2.0],
+        range_m: f32::INFINITY,
+    };
+    let lighting = Lighting { ambient: [0.1; 3], lights: vec![light; 16], background: [1, 2, 3], burley: true };
+    let edits = vec![
+        Edit::Clear,
+        Edit::Materials(vec![Material::default(); 256]),
+        Edit::Light(Box::new(lighting)),
+        Edit::Add(Box::new(patch(8, cast((400, 300), fragments)))),
+        Edit::Remove(PatchId(8)),
+        Edit::Delete(PatchId(1), vec![(0, 0), (65535, 0), (0, 65535), (3, 65535)]),
+        Edit::Trim(PatchId(2), vec![(4, 4, 1), (5, 4, 4)]),
+        Edit::Move(vec![]),
+    ];
+    Update { number: 1 << 40, scene_time_s: 0.5, pose_seq: 3, edits, digest: 0xfeed }
+}
+
+#[test]
+fn every_client_message_comes_back_and_is_small() {
+    for message in client_messages() {
+        let envelope = Envelope { at_s: 0.25, message };
+        let bytes = encode_client(&envelope);
+        assert!(bytes.len() <= 128, "{} bytes", bytes.len());
+        assert_eq!(decode_client(&bytes, &Limits::default()).unwrap(), envelope);
+    }
+}
+
+#[test]
+fn every_server_message_comes_back() {
+    let messages = [
+        ServerMessage::Welcome(welcome()),
+        ServerMessage::Pong(3),
+        ServerMessage::Advanced { to_s: 1.0 },
+        ServerMessage::Goodbye { reason: "because".into() },
+    ];
+    for message in messages {
+        let bytes = encode_server(&Envelope { at_s: -1.0, message: message.clone() });
+        let envelope = decode_server(&bytes[0], &Limits::default()).unwrap();
+        assert_eq!((envelope.at_s, envelope.message), (-1.0, ServerPacket::Control(message)));
+    }
+}
+
+#[test]
+fn an_update_travels_in_small_fragments() {
+    let limits = Limits::default();
+    let messages = encode_server(&Envelope { at_s: 2.0, message: ServerMessage::Update(Box::new(update())) });
+    assert!(messages.len() > 1 && messages.iter().all(|bytes| bytes.len() <= FRAGMENT_BYTES + 32));
+    let mut assembler = Assembler::default();
+    let mut whole = None;
+    for bytes in &messages {
+        assert!(whole.is_none());
+        match decode_server(bytes, &limits).unwrap().message {
+            ServerPacket::Fragment(fragment) => whole = assembler.push(fragment, &limits).unwrap(),
+            ServerPacket::Control(message) => panic!("{message:?}"),
+        }
+    }
+    let bytes = whole.unwrap();
+    let head = UpdateHead::peek(&bytes).unwrap();
+    assert_eq!((head.number, head.pose_seq, head.digest, head.clears), (1 << 40, 3, 0xfeed, true));
+    assert!(decode_update(&bytes, &limits).unwrap() == update());
+}
+
+#[test]
+fn fragments_out_of_sequence_are_refused() {
+    let limits = Limits::default();
+    let fragment = |update, offset, length| Fragment { update, total_bytes: 100, offset, bytes: vec![0; length] };
+    let refused = [
+        vec![fragment(1, 10, 10)],
+        vec![fragment(1, 0, 10), fragment(1, 0, 10)],
+        vec![fragment(1, 0, 10), fragment(1, 20, 10)],
+        vec![fragment(1, 0, 10), fragment(2, 10, 10)],
+        vec![fragment(1, 0, 10), fragment(1, 10, 91)],
+        vec![fragment(1, 0, 0)],
+    ];
+    for fragments in refused {
+        let mut assembler = Assembler::default();
+        let result: Result<Vec<_>, _> =
+            fragments.into_iter().map(|fragment| assembler.push(fragment, &limits)).collect();
+        assert!(matches!(result, Err(WireError::Fragment(_))), "{result:?}");
+    }
+    let huge = Fragment { update: 1, total_bytes: u32::MAX, offset: 0, bytes: vec![0] };
+    assert!(matches!(Assembler::default().push(huge, &limits), Err(WireError::TooLarge { .. })));
+}
+
+#[test]
+fn malformed_and_oversized_messages_are_refused_by_name() {
+    let limits = Limits::default();
+    let ping = encode_client(&Envelope { at_s: 0.0, message: ClientMessage::Ping(1) });
+    assert!(matches!(decode_client(&vec![0; 1025], &limits), Err(WireError::TooLarge { bytes: 1025, limit: 1024 })));
+    assert!(matches!(decode_server(&vec![0; 1 << 20], &limits), Err(WireError::TooLarge { .. })));
+    assert!(matches!(decode_client(&[], &limits), Err(WireError::EndsEarly(_))));
+    assert!(matches!(decode_client(&[9; 20], &limits), Err(WireError::Kind(9))));
+    assert!(matches!(decode_client(&[&ping[..], &[0]].concat(), &limits), Err(WireError::Control(_))));
+    assert!(matches!(decode_client(&ping[..ping.len() - 1], &limits), Err(WireError::Control(_))));
+    let mut timeless = ping;
+    timeless[1..9].copy_from_slice(&f64::NAN.to_le_bytes());
+    assert!(matches!(decode_client(&timeless, &limits), Err(WireError::Time)));
+    // A text that claims to be longer than everything.
+    let goodbye = Envelope { at_s: 0.0, message: ServerMessage::Goodbye { reason: "x".into() } };
+    let mut bytes = encode_server(&goodbye).remove(0);
+    bytes[13..21].copy_from_slice(&u64::MAX.to_le_bytes());
+    assert!(matches!(decode_server(&bytes, &limits), Err(WireError::Control(_))));
+}
+
+#[test]
+fn an_update_that_claims_much_is_refused() {
+    let mut bytes = encode_update(&update()).bytes;
+    bytes[33..37].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(decode_update(&bytes, &Limits::default()).is_err());
+    let limits = Limits { update_samples: 1000, ..Limits::default() };
+    assert!(matches!(decode_update(&encode_update(&update()).bytes, &limits), Err(WireError::Codec(_))));
+    let limits = Limits { update_bytes: 100, ..Limits::default() };
+    assert!(matches!(decode_update(&encode_update(&update()).bytes, &limits), Err(WireError::TooLarge { .. })));
+}
+
+/// A small update with an edit of every kind, for damage.
+fn small() -> Vec<u8> {
+    let mut edits = update().edits;
+    edits[1] = Edit::Materials(vec![Material::default()]);
+    edits[3] = Edit::Add(Box::new(patch(8, cast((24, 16), fragments))));
+    encode_update(&Update { edits, ..update() }).bytes
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_messages_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), kind in 0_u8..3) {
+        let bytes = [&[kind][..], &bytes].concat();
+        let limits = Limits::default();
+        let _ = decode_client(&bytes, &limits);
+        if let Ok(Envelope { message: ServerPacket::Fragment(fragment), .. }) = decode_server(&bytes, &limits) {
+            let _ = Assembler::default().push(fragment, &limits);
+        }
+        let _ = decode_update(&bytes, &limits);
+    }
+
+    #[test]
+    fn damaged_updates_never_panic_and_are_never_half_applied(
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        cut in any::<prop::sample::Index>(),
+        cuts in any::<bool>(),
+    ) {
+        let mut bytes = small();
+        for (place, byte) in damage {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        if cuts {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let limits = Limits { update_samples: 1 << 16, update_pixels: 1 << 18, ..Limits::default() };
+        if let Ok(update) = decode_update(&bytes, &limits) {
+            let mut held = Held::default();
+            if held.apply_within(&update, &limits).is_err() {
+                prop_assert_eq!((held.number, held.patches.len()), (0, 0));
+            }
+        }
+    }
+
+    #[test]
+    fn any_split_of_an_update_is_put_together_again(length in 1_usize..200_000) {
+        let mut update = encode_update(&Update { edits: vec![], ..update() });
+        update.bytes.resize(length, 7);
+        let mut assembler = Assembler::default();
+        let mut whole = Vec::new();
+        for bytes in split(0.0, &update) {
+            match decode_server(&bytes, &Limits::default()).unwrap().message {
+                ServerPacket::Fragment(fragment) => whole.extend(assembler.push(fragment, &Limits::default()).unwrap()),
+                ServerPacket::Control(_) => unreachable!(),
+            }
+        }
+        prop_assert_eq!(whole, vec![update.bytes]);
+    }
+}
