@@ -40,6 +40,9 @@ pub struct CornerRules {
     pub normal_cos: f32,
     /// A corner's `w` stays within this factor of its sample's, both ways: the plane of a sample seen edge-on has any slope.
     pub max_ratio: f32,
+    /// A slope of more than this many footprints a pixel is believed only where a neighbour of the same object shows it. At a
+    /// silhouette a shading normal is as good as edge-on, and its plane would stick out of the surface as a spike.
+    pub free_slope_footprints: f32,
 }
 
 impl Default for CornerRules {
@@ -52,6 +55,7 @@ impl Default for CornerRules {
             normal_cos: 0.5,
             // A floor doubles its w within a pixel only at the very horizon.
             max_ratio: 2.0,
+            free_slope_footprints: 2.0,
         }
     }
 }
@@ -76,6 +80,7 @@ pub fn planes(image: &DepthImage, camera: &Pinhole, rules: &CornerRules) -> (Vec
     let eye_from_world = camera.world_from_eye.rotation.inverse().as_quat();
     let (focal, centre) = (camera.focal_px as f32, camera.centre_px);
     let mut guarded = 0;
+    let neighbours = Neighbours::new(image);
     let planes = image.mask.occupied().enumerate().map(|(index, (x, y))| {
         let normal = octahedral_normal(image.normal[index]);
         let n = eye_from_world * normal;
@@ -83,14 +88,23 @@ pub fn planes(image: &DepthImage, camera: &Pinhole, rules: &CornerRules) -> (Vec
         let ray = Vec3::new(offset.x, offset.y, 1.0);
         let w = image.depth_scale.w(image.depth[index]);
         let facing = n.dot(ray);
-        let slope = [w * n.x / facing / focal, w * n.y / facing / focal];
+        let footprint = w / focal;
+        let limit = rules.free_slope_footprints * footprint;
+        let from_normal = [w * n.x / facing / focal, w * n.y / facing / focal];
+        let gap = rules.gap_footprints * footprint;
+        let believed = |slope: f32, step| {
+            let shown = slope.abs() <= limit || neighbours.show(image, index, (x, y), step, slope, gap);
+            // `max` and `min` rather than `clamp`, as the slope may be no number.
+            if shown { slope } else { slope.max(-limit).min(limit) }
+        };
+        let slope = [believed(from_normal[0], (1, 0)), believed(from_normal[1], (0, 1))];
         let steepest = 0.5 * (slope[0].abs() + slope[1].abs());
-        let usable = steepest.is_finite() && steepest <= w * (1.0 - 1.0 / rules.max_ratio);
+        let usable = slope == from_normal && steepest <= w * (1.0 - 1.0 / rules.max_ratio);
         guarded += usize::from(!usable);
         let cos_squared = (facing * facing / ray.length_squared()).max(1e-4);
-        let footprint = w / focal;
-        let tolerance = footprint * (rules.gap_footprints + 0.7 * rules.normal_error_rad / cos_squared)
-            + rules.depth_steps * image.depth_scale.w_step;
+        // An error of more than half of the slope would tie a surface to whatever lies behind it.
+        let slope_error = (footprint * 0.7 * rules.normal_error_rad / cos_squared).min(steepest);
+        let tolerance = footprint * rules.gap_footprints + slope_error + rules.depth_steps * image.depth_scale.w_step;
         Plane {
             w,
             slope: if steepest.is_finite() { slope } else { [0.0; 2] },
@@ -100,6 +114,47 @@ pub fn planes(image: &DepthImage, camera: &Pinhole, rules: &CornerRules) -> (Vec
         }
     });
     (planes.collect(), guarded)
+}
+
+/// The samples by pixel.
+struct Neighbours {
+    width_px: u32,
+    samples: Vec<u32>,
+}
+
+impl Neighbours {
+    fn new(image: &DepthImage) -> Neighbours {
+        let (width_px, height_px) = image.mask.size_px();
+        let mut samples = vec![u32::MAX; width_px as usize * height_px as usize];
+        for ((x, y), sample) in image.mask.occupied().zip(0..) {
+            samples[(y * width_px + x) as usize] = sample;
+        }
+        Neighbours { width_px, samples }
+    }
+
+    /// Whether the sample one `step` further or back lies on the slope, by half of it or `gap`.
+    fn show(
+        &self,
+        image: &DepthImage,
+        index: usize,
+        (x, y): (u32, u32),
+        step: (u32, u32),
+        slope: f32,
+        gap: f32,
+    ) -> bool {
+        let w = image.depth_scale.w(image.depth[index]);
+        let on_slope = |x: Option<u32>, y: Option<u32>, expected: f32| {
+            let (Some(x), Some(y)) = (x, y) else { return false };
+            let at = (x < self.width_px).then(|| self.samples.get((y * self.width_px + x) as usize)).flatten();
+            at.is_some_and(|&other| {
+                let other = other as usize;
+                image.object.get(other) == Some(&image.object[index])
+                    && (image.depth_scale.w(image.depth[other]) - expected).abs() <= gap.max(0.5 * slope.abs())
+            })
+        };
+        on_slope(x.checked_add(step.0), y.checked_add(step.1), w + slope)
+            || on_slope(x.checked_sub(step.0), y.checked_sub(step.1), w - slope)
+    }
 }
 
 impl Plane {
