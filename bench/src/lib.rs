@@ -11,12 +11,15 @@
 //! The truth is never made by the code under test: it is the full scene drawn by `server::truth`, which shares nothing with
 //! the reconstruction of the client.
 
+pub mod client_view;
 pub mod compare;
 pub mod load;
 pub mod options;
 pub mod poses;
 pub mod render;
 pub mod report;
+pub mod rng;
+pub mod sets;
 pub mod spread;
 pub mod stage;
 pub mod topic;

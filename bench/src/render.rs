@@ -11,10 +11,11 @@ use clap::Args;
 use gpu::Gpu;
 use protocol::Look;
 use serde::Serialize;
+use server::start::near_m;
 
 use crate::poses::{PoseRow, from_trace, orbit, read_stats};
 use crate::report::progress::Progress;
-use crate::stage::{Stage, load_scene, near_m, picture};
+use crate::stage::{Stage, load_scene, picture};
 use crate::{options, topic};
 
 /// Draws the truth: the full scene at given poses, by a plain renderer that shares no code with the reconstruction.

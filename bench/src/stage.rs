@@ -1,6 +1,5 @@
 //! A scene ready to be measured: loaded, on the GPU, with its truth.
 
-use anyhow::Context;
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
@@ -16,16 +15,13 @@ use crate::compare::Picture;
 /// millimetre there.
 const ANCHOR_REACH_M: f64 = 100.0;
 
-/// Loads the scene that `name` names: a file, or a built-in scene where there is no such file.
+/// Loads the scene that `name` names: a file, or a built-in scene where there is no such file, `scale` times as large.
 pub fn load_scene(name: &str, scale: f64) -> anyhow::Result<Scene> {
-    let _ = scale;
-    scene::builtin::load(name).with_context(|| format!("{name:?} is neither a file nor a built-in scene"))
-}
-
-/// Nearest distance that is drawn, in metres.
-pub fn near_m(scene: &Scene) -> f64 {
-    let share_m = scene.bounds.radius_m() * 1e-3;
-    if share_m > 0.0 { share_m.min(0.05) } else { 0.05 }
+    let scene = server::source::load(name, scale, &|_| {})?;
+    for warning in &scene.warnings {
+        tracing::warn!("{}: {warning}", scene.name);
+    }
+    Ok(scene)
 }
 
 /// A scene on the GPU at a time, and the plain renderer of its truth.

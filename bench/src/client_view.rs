@@ -1,0 +1,116 @@
+//! What a client would show of a set of images: the client's own library, drawing off screen.
+
+use std::time::Instant;
+
+use camera::Pinhole;
+use client::frame::{FrameRenderer, Options};
+use gpu::{Gpu, Readback};
+use protocol::held::{Edit, Held, Patch, PatchId, Purpose};
+use protocol::{DepthImage, Lighting, Material};
+use surface::{CornerRules, Corners, HeldSurfaces};
+
+use crate::compare::Picture;
+
+/// What a client holds, and its surfaces.
+pub struct HeldSet {
+    /// The copy.
+    pub held: Held,
+    /// On the GPU.
+    pub surfaces: HeldSurfaces,
+    /// Wall time for building the surfaces.
+    pub build_ms: f64,
+}
+
+impl HeldSet {
+    /// Holds a set of images of a still scene. `offsets` are the offset images of the same views, for
+    /// [`Corners::OffsetImage`].
+    pub fn new(
+        gpu: &Gpu,
+        images: Vec<DepthImage>,
+        (materials, lighting): (&[Material], &Lighting),
+        corners: Corners,
+        offsets: &[DepthImage],
+    ) -> anyhow::Result<HeldSet> {
+        let mut held = Held::default();
+        let mut edits = vec![Edit::Materials(materials.to_vec()), Edit::Light(Box::new(lighting.clone()))];
+        edits.extend(images.into_iter().zip(1..).map(|(image, id)| {
+            let (id, purpose) = (PatchId(id), Purpose::Eye);
+            Edit::Add(Box::new(Patch { id, purpose, capture_time_s: 0.0, objects: Vec::new(), image }))
+        }));
+        held.commit(edits, 0.0, 0)?;
+        let started = Instant::now();
+        let mut surfaces = HeldSurfaces::with_corners(gpu, corners, CornerRules::default());
+        for (index, patch) in held.patches.values().enumerate() {
+            surfaces.insert_with_offset(patch, offsets.get(index));
+        }
+        gpu.wait_idle()?;
+        let build_ms = started.elapsed().as_secs_f64() * 1000.0;
+        Ok(HeldSet { held, surfaces, build_ms })
+    }
+}
+
+/// A frame as a client shows it, with what lies behind it.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// As shown; its mask says where there was a surface before any filling.
+    pub picture: Picture,
+    /// Inverse depth in 1/m, 0 where there is no surface; a value a pixel.
+    pub w: Vec<f32>,
+    /// Wall time from encoding to the end of the GPU's work.
+    pub frame_ms: f64,
+}
+
+/// Draws frames of one size.
+pub struct ClientView {
+    gpu: Gpu,
+    frames: FrameRenderer,
+    output: wgpu::Texture,
+    output_view: wgpu::TextureView,
+}
+
+impl ClientView {
+    /// For frames of a size.
+    pub fn new(gpu: &Gpu, (width, height): (u32, u32)) -> anyhow::Result<ClientView> {
+        let format = wgpu::TextureFormat::Rgba8Unorm;
+        let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("frame"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let output_view = output.create_view(&wgpu::TextureViewDescriptor::default());
+        Ok(ClientView { gpu: gpu.clone(), frames: FrameRenderer::new(gpu, format)?, output, output_view })
+    }
+
+    /// Draws and waits; gives the wall time in ms.
+    pub fn draw(&mut self, set: &HeldSet, camera: &Pinhole, options: Options) -> anyhow::Result<f64> {
+        let started = Instant::now();
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.frames.draw(&mut encoder, (&set.surfaces, &set.held), camera, &self.output_view, options);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.frames.submitted();
+        self.gpu.wait_idle()?;
+        Ok(started.elapsed().as_secs_f64() * 1000.0)
+    }
+
+    /// Draws a frame and reads it back.
+    pub fn frame(&mut self, set: &HeldSet, camera: &Pinhole, options: Options) -> anyhow::Result<Drawn> {
+        let frame_ms = self.draw(set, camera, options)?;
+        let size_px = (camera.width_px, camera.height_px);
+        let gbuffer = self.frames.gbuffer().expect("a frame was drawn");
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut readback = Readback::default();
+        let (colour, w) = (readback.texture(&self.output, 0, size_px), readback.texture(&gbuffer.w, 0, size_px));
+        let encoded = readback.encode(&self.gpu, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        let mapped = encoded.map().wait(&self.gpu)?;
+        let w: Vec<f32> = mapped.values(w);
+        let mut picture = Picture::from_rgba(size_px.0, size_px.1, &mapped.bytes(colour));
+        picture.covered = Some(w.iter().map(|&w| w > 0.0).collect());
+        Ok(Drawn { picture, w, frame_ms })
+    }
+}

@@ -1,0 +1,245 @@
+//! Topic `reconstruction`: how well a client's surfaces stand for the scene, method by method.
+//!
+//! Seeded eyes in the region that a set of images was made for look at the scene through the client's own library; the
+//! plain renderer gives the truth. Methods differ in the images (non-redundant or conventional, of the same views) and in
+//! where the corners of a sample's quad come from (Wang et al., hybrid reconstruction, Alg. 4, and the averaged corners).
+
+mod cover;
+mod eyes;
+mod output;
+
+use anyhow::Context;
+use client::frame::Options;
+use gpu::Gpu;
+use protocol::{DepthImage, Look};
+use rayon::prelude::*;
+use server::discretize::{Discretization, Discretizer, TexelTest};
+use surface::Corners;
+
+use crate::client_view::{ClientView, HeldSet};
+use crate::compare::{Picture, Scores, flip_map, score};
+use crate::report::progress::Progress;
+use crate::report::{Bar, Report, Row};
+use crate::sets::{self, SetPlan};
+use crate::spread::{Better, Spread};
+use crate::stage::{Stage, load_scene, picture};
+use crate::topic::{Run, Topic, scene_label};
+use cover::{HeldImage, Shares, Verdict, shares, verdicts};
+use eyes::Eye;
+
+/// See the module.
+pub struct Reconstruction;
+
+/// Output where `--size` gives none.
+const OUTPUT_PX: (u32, u32) = (512, 512);
+/// Of the product's set.
+const IMAGES: usize = 4;
+const IMAGE_PX: u32 = 512;
+/// Eyes of a full and of a quick run.
+const EYES: usize = 64;
+const QUICK_EYES: usize = 6;
+/// Settings of a curve beside the product's own are seen from every fourth eye.
+const CURVE_STRIDE: usize = 4;
+const SEED: u64 = 1;
+
+/// A method at a setting.
+#[derive(Debug, Clone, Copy)]
+struct Method {
+    plan: SetPlan,
+    corners: Corners,
+    /// Every `stride`-th eye.
+    stride: usize,
+}
+
+impl Method {
+    fn name(&self) -> String {
+        let images = match self.plan.discretization {
+            Discretization::NonRedundant => "non-redundant",
+            Discretization::Conventional => "conventional",
+        };
+        let corners = match self.corners {
+            Corners::Averaged => "averaged corners",
+            Corners::OffsetImage => "offset image",
+            Corners::OwnPlane => "own plane",
+        };
+        format!("{images}, {corners}")
+    }
+
+    /// What the server and the client do by themselves: the bars are about it.
+    fn is_product(&self) -> bool {
+        let product = SetPlan { discretization: Discretization::NonRedundant, images: IMAGES, image_px: IMAGE_PX };
+        self.plan == product && self.corners == Corners::Averaged
+    }
+}
+
+/// All methods at the product's setting, then, in a full run, other sizes and counts of images with averaged corners.
+fn methods(quick: bool) -> Vec<Method> {
+    let both = [Discretization::NonRedundant, Discretization::Conventional];
+    let plan = |discretization, images, image_px| SetPlan { discretization, images, image_px };
+    let mut methods: Vec<Method> = both
+        .into_iter()
+        .flat_map(|d| [Corners::Averaged, Corners::OffsetImage, Corners::OwnPlane].map(|corners| (d, corners)))
+        .map(|(d, corners)| Method { plan: plan(d, IMAGES, IMAGE_PX), corners, stride: 1 })
+        .collect();
+    if !quick {
+        let settings = [(1, 512), (2, 512), (8, 512), (4, 256), (4, 768)];
+        methods.extend(both.into_iter().flat_map(|d| settings.map(|(images, image_px)| (d, images, image_px))).map(
+            |(d, images, image_px)| Method {
+                plan: plan(d, images, image_px),
+                corners: Corners::Averaged,
+                stride: CURVE_STRIDE,
+            },
+        ));
+    }
+    methods
+}
+
+/// What was found at one eye.
+struct Found {
+    shares: Shares,
+    scores: Scores,
+    times_ms: [f64; 3],
+    encoded_bytes: f64,
+    raw_bytes: f64,
+    samples: f64,
+}
+
+/// A frame that waits for its scores.
+struct Shown {
+    eye: usize,
+    drawn: Picture,
+    verdicts: Vec<Verdict>,
+    times_ms: [f64; 3],
+    images: Vec<DepthImage>,
+}
+
+/// Names of [`Found::times_ms`].
+const STAGES: [&str; 3] = ["images", "build", "frame"];
+
+impl Topic for Reconstruction {
+    fn name(&self) -> &'static str {
+        "reconstruction"
+    }
+
+    fn about(&self) -> &'static str {
+        "How well a client's surfaces stand for the scene: holes, cracks, false cover and leaks, picture errors, time and \
+         bytes, for each source of corners, from non-redundant and from conventional images of the same views."
+    }
+
+    fn default_scenes(&self, _quick: bool) -> Vec<String> {
+        ["urban", "birdnest", "pillars"].map(str::to_owned).to_vec()
+    }
+
+    fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+        let gpu = run.gpu(report)?.clone();
+        let size_px = run.size_px.unwrap_or(OUTPUT_PX);
+        let count = if run.quick { QUICK_EYES } else { EYES };
+        output::describe(report, size_px, count);
+        for name in &run.scenes {
+            if let Err(error) = scene(&gpu, name, size_px, count, run, report) {
+                report.rows.push(Row::failed(&scene_label(name), "all", &error));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn scene(
+    gpu: &Gpu,
+    name: &str,
+    size_px: (u32, u32),
+    count: usize,
+    run: &Run,
+    report: &mut Report,
+) -> anyhow::Result<()> {
+    let mut stage = Stage::new(gpu, load_scene(name, 1.0)?, Look::Default).with_context(|| name.to_owned())?;
+    let label = stage.scene.name.clone();
+    let mut discretizer = Discretizer::new(&stage.renderer, TexelTest::default())?;
+    let mut view = ClientView::new(gpu, size_px)?;
+    let methods = methods(run.quick);
+    let frames: usize = methods.iter().map(|method| count.div_ceil(method.stride)).sum();
+    let progress = Progress::new(format!("{label}: choosing eyes"), 2 * frames as u64);
+    let eyes = eyes::choose(&mut stage, count, size_px, SEED)?;
+    for method in methods {
+        progress.say(format!("{label}: {}", method.name()));
+        let mut shown = Vec::new();
+        for (index, eye) in eyes.iter().enumerate().step_by(method.stride) {
+            shown.push(show(gpu, &mut stage, &mut discretizer, &mut view, (index, eye), &method)?);
+            progress.step();
+        }
+        let found: Vec<(usize, Found)> = shown
+            .par_iter()
+            .map(|shown| {
+                progress.step();
+                anyhow::Ok((shown.eye, judge(shown, &eyes[shown.eye])?))
+            })
+            .collect::<anyhow::Result<_>>()?;
+        let row = output::row(&label, &method, &found);
+        if method.is_product() {
+            bars(&label, &row, report);
+            let worst = found.iter().max_by(|a, b| {
+                let flip = |found: &Found| found.scores.flip_covered.unwrap_or(0.0);
+                flip(&a.1).total_cmp(&flip(&b.1))
+            });
+            if let Some((eye, _)) = worst {
+                let shown = shown.iter().find(|shown| shown.eye == *eye).expect("it was shown");
+                output::picture_of(shown, &eyes[*eye], &label, run, report)?;
+            }
+        }
+        report.rows.push(row);
+    }
+    output::plots(&label, run, report)
+}
+
+fn show(
+    gpu: &Gpu,
+    stage: &mut Stage,
+    discretizer: &mut Discretizer,
+    view: &mut ClientView,
+    (index, eye): (usize, &Eye),
+    method: &Method,
+) -> anyhow::Result<Shown> {
+    stage.show(0.0, eye.middle.translation)?;
+    let (views, precision) = sets::planned(&stage.scene, eye.middle, &eye.output, &method.plan);
+    let set = sets::make(stage, discretizer, &views, method.plan.discretization, precision)?;
+    let offsets = if method.corners == Corners::OffsetImage {
+        let views = sets::offset_views(&views);
+        sets::make(stage, discretizer, &views, method.plan.discretization, precision)?.images
+    } else {
+        Vec::new()
+    };
+    let look = (stage.renderer.materials(), &stage.lighting);
+    let held = HeldSet::new(gpu, set.images.clone(), look, method.corners, &offsets)?;
+    let drawn = view.frame(&held, &eye.output, Options::default())?;
+    let images: Vec<HeldImage> = set.images.iter().map(HeldImage::new).collect();
+    Ok(Shown {
+        eye: index,
+        verdicts: verdicts(&eye.truth, &drawn.w, &eye.output, &images),
+        drawn: drawn.picture,
+        times_ms: [set.images_ms, held.build_ms, drawn.frame_ms],
+        images: [set.images, offsets].concat(),
+    })
+}
+
+fn judge(shown: &Shown, eye: &Eye) -> anyhow::Result<Found> {
+    Ok(Found {
+        shares: shares(&shown.verdicts, &eye.truth).context("an eye that sees nothing")?,
+        scores: score(&shown.drawn, &picture(&eye.truth), None)?,
+        times_ms: shown.times_ms,
+        encoded_bytes: sets::encoded(&shown.images).iter().map(Vec::len).sum::<usize>() as f64,
+        raw_bytes: shown.images.iter().map(DepthImage::raw_bytes).sum::<usize>() as f64,
+        samples: shown.images.iter().map(DepthImage::sample_count).sum::<usize>() as f64,
+    })
+}
+
+/// Mean holes, false cover and FLIP that the product must keep.
+fn bars(label: &str, row: &Row, report: &mut Report) {
+    let false_cover = if label == "birdnest" { 0.015 } else { 0.008 };
+    let bars =
+        [("holes_share", 0.003, "share"), ("false_cover_share", false_cover, "share"), ("flip_covered", 0.06, "")];
+    for (name, at_most, unit) in bars {
+        let found = row.error.get(name).map(|spread| spread.mean);
+        let what = format!("{label}: {}, mean", name.trim_end_matches("_share").replace('_', " "));
+        report.bars.push(Bar::at_most(what, at_most, found, unit));
+    }
+}
