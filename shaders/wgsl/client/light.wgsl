@@ -35,6 +35,10 @@ fn light(@builtin(position) position: vec4f) -> Lit {
     if (material.flags & MATERIAL_DOUBLE_SIDED) != 0u && dot(normal, p_world_axes) > 0.0 {
         normal = -normal;
     }
-    let shown = shade(linear_from_srgb(base.rgb), normal, p_world_axes, material, lighting);
+    var arriving = lighting.ambient;
+    for (var index = 0u; index < lighting.light_count; index++) {
+        arriving += diffuse_light(lighting.lights[index], lighting.burley, normal, p_world_axes);
+    }
+    let shown = shade_lit(linear_from_srgb(base.rgb), arriving, material);
     return Lit(vec4f(shown, 1.0), inverse_depth);
 }

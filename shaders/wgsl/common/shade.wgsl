@@ -1,6 +1,6 @@
 // The look, as `protocol::Lighting` states it: shown = sRGB(1 - exp(-c)) with
 // c = emissive + base * (ambient + sum of E * n.l * f / pi), where E is a light's irradiance on a facing surface and f is 1
-// (Lambert) or Burley's diffuse factor. The light pass of the client and the truth renderer both call `shade`.
+// (Lambert) or Burley's diffuse factor. The light pass of the client and the truth renderer both call `shade_lit`.
 // All vectors have the world's axes; positions are relative to the output eye.
 #import "common/srgb.wgsl"
 
@@ -118,13 +118,4 @@ fn shade_lit(base_linear: vec3f, light: vec3f, material: Material) -> vec3f {
         return srgb_from_linear(base_linear);
     }
     return shown_from_light(material.emissive + base_linear * light);
-}
-
-// The same with the sum inside, for few fragments: it copies `lighting`, six times slower on a software rasterizer.
-fn shade(base_linear: vec3f, normal: vec3f, position: vec3f, material: Material, lighting: Lighting) -> vec3f {
-    var light = lighting.ambient;
-    for (var index = 0u; index < min(lighting.light_count, MAX_LIGHTS); index++) {
-        light += diffuse_light(lighting.lights[index], lighting.burley, normal, position);
-    }
-    return shade_lit(base_linear, light, material);
 }
