@@ -88,6 +88,19 @@ pub struct DepthScale {
 }
 
 impl DepthScale {
+    /// The scale of samples with inverse depths in `[w_min, w_max]`, for a viewer within `region_m` of the image's eye whose
+    /// output has the focal length `focal_px`.
+    ///
+    /// An eye that moves `r` parallel to the image sees a sample shift by `f r w` pixels, so an error of `dw` shows as
+    /// `f r dw`, the same at every depth. A step of `epsilon_px / (f r)` keeps it within half of `epsilon_px`, for rounding
+    /// errs by half a step. Never finer than 16 bits allow; no step at all where all depths are one.
+    pub fn for_view(epsilon_px: f64, focal_px: f64, region_m: f64, w_min: f32, w_max: f32) -> DepthScale {
+        let finest = (w_max - w_min) / f32::from(u16::MAX);
+        let wanted = (epsilon_px / (focal_px * region_m)) as f32;
+        let w_step = if wanted.is_finite() { wanted.max(finest) } else { finest };
+        DepthScale { w_min, w_step: if w_max > w_min { w_step } else { 0.0 } }
+    }
+
     /// The inverse depth of a code, in 1/m.
     pub fn w(&self, code: u16) -> f32 {
         self.w_min + f32::from(code) * self.w_step
@@ -169,4 +182,20 @@ fn quantize(value: f32) -> u8 {
 fn fold(p: glam::Vec2) -> glam::Vec2 {
     let sign = glam::Vec2::new(1.0_f32.copysign(p.x), 1.0_f32.copysign(p.y));
     (glam::Vec2::ONE - glam::Vec2::new(p.y.abs(), p.x.abs())) * sign
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_depth_step_bounds_the_shift() {
+        let scale = DepthScale::for_view(0.1, 443.0, 1.0, 0.01, 1.0);
+        for w in [0.01_f32, 0.2, 0.77777, 1.0] {
+            let shift_px = 443.0 * (scale.w(scale.code(w)) - w).abs();
+            assert!(shift_px <= 0.0501, "{shift_px} at {w}");
+        }
+        assert_eq!(DepthScale::for_view(0.1, 443.0, 1.0, 0.5, 0.5).w_step, 0.0);
+        assert_eq!(DepthScale::for_view(0.1, 443.0, 1e9, 0.0, 1.0).code(1.0), u16::MAX);
+    }
 }

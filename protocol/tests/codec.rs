@@ -1,5 +1,7 @@
 //! The codec gives back what went in, is small, and takes any bytes without a panic.
 
+#![allow(clippy::unwrap_used, reason = "a test that unwraps fails, as it should")]
+
 mod common;
 
 use camera::{Camera, Pinhole, Rigid};

@@ -1,5 +1,7 @@
 //! The held copy: applied as a whole or not at all, the same at both ends.
 
+#![allow(clippy::unwrap_used, reason = "a test that unwraps fails, as it should")]
+
 mod common;
 
 use common::{cast, fragments, patch};

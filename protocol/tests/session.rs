@@ -1,5 +1,7 @@
 //! Both ends of a session on virtual time, with an emulated network between them.
 
+#![allow(clippy::unwrap_used, reason = "a test that unwraps fails, as it should")]
+
 mod common;
 
 use std::collections::VecDeque;

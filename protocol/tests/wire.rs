@@ -1,5 +1,7 @@
 //! Messages come back as they went in; malformed and oversized ones are refused by name.
 
+#![allow(clippy::unwrap_used, reason = "a test that unwraps fails, as it should")]
+
 mod common;
 
 use camera::Rigid;

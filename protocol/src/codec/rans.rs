@@ -79,7 +79,7 @@ impl SymbolWriter {
                 words.push(state as u16);
                 state >>= 16;
             }
-            state = (state / frequency << SCALE_BITS) + state % frequency + start;
+            state = ((state / frequency) << SCALE_BITS) + state % frequency + start;
         }
         words.extend([state as u16, (state >> 16) as u16]);
         words.iter().rev().flat_map(|word| word.to_le_bytes()).collect()
