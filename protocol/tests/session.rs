@@ -162,7 +162,7 @@ impl Pair {
 /// An update of some twenty kilobytes under a new id.
 fn add(pair: &Pair) -> Vec<Edit> {
     let id = pair.server_held.number as u32 + 1;
-    let image = cast((96, 96), |x, y| (x * 31 + y * 17 + id * 7) % 5 > 0);
+    let image = cast((96, 96), |x, y| !(x * 31 + y * 17 + id * 7).is_multiple_of(5));
     vec![Edit::Add(Box::new(patch(id, image)))]
 }
 
@@ -175,7 +175,7 @@ fn poses_go_up_updates_come_down_and_are_acknowledged() {
     let mut pair = Pair::new("rtt=40,jitter=20,mbit=20");
     pair.run(3.0, |pair| {
         pair.client.set_pose(pose(pair.now_s), [1.0, 0.0, 0.0], pair.now_s);
-        if (pair.now_s * 1000.0).round() as u64 % 100 == 0 && pair.server.can_send_update() {
+        if ((pair.now_s * 1000.0).round() as u64).is_multiple_of(100) && pair.server.can_send_update() {
             let edits = add(pair);
             pair.send(edits);
         }
@@ -249,7 +249,7 @@ fn a_slow_decoder_holds_the_server_back() {
 fn a_broken_copy_begins_anew_while_the_old_one_stays() {
     let mut pair = Pair::new("rtt=40,jitter=10");
     pair.run(1.0, |pair| {
-        if (pair.now_s * 1000.0).round() as u64 % 50 == 0 && pair.server.can_send_update() {
+        if ((pair.now_s * 1000.0).round() as u64).is_multiple_of(50) && pair.server.can_send_update() {
             let edits = add(pair);
             pair.send(edits);
         }
@@ -259,7 +259,7 @@ fn a_broken_copy_begins_anew_while_the_old_one_stays() {
     assert!(held > 5);
     pair.run(1.0, |pair| {
         assert!(pair.restarts > 0 || pair.client_held.patches.len() >= held, "nothing is dropped before");
-        if (pair.now_s * 1000.0).round() as u64 % 50 == 0 && pair.server.can_send_update() {
+        if ((pair.now_s * 1000.0).round() as u64).is_multiple_of(50) && pair.server.can_send_update() {
             let edits = add(pair);
             pair.send(edits);
         }
@@ -407,7 +407,7 @@ fn virtual_run(link: &str, batch: usize) -> Vec<(u64, f64, f64)> {
     for frame in 1..=60_u32 {
         let now_s = f64::from(frame) / 30.0;
         client.set_pose(pose(now_s), [1.0, 0.0, 0.0], now_s);
-        if frame as usize % batch == 0 {
+        if (frame as usize).is_multiple_of(batch) {
             client.advance(now_s);
         }
         while let Some(bytes) = client.poll_transmit_stamped(|at_s, bytes| up.deliver(at_s, bytes)) {
