@@ -20,7 +20,7 @@ pub struct Config {
     pub discretization: Discretization,
     /// Images a set, 1 to [`Config::MAX_IMAGES`].
     pub images: usize,
-    /// Width and height of an image in pixels, within [`Config::IMAGE_SIZES_PX`].
+    /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
     pub image_size_px: u32,
     /// How colour is shown.
     pub look: Look,

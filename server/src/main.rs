@@ -1,5 +1,6 @@
 //! `vantage-server`: renders a scene as depth images and streams their samples to viewers.
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -24,8 +25,14 @@ fn main() -> ExitCode {
         scene::builtin::names().for_each(|name| println!("{name}"));
         return ExitCode::SUCCESS;
     }
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info,wgpu=error,naga=error"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_target(false).with_writer(std::io::stderr).init();
+    let filter = EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| EnvFilter::new("info,wgpu=error,wgpu_core=error,wgpu_hal=off,naga=error"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_target(false)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_writer(std::io::stderr)
+        .init();
     let config = match options.config() {
         Ok(config) => config,
         Err(message) => {

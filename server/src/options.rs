@@ -34,7 +34,7 @@ pub struct Options {
     /// Images a set
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
     pub images: u64,
-    /// Width and height of an image in pixels
+    /// An image has as many pixels as a square of this side, in the shape of the view
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(
         i64::from(*Config::IMAGE_SIZES_PX.start())..=i64::from(*Config::IMAGE_SIZES_PX.end())))]
     pub image_size: u32,

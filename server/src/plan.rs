@@ -30,6 +30,10 @@ const MAX_HALF_FIELD_RAD: f64 = 1.08;
 const REPLACE_AT: f64 = 0.5;
 /// A still viewer's set is made anew when it was made for a region or a field this many times larger than needed.
 const SETTLE_AT: f64 = 1.5;
+/// Images are not longer than this many times their width, whatever the view's shape.
+const MAX_ASPECT: f64 = 4.0;
+/// Sides of images are whole multiples of this.
+const SIZE_STEP_PX: f64 = 4.0;
 /// How far a sample may be shifted on the screen by the coding of its depth, anywhere in the region.
 const PARALLAX_ERROR_PX: f64 = 0.1;
 /// Turns of less than this do not make a set anew, whatever the field.
@@ -40,7 +44,7 @@ const LEAST_TURN_RAD: f64 = 0.01;
 pub struct Rules {
     /// Images a set.
     pub images: usize,
-    /// Width and height of an image.
+    /// An image has as many pixels as a square of this side.
     pub image_size_px: u32,
     /// Seconds between two ticks of a session.
     pub update_interval_s: f64,
@@ -107,8 +111,10 @@ pub struct Coverage {
     pub world_from_eye: Rigid,
     /// The region's radius.
     pub radius_m: f64,
-    /// Tangent of the half field of the images, which are square.
-    pub half_field: f64,
+    /// Tangents of the images' half fields along x and y.
+    pub half_field: DVec2,
+    /// Width and height of an image.
+    pub image_size_px: (u32, u32),
     /// The output it was made for.
     pub view: ViewSize,
     /// Scene time of the capture.
@@ -151,14 +157,30 @@ fn wanted_coverage(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s
     let exposed_s = viewer.round_trip_s + rules.update_interval_s;
     let radius_m = (predicted.speed_m_s * exposed_s + rules.margin_m).min(rules.max_radius_m());
     let turn_rad = TURN_MARGIN_RAD + predicted.turn_rad_s * exposed_s;
-    let widen = |half: f64| (half.atan() + turn_rad).min(MAX_HALF_FIELD_RAD).max(half.atan()).tan();
+    let (image_size_px, half_field) = field(rules, half_view(viewer.view), turn_rad);
     Coverage {
         world_from_eye: predicted.world_from_eye,
         radius_m,
-        half_field: widen(half_view(viewer.view).max_element()),
+        half_field,
+        image_size_px,
         view: viewer.view,
         scene_time_s: now_s,
     }
+}
+
+/// Size and half fields of images that cover a view and turns of `turn_rad` around it. The size depends on the view alone,
+/// so that the GPU's targets serve every set; its shape is that of a resting viewer's field, so that no row is wasted.
+fn field(rules: &Rules, half_view: DVec2, turn_rad: f64) -> ((u32, u32), DVec2) {
+    let widen = |half: f64, turn_rad: f64| (half.atan() + turn_rad).min(MAX_HALF_FIELD_RAD).max(half.atan()).tan();
+    let widened = |turn_rad: f64| DVec2::new(widen(half_view.x, turn_rad), widen(half_view.y, turn_rad));
+    let rest = widened(TURN_MARGIN_RAD);
+    let aspect = (rest.x / rest.y).clamp(1.0 / MAX_ASPECT, MAX_ASPECT);
+    let whole = |size_px: f64| ((size_px / SIZE_STEP_PX).round() * SIZE_STEP_PX).max(SIZE_STEP_PX);
+    let side_px = f64::from(rules.image_size_px);
+    let width_px = whole(side_px * aspect.sqrt());
+    let size_px = DVec2::new(width_px, whole(side_px * side_px / width_px));
+    let focal_px = (size_px / 2.0 / widened(turn_rad)).min_element();
+    ((size_px.x as u32, size_px.y as u32), size_px / 2.0 / focal_px)
 }
 
 fn reason(rules: &Rules, held: Option<&Coverage>, wanted: &Coverage, predicted: &Prediction) -> Option<Reason> {
@@ -186,7 +208,7 @@ fn turned_out(held: &Coverage, wanted: &Coverage) -> bool {
     let half = half_view(wanted.view);
     let inside = |corner: DVec2| {
         let ray = held_from_wanted * (half * corner).extend(1.0);
-        ray.z > 0.0 && ray.truncate().abs().max_element() <= held.half_field * ray.z
+        ray.z > 0.0 && ray.truncate().abs().cmple(held.half_field * ray.z).all()
     };
     let corners = [DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0), DVec2::ONE];
     turn_rad > LEAST_TURN_RAD && !corners.into_iter().all(inside)
@@ -194,7 +216,7 @@ fn turned_out(held: &Coverage, wanted: &Coverage) -> bool {
 
 /// Whether the held set spends its samples on much more than is wanted.
 fn is_loose(held: &Coverage, wanted: &Coverage) -> bool {
-    held.radius_m > SETTLE_AT * wanted.radius_m || held.half_field > SETTLE_AT * wanted.half_field
+    held.radius_m > SETTLE_AT * wanted.radius_m || held.half_field.x > SETTLE_AT * wanted.half_field.x
 }
 
 /// Tangents of the half fields of an output along x and y.
@@ -205,12 +227,14 @@ fn half_view(view: ViewSize) -> DVec2 {
 
 /// The cameras of a set: the middle of the region, then a ring on its rim, across the view, where motion uncovers most.
 pub fn region_views(coverage: &Coverage, rules: &Rules) -> Vec<Pinhole> {
+    let (width_px, height_px) = coverage.image_size_px;
+    let centre_px = DVec2::new(width_px.into(), height_px.into()) / 2.0;
     let middle = Pinhole {
         world_from_eye: coverage.world_from_eye,
-        width_px: rules.image_size_px,
-        height_px: rules.image_size_px,
-        focal_px: f64::from(rules.image_size_px) / 2.0 / coverage.half_field,
-        centre_px: DVec2::splat(f64::from(rules.image_size_px) / 2.0),
+        width_px,
+        height_px,
+        focal_px: centre_px.x / coverage.half_field.x,
+        centre_px,
         near_m: rules.near_m,
     };
     let ring = rules.images.saturating_sub(1);
@@ -303,10 +327,13 @@ mod tests {
         let coverage = first(&viewer(), 0.0);
         let views = region_views(&coverage, &RULES);
         assert_eq!(views.len(), 4);
-        let half_x = (1.047_f64 / 2.0).tan() * 640.0 / 360.0;
+        let half = half_view(VIEW);
         for view in &views {
             assert!(view.is_valid());
-            assert!(256.0 / view.focal_px >= half_x, "the field must be wider than the view");
+            let half_field = view.centre_px / view.focal_px;
+            assert!(half_field.cmpgt(half).all() && half_field.cmplt(half * 1.5).all(), "{half_field} for {half}");
+            let pixels = f64::from(view.width_px * view.height_px);
+            assert!((pixels / (512.0 * 512.0) - 1.0).abs() < 0.02, "{pixels} pixels");
         }
         for rim in &views[1..] {
             let offset = rim.world_from_eye.translation - views[0].world_from_eye.translation;

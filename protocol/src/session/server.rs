@@ -238,10 +238,11 @@ impl ServerSession {
         check_view(&view)?;
         self.view = Some(view);
         self.state = State::Open;
+        let begun_at_s = if clock == Clock::Virtual { at_s } else { now_s };
         if clock == Clock::Virtual {
             self.advanced_to_s = at_s;
         }
-        self.say(ServerMessage::Welcome(self.config.welcome.clone()), now_s);
+        self.say(ServerMessage::Welcome(self.config.welcome.clone()), begun_at_s);
         self.events.push_back(ServerEvent::Opened);
         Ok(())
     }
