@@ -43,6 +43,11 @@ pub struct CornerRules {
     /// A slope of more than this many footprints a pixel is believed only where a neighbour of the same object shows it. At a
     /// silhouette a shading normal is as good as edge-on, and its plane would stick out of the surface as a spike.
     pub free_slope_footprints: f32,
+    /// Where a surface ends before a farther one, its corners draw back by this share of a pixel. Its rim lies anywhere within
+    /// the pixel, and where several images show it the farthest one out is what is seen.
+    pub rim_px: f32,
+    /// The same where the image has no sample beside it: the sky, or a surface that another image holds.
+    pub open_rim_px: f32,
 }
 
 impl Default for CornerRules {
@@ -56,6 +61,8 @@ impl Default for CornerRules {
             // A floor doubles its w within a pixel only at the very horizon.
             max_ratio: 2.0,
             free_slope_footprints: 2.0,
+            rim_px: 0.2,
+            open_rim_px: 0.0,
         }
     }
 }
@@ -179,6 +186,8 @@ pub struct Corner {
     pub w: [f32; 4],
     /// The lowest index of the sample's group.
     pub group: [u8; 4],
+    /// How far the corner lies beside the pixels' own, in pixels; the same within a group.
+    pub shift_px: [[f32; 2]; 4],
 }
 
 /// Groups and averages the predictions of the samples around a corner. Samples are one surface when a chain of pairs links
@@ -193,18 +202,49 @@ pub fn averaged(around: [Option<&Plane>; 4], rules: &CornerRules) -> Corner {
             group.iter_mut().filter(|member| **member == high).for_each(|member| *member = low);
         }
     }
-    let mut mean = w;
+    let mut corner = Corner { w, group, shift_px: [[0.0; 2]; 4] };
     for (index, member) in group.iter().enumerate() {
         let members = || (0..4).filter(|&other| group[other] == *member && around[other].is_some());
-        let count = members().count().max(1);
-        mean[index] = members().map(|other| w[other]).sum::<f32>() / count as f32;
+        let count = members().count().max(1) as f32;
+        corner.w[index] = members().map(|other| w[other]).sum::<f32>() / count;
     }
-    Corner { w: mean, group }
+    draw_back(&mut corner, around, rules);
+    corner
+}
+
+/// Draws the corners of a surface that ends here back from what is behind it, along its own mean plane.
+fn draw_back(corner: &mut Corner, around: [Option<&Plane>; 4], rules: &CornerRules) {
+    let whole = *corner;
+    for index in 0..4 {
+        let Some(own) = around[index] else { continue };
+        let others = (0..4).filter(|&other| around[other].is_none() || whole.group[other] != whole.group[index]);
+        let rim = others.fold(0.0_f32, |rim, other| match around[other] {
+            None => rim.max(rules.open_rim_px),
+            Some(_) if whole.w[other] < whole.w[index] - own.tolerance => rim.max(rules.rim_px),
+            Some(_) => rim,
+        });
+        if rim == 0.0 {
+            continue;
+        }
+        let members = (0..4).filter(|&other| whole.group[other] == whole.group[index]);
+        let (mut towards, mut slope, mut count) = ([0.0; 2], [0.0; 2], 0.0);
+        for (member, plane) in members.filter_map(|member| Some((member, around[member]?))) {
+            towards[0] += if member % 2 == 0 { -1.0 } else { 1.0 };
+            towards[1] += if member < 2 { -1.0 } else { 1.0 };
+            slope[0] += plane.slope[0];
+            slope[1] += plane.slope[1];
+            count += 1.0;
+        }
+        let shift = towards.map(|sum| rim * sum / count);
+        corner.shift_px[index] = shift;
+        let w = whole.w[index] + (shift[0] * slope[0] + shift[1] * slope[1]) / count;
+        corner.w[index] = w.clamp(own.w / rules.max_ratio, own.w * rules.max_ratio);
+    }
 }
 
 /// Every sample by its own plane; nothing is shared.
 pub fn own_plane(around: [Option<&Plane>; 4], rules: &CornerRules) -> Corner {
-    Corner { w: predictions(around, rules), group: [0, 1, 2, 3] }
+    Corner { w: predictions(around, rules), group: [0, 1, 2, 3], shift_px: [[0.0; 2]; 4] }
 }
 
 /// The offset image's sample at the corner, `(object, w)`, for every sample that no discontinuity separates from it.

@@ -166,7 +166,9 @@ impl<'a> Builder<'a> {
             }
             if owner != NONE {
                 // The last sample of the group; where this is its top left corner, that is sample 3, which only comes last.
-                self.vertices.push(self.vertex(u_px, v_px, corner.w[first], owner as usize, &mean));
+                let [right, down] = corner.shift_px[first];
+                let vertex = self.vertex(u_px + right, v_px + down, corner.w[first], owner as usize, &mean);
+                self.vertices.push(vertex);
             }
         }
     }
