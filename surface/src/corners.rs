@@ -61,7 +61,10 @@ impl Default for CornerRules {
             // A floor doubles its w within a pixel only at the very horizon.
             max_ratio: 2.0,
             free_slope_footprints: 2.0,
+            // Four 512 x 512 images: from 0 to 0.2 false cover falls from 1.18 to 0.72 % (urban) and from 4.9 to 2.3 % (bird's
+            // nest), and FLIP with it; holes grow by 0.04 and 0.25 %. At 0.3 FLIP grows again.
             rim_px: 0.2,
+            // Drawing back here too opens seams between images: on pillars 0.1 nearly triples the holes.
             open_rim_px: 0.0,
         }
     }
@@ -267,4 +270,53 @@ fn predictions(around: [Option<&Plane>; 4], rules: &CornerRules) -> [f32; 4] {
         let (sample_is_left, sample_is_above) = (index % 2 == 0, index < 2);
         around[index].map_or(0.0, |plane| plane.at_corner(sample_is_left, sample_is_above, rules))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(w: f32, slope: f32, object: u16) -> Plane {
+        Plane { w, slope: [slope, 0.0], tolerance: 0.01, normal: Vec3::Z, object }
+    }
+
+    #[test]
+    fn one_surface_shares_its_corner_and_another_does_not() {
+        let (near, far) = (plane(1.0, 0.0, 1), plane(0.5, 0.0, 1));
+        let corner = averaged([Some(&near), Some(&near), Some(&near), Some(&far)], &CornerRules::default());
+        assert_eq!(corner.group, [0, 0, 0, 3]);
+        assert_eq!(corner.w[..3], [1.0; 3]);
+        assert_eq!(corner.w[3], 0.5);
+    }
+
+    #[test]
+    fn objects_do_not_share_corners() {
+        let (one, other) = (plane(1.0, 0.0, 1), plane(1.0, 0.0, 2));
+        let corner = averaged([Some(&one), Some(&other), None, None], &CornerRules::default());
+        assert_eq!(corner.group[..2], [0, 1]);
+        assert_eq!(corner.shift_px[..2], [[0.0; 2]; 2], "neither is behind the other");
+    }
+
+    #[test]
+    fn a_rim_draws_back_from_what_is_behind_it_and_only_from_that() {
+        let rules = CornerRules { rim_px: 0.2, open_rim_px: 0.0, ..CornerRules::default() };
+        let (near, far) = (plane(1.0, 0.1, 1), plane(0.5, 0.0, 2));
+        // The near surface is on the left, above and below.
+        let corner = averaged([Some(&near), Some(&far), Some(&near), Some(&far)], &rules);
+        assert_eq!(corner.shift_px, [[-0.2, 0.0], [0.0; 2], [-0.2, 0.0], [0.0; 2]]);
+        // Half a pixel to the right of the centre, less what it drew back, along the slope.
+        assert!((corner.w[0] - (1.0 + 0.3 * 0.1)).abs() < 1e-6 && corner.w[0] == corner.w[2]);
+        let open = averaged([Some(&near), None, Some(&near), None], &rules);
+        assert_eq!(open.shift_px, [[0.0; 2]; 4]);
+    }
+
+    #[test]
+    fn the_offset_image_counts_where_no_discontinuity_lies_between() {
+        let rules = CornerRules::default();
+        let (near, far) = (plane(1.0, 0.0, 1), plane(0.5, 0.0, 1));
+        let corner = from_offset_image([Some(&near), Some(&far), Some(&near), None], Some((1, 1.005)), &rules);
+        assert_eq!((corner.w[0], corner.w[1], corner.w[2]), (1.005, 0.5, 1.005));
+        assert_eq!((corner.group[0], corner.group[2]), (0, 0));
+        assert_eq!(from_offset_image([Some(&near), None, None, None], None, &rules).w[0], 1.0);
+    }
 }
