@@ -42,6 +42,17 @@ pub fn authority(url: &str) -> &str {
     rest.split(['/', '?']).next().unwrap_or(rest)
 }
 
+/// Resolves the server of an address that [`websocket_url`] made.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn socket_addr(url: &str) -> std::io::Result<std::net::SocketAddr> {
+    use std::net::ToSocketAddrs;
+    let authority = authority(url);
+    // `[::1]` and `host` have no port; `[::1]:80` and `host:80` do.
+    let after_host = authority.rsplit(']').next().unwrap_or(authority);
+    let with_port = if after_host.contains(':') { authority.to_owned() } else { format!("{authority}:80") };
+    with_port.to_socket_addrs()?.next().ok_or_else(|| std::io::Error::other(format!("{authority} has no address")))
+}
+
 /// The same address at another `HOST:PORT`.
 pub fn with_authority(url: &str, new_authority: &str) -> String {
     url.replacen(authority(url), new_authority, 1)

@@ -123,6 +123,14 @@ impl Connection {
         matches!(self.state, State::Working { .. })
     }
 
+    /// The server's own reason, where that was the last thing to end a session.
+    pub fn goodbye(&self) -> Option<&str> {
+        match &self.ended {
+            Some(Ended::Goodbye(reason)) => Some(reason),
+            _ => None,
+        }
+    }
+
     /// What a person should know, or `None` while all is well.
     pub fn status(&self, now_s: f64) -> Option<String> {
         let address = &self.address;

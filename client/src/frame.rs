@@ -93,9 +93,34 @@ impl FrameRenderer {
         output: &TextureView,
         options: Options,
     ) {
+        self.draw_surfaces(encoder, surfaces, camera, options);
+        self.draw_light(encoder, held, camera, output, options);
+    }
+
+    /// The first half of [`FrameRenderer::draw`]: the surfaces, without light.
+    pub fn draw_surfaces(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        camera: &Pinhole,
+        options: Options,
+    ) {
         let targets = self.targets.take().filter(|targets| targets.size_px() == (camera.width_px, camera.height_px));
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (camera.width_px, camera.height_px)));
         self.surface.encode(encoder, surfaces, camera, options.smoothing, &targets.gbuffer);
+        self.targets = Some(targets);
+    }
+
+    /// The second half of [`FrameRenderer::draw`]: light, fill and output of the surfaces drawn last.
+    pub fn draw_light(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        held: &Held,
+        camera: &Pinhole,
+        output: &TextureView,
+        options: Options,
+    ) {
+        let targets = self.targets.take().expect("surfaces are drawn first");
         self.light.encode(encoder, &targets.gbuffer, held, camera, &targets.lit);
         if options.fill {
             self.fill.encode(encoder, &targets.lit, &targets.pyramid);

@@ -1,12 +1,13 @@
 //! The thin client, native and in the browser.
 //!
-//! - [`frame`]: from what is held to the picture: surface, `light`, `fill`, present, `coverage`.
 //! - [`viewer`]: everything between the socket and the picture, without either.
+//! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
 //! - [`address`]: a server's address as people type it.
-//! - Natively, `socket`: the websocket.
+//! - Natively: `socket`, the websocket, and `pump`, its loop; `window`, the viewer's window; `headless`, the viewer along a
+//!   camera trace.
 
 pub mod address;
 pub mod connection;
@@ -15,8 +16,15 @@ mod coverage;
 mod fill;
 pub mod frame;
 mod fullscreen;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod headless;
 mod light;
 pub mod panel;
+pub mod picture;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod pump;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod socket;
 pub mod viewer;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod window;

@@ -4,12 +4,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
+use network::{Link, Proxy};
 use tokio::runtime::{Handle, Runtime};
 use tokio::sync::mpsc;
 use tokio::task::AbortHandle;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{Error, Message};
 
+use crate::address;
 use crate::viewer::SocketEvent;
 
 /// Messages in either direction that wait at most. Fragments are 32 KiB, so 2 MiB; then the socket's own flow control holds.
@@ -32,8 +34,13 @@ impl Sockets {
         Ok(Sockets { runtime: Some(runtime) })
     }
 
-    /// For other work on the same thread.
-    pub fn handle(&self) -> &Handle {
+    /// Puts an emulated network before the server of an address that [`address::websocket_url`] made.
+    pub fn start_proxy(&self, url: &str, link: Link) -> std::io::Result<Proxy> {
+        let target = address::socket_addr(url)?;
+        self.handle().block_on(Proxy::start(([127, 0, 0, 1], 0).into(), target, link))
+    }
+
+    fn handle(&self) -> &Handle {
         self.runtime.as_ref().expect("the runtime lives as long as this does").handle()
     }
 

@@ -88,6 +88,7 @@ pub struct Viewer {
     scene_clock: Option<SceneClock>,
     trips: RoundTrips,
     last_pose: Option<(Rigid, f64)>,
+    advanced_to_s: f64,
     bytes: u64,
     updates: u64,
     counters: Counters,
@@ -124,6 +125,7 @@ impl Viewer {
             scene_clock: None,
             trips: RoundTrips::default(),
             last_pose: None,
+            advanced_to_s: f64::NEG_INFINITY,
             bytes: 0,
             updates: 0,
             counters: Counters::default(),
@@ -175,10 +177,16 @@ impl Viewer {
         }
     }
 
+    /// Virtual clock: the server has run up to this time.
+    pub fn advanced_to_s(&self) -> f64 {
+        self.advanced_to_s
+    }
+
     fn begin_session(&mut self, now_s: f64) {
         self.session_number += 1;
         self.session = Some(ClientSession::new(ClientConfig::new(self.clock, self.view), now_s));
         self.trips = RoundTrips::default();
+        self.advanced_to_s = f64::NEG_INFINITY;
         self.bytes = 0;
         self.updates = 0;
     }
@@ -195,7 +203,7 @@ impl Viewer {
                     self.last_pose = None;
                 }
                 ClientEvent::Update(update) => self.decoder.push(self.session_number, update),
-                ClientEvent::Advanced { .. } => {}
+                ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
             }
         }
         self.trips.sent(session.pose_seq(), now_s);
@@ -365,6 +373,11 @@ impl Viewer {
     /// What a person should know, or `None` while all is well.
     pub fn status(&self, now_s: f64) -> Option<String> {
         self.connection.status(now_s)
+    }
+
+    /// The server's own reason, where that was the last thing to end a session.
+    pub fn goodbye(&self) -> Option<&str> {
+        self.connection.goodbye()
     }
 
     /// Tries to connect now instead of waiting.

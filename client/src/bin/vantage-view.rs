@@ -1,0 +1,289 @@
+//! `vantage-view`: the native viewer, with a window or, with `--headless`, along a camera trace.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+use client::headless::{self, HeadlessError, Way};
+use client::picture::PictureOptions;
+use client::window::{self, Renderer, WindowError};
+use gpu::GpuError;
+use network::Link;
+use protocol::message::Clock;
+use surface::Corners;
+use vantage_client as client;
+
+/// No adapter: `EX_UNAVAILABLE` of sysexits.h.
+const EXIT_NO_ADAPTER: u8 = 69;
+const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\n\
+    Keys: W A S D or arrows move, Q E down and up, Shift is faster, R back to the start, M walks or turns, P hides the panel.";
+
+/// Looks around in the scene of a Vantage server.
+#[derive(Debug, Parser)]
+#[command(name = "vantage-view", version, after_help = EXIT_CODES)]
+struct Arguments {
+    /// The server: ws://HOST:PORT, HOST:PORT, or with a path and a token ws://HOST:PORT/ws?token=...
+    #[arg(long, default_value = "ws://127.0.0.1:8080")]
+    server: String,
+    /// Width and height of the picture [default: 1280x720; headless: 640x360]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<(u32, u32)>,
+    /// Vertical field of view in degrees
+    #[arg(long, default_value_t = 60.0, value_parser = field_of_view)]
+    fov_y_deg: f64,
+    /// Which graphics interface the window uses
+    #[arg(long, value_enum, default_value_t)]
+    renderer: RendererName,
+    /// Where the corners of a sample's quad come from
+    #[arg(long, value_enum, default_value_t)]
+    corners: CornersName,
+    /// Leave what no sample covers empty instead of filling it
+    #[arg(long)]
+    no_fill: bool,
+    /// Show what no sample covers in magenta
+    #[arg(long)]
+    mark_uncovered: bool,
+    /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS, each as needed
+    #[arg(long, value_name = "LINK")]
+    network: Option<Link>,
+    /// Without a window: follow --trace, write pictures and stats.json to --out
+    #[arg(long, requires = "trace", requires = "out")]
+    headless: bool,
+    /// A camera trace (lines of: px py pz rx ry rz t_ms), or auto for an orbit that frames the scene
+    #[arg(long, value_name = "FILE", requires = "headless")]
+    trace: Option<PathBuf>,
+    /// Folder for frame_00000.png and so on, and stats.json
+    #[arg(long, value_name = "DIR", requires = "headless")]
+    out: Option<PathBuf>,
+    /// Real time, or time that advances in lock-step with the server, which must run with --clock virtual too
+    #[arg(long, value_enum, default_value_t, requires = "headless")]
+    clock: ClockName,
+    /// Pictures a second of the trace's time
+    #[arg(long, default_value_t = 60.0, value_parser = rate, requires = "headless")]
+    fps: f64,
+    /// How many pictures [default: the whole trace]
+    #[arg(long, requires = "headless")]
+    frames: Option<usize>,
+    /// Hold the first picture until the first update has arrived; with "false" the first pictures may be empty
+    #[arg(long, default_value_t = true, action = clap::ArgAction::Set, requires = "headless")]
+    warm_up: bool,
+    /// Seed of the emulated network's jitter on the virtual clock
+    #[arg(long, default_value_t = 1, requires = "headless")]
+    seed: u64,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum RendererName {
+    /// The best there is.
+    #[default]
+    Auto,
+    Vulkan,
+    Metal,
+    Dx12,
+    Gl,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum CornersName {
+    /// Neighbours' planes, averaged within a surface.
+    #[default]
+    Averaged,
+    /// A second image, offset by half a pixel (only where the server sends one).
+    Offset,
+    /// Each sample's own plane.
+    OwnPlane,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum ClockName {
+    /// Real time.
+    #[default]
+    Wall,
+    /// Lock-step with the server.
+    Virtual,
+}
+
+impl Arguments {
+    fn picture(&self) -> PictureOptions {
+        let mut options = PictureOptions::default();
+        options.corners = match self.corners {
+            CornersName::Averaged => Corners::Averaged,
+            CornersName::Offset => Corners::OffsetImage,
+            CornersName::OwnPlane => Corners::OwnPlane,
+        };
+        options.frame.fill = !self.no_fill;
+        options.frame.mark_uncovered = self.mark_uncovered;
+        options
+    }
+
+    fn window(&self) -> window::Options {
+        window::Options {
+            server: self.server.clone(),
+            size_px: self.size.unwrap_or((1280, 720)),
+            fov_y_rad: self.fov_y_deg.to_radians(),
+            renderer: match self.renderer {
+                RendererName::Auto => Renderer::Auto,
+                RendererName::Vulkan => Renderer::Vulkan,
+                RendererName::Metal => Renderer::Metal,
+                RendererName::Dx12 => Renderer::Dx12,
+                RendererName::Gl => Renderer::Gl,
+            },
+            picture: self.picture(),
+            link: self.network,
+        }
+    }
+
+    fn headless(&self, way: Way) -> headless::Options {
+        let mut options = headless::Options::new(self.server.clone(), way);
+        options.out.clone_from(&self.out);
+        options.size_px = self.size.unwrap_or(options.size_px);
+        options.fov_y_rad = self.fov_y_deg.to_radians();
+        options.clock = match self.clock {
+            ClockName::Wall => Clock::Wall,
+            ClockName::Virtual => Clock::Virtual,
+        };
+        options.fps = self.fps;
+        options.frames = self.frames;
+        options.link = self.network;
+        options.seed = self.seed;
+        options.warm_up = self.warm_up;
+        options.picture = self.picture();
+        options
+    }
+}
+
+fn main() -> ExitCode {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| "warn,wgpu_hal=error,wgpu_core=error".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let arguments = Arguments::parse();
+    let result = if arguments.headless { run_headless(&arguments) } else { run_window(&arguments) };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("vantage-view: {error:#}");
+            ExitCode::from(if is_without_adapter(&error) { EXIT_NO_ADAPTER } else { 1 })
+        }
+    }
+}
+
+fn is_without_adapter(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(HeadlessError::Gpu(GpuError::NoAdapter)))
+        || matches!(error.downcast_ref(), Some(WindowError::Gpu(GpuError::NoAdapter)))
+}
+
+fn run_window(arguments: &Arguments) -> anyhow::Result<()> {
+    Ok(window::run(arguments.window())?)
+}
+
+fn run_headless(arguments: &Arguments) -> anyhow::Result<()> {
+    let trace = arguments.trace.as_deref().expect("the command line requires it");
+    let way = if trace.as_os_str() == "auto" {
+        Way::Auto
+    } else {
+        let text = std::fs::read_to_string(trace).map_err(|error| anyhow::anyhow!("{}: {error}", trace.display()))?;
+        let trace = camera::Trace::parse(&text).map_err(|error| anyhow::anyhow!("{}: {error}", trace.display()))?;
+        Way::Trace(trace)
+    };
+    let options = arguments.headless(way);
+    let gpu = gpu::Gpu::block_on(gpu::Gpu::new_headless()).map_err(HeadlessError::from)?;
+    let bar = indicatif::ProgressBar::no_length();
+    bar.set_style(indicatif::ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {msg}")?);
+    bar.set_message("connecting");
+    bar.tick();
+    let summary = headless::run_on(&gpu, &options, &mut |drawn| {
+        bar.set_length(drawn.of as u64);
+        bar.set_position(drawn.row.frame as u64 + 1);
+        bar.set_message(format!("{:.1} % uncovered", drawn.row.uncovered_share * 100.0));
+    })?;
+    bar.finish_and_clear();
+    print_summary(&summary, options.out.as_deref());
+    Ok(())
+}
+
+/// A few lines for a person; `stats.json` has the rest.
+fn print_summary(summary: &headless::Summary, out: Option<&std::path::Path>) {
+    let median = |value: fn(&headless::FrameRow) -> Option<f64>| {
+        let mut values: Vec<f64> = summary.frames.iter().filter_map(value).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).map_or("-".to_owned(), |value| format!("{value:.1}"))
+    };
+    let header = &summary.header;
+    println!(
+        "{} pictures of {} at {}x{} on {}, {} updates, {} bytes",
+        summary.frames.len(),
+        header.scene,
+        header.width_px,
+        header.height_px,
+        header.adapter,
+        header.updates,
+        summary.frames.last().map_or(0, |row| row.bytes_received),
+    );
+    println!(
+        "medians: frame {} ms, surface {} ms, light {} ms, age {} ms, round trip {} ms",
+        median(|row| Some(row.ms.frame)),
+        median(|row| Some(row.ms.surface)),
+        median(|row| Some(row.ms.light)),
+        median(|row| row.age_ms),
+        median(|row| row.round_trip_ms),
+    );
+    if let Some(out) = out {
+        println!("written to {}", out.display());
+    }
+}
+
+/// `WxH`, each 1 to 8192.
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    parsed
+        .filter(|(width, height)| (1..=8192).contains(width) && (1..=8192).contains(height))
+        .ok_or_else(|| "write it as 1280x720, at most 8192 each".to_owned())
+}
+
+fn field_of_view(text: &str) -> Result<f64, String> {
+    in_range(text, 1.0, 170.0)
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    in_range(text, 0.1, 1000.0)
+}
+
+fn in_range(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("a number from {least} to {most}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn a_headless_run_needs_a_trace_and_a_folder() {
+        let parse = |line: &str| Arguments::try_parse_from(line.split_whitespace());
+        assert!(parse("vantage-view --headless --trace auto --out here").is_ok());
+        assert!(parse("vantage-view --headless --trace auto").is_err());
+        assert!(parse("vantage-view --headless --out here").is_err());
+        assert!(parse("vantage-view --trace auto").is_err());
+        let run =
+            parse("vantage-view --headless --trace auto --out here --clock virtual --warm-up false --network rtt=500");
+        let options = run.expect("sound").headless(Way::Auto);
+        assert_eq!((options.clock, options.warm_up), (Clock::Virtual, false));
+        assert_eq!(options.link.map(|link| link.rtt_s), Some(0.5));
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for wrong in ["--size 640", "--size 0x10", "--fov-y-deg 180", "--network rtt=x", "--server"] {
+            let line = format!("vantage-view {wrong}");
+            assert!(Arguments::try_parse_from(line.split_whitespace()).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! A run in real time.
+
+use std::sync::Arc;
+
+use protocol::Limits;
+use protocol::message::Clock;
+
+use super::stage::{Moment, Stage};
+use super::{Drawn, FrameRow, HeadlessError, Options, Poses, view};
+use crate::pump::Pump;
+use crate::socket::Sockets;
+use crate::viewer::{Decoder, Viewer};
+
+/// While waiting for a picture, seconds between two looks.
+const LOOK_INTERVAL_S: f64 = 0.01;
+
+pub(super) fn run(
+    options: &Options,
+    sockets: &Sockets,
+    url: &str,
+    stage: &mut Stage,
+    on_frame: &mut dyn FnMut(&Drawn<'_>),
+) -> Result<Vec<FrameRow>, HeadlessError> {
+    let decoder = Decoder::on_thread(Limits::default(), Arc::new(|| {})).map_err(HeadlessError::Thread)?;
+    let mut viewer = Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0);
+    let mut pump = Pump::new(sockets, url, Arc::new(|| {}));
+    wait(options, &mut pump, &mut viewer, stage, Viewer::is_open)?;
+    let welcome = viewer.welcome().expect("an open session was welcomed").clone();
+    let poses = Poses::new(options, &welcome);
+    if options.warm_up {
+        viewer.set_pose(poses.at(0), pump.now_s());
+        wait(options, &mut pump, &mut viewer, stage, Viewer::has_picture)?;
+    }
+    let begin_s = pump.now_s();
+    let mut rows = Vec::with_capacity(poses.count);
+    for frame in 0..poses.count {
+        pump.turn_until(&mut viewer, begin_s + poses.t_s(frame));
+        let frame_begin_s = pump.now_s();
+        let world_from_eye = poses.at(frame);
+        viewer.set_pose(world_from_eye, frame_begin_s);
+        pump.turn(&mut viewer);
+        stage.take_in(&mut viewer, frame_begin_s);
+        pump.turn(&mut viewer);
+        let drawn = stage.draw(&mut viewer, &view(options, world_from_eye, &welcome))?;
+        let now_s = pump.now_s();
+        let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms: (now_s - frame_begin_s) * 1e3 };
+        rows.push(stage.record(&mut viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
+    }
+    Ok(rows)
+}
+
+/// Turns until `done`, or fails with what the viewer says is wrong. Reconnects meanwhile, as a person's viewer would.
+fn wait(
+    options: &Options,
+    pump: &mut Pump<'_>,
+    viewer: &mut Viewer,
+    stage: &mut Stage,
+    done: fn(&Viewer) -> bool,
+) -> Result<(), HeadlessError> {
+    let give_up_s = pump.now_s() + options.patience_s;
+    loop {
+        pump.turn(viewer);
+        stage.take_in(viewer, pump.now_s());
+        if done(viewer) {
+            return Ok(());
+        }
+        if pump.now_s() > give_up_s {
+            let status = viewer.status(pump.now_s()).unwrap_or_else(|| "no picture came".to_owned());
+            return Err(HeadlessError::Server(format!("gave up after {} s: {status}", options.patience_s)));
+        }
+        pump.turn_until(viewer, pump.now_s() + LOOK_INTERVAL_S);
+    }
+}

@@ -1,0 +1,197 @@
+// The web client in headless Chromium, once on WebGPU and once on WebGL2, against a real server.
+//
+//   VANTAGE_SERVER_BIN   the server's binary
+//   VANTAGE_WEB_DIR      the built web client
+//   VANTAGE_SHOTS        folder for screenshots [default: shots]
+//   node run.mjs [webgpu|webgl2]...
+//
+// Prints a line a test, then "N passed, N failed, N skipped", and exits with 1 where one failed.
+import assert from 'node:assert/strict';
+import { mkdir } from 'node:fs/promises';
+import { join } from 'node:path';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { openPage } from './lib/browser.mjs';
+import { canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
+import { freePort, startServer } from './lib/server.mjs';
+
+// A closed room with columns: every pixel of the true picture shows a surface.
+const SCENE = 'pillars';
+// Software drawing stalls for seconds at times: every wait has room, and every assertion is on content.
+const PATIENCE_MS = 120_000;
+
+const bin = process.env.VANTAGE_SERVER_BIN;
+const web = process.env.VANTAGE_WEB_DIR;
+const shots = process.env.VANTAGE_SHOTS ?? 'shots';
+
+/** Waits until `ready(window.vantage)` is true, and returns that state. */
+async function until(page, what, ready) {
+  const giveUp = Date.now() + PATIENCE_MS;
+  let state;
+  for (;;) {
+    state = await page.evaluate(() => JSON.parse(JSON.stringify(window.vantage ?? null)));
+    if (state && ready(state)) return state;
+    if (Date.now() > giveUp) throw new Error(`waited in vain for ${what}; last: ${JSON.stringify(state)}`);
+    await sleep(100);
+  }
+}
+
+/** Waits until nothing was drawn for a while: the scene stands still and everything sent is shown. */
+async function settled(page) {
+  let state = await until(page, 'a picture', (now) => now.picture);
+  for (;;) {
+    await sleep(1500);
+    const next = await until(page, 'a picture', (now) => now.picture);
+    if (next.frames === state.frames && next.updates === state.updates) return next;
+    state = next;
+  }
+}
+
+const panel = (page, id) => page.locator(`#${id}`).textContent();
+const far = (a, b) => Math.hypot(...a.position.map((x, i) => x - b.position[i]));
+const turned = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.quaternion.reduce((s, x, i) => s + x * b.quaternion[i], 0))));
+
+/** One browser, one server, every test on it in order. */
+function tests(renderer) {
+  const at = {};
+  return [
+    ['shows the first picture', async () => {
+      at.port = await freePort();
+      at.server = await startServer({ bin, web, port: at.port, scene: SCENE, log: at.log });
+      Object.assign(at, await openPage(renderer, at.log));
+      await at.page.goto(`${at.server.origin}/?renderer=${renderer}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+      const state = await settled(at.page);
+      assert.equal(state.renderer, renderer);
+      assert.equal(state.status, '');
+      assert.ok(state.samples > 10_000, `${state.samples} samples`);
+      at.first = await canvasPixels(at.page, join(shots, `${renderer}-1-first.png`));
+      await at.page.screenshot({ path: join(shots, `${renderer}-1-page.png`) });
+      assert.ok(contrast(at.first) > 50, `the canvas is nearly blank: contrast ${contrast(at.first)}`);
+      assert.ok(colours(at.first) >= 8, `only ${colours(at.first)} colours`);
+    }],
+    ['covers a closed room', async () => {
+      const state = await until(at.page, 'the share of uncovered pixels', (now) => now.uncovered !== null);
+      assert.ok(state.uncovered < 0.05, `${state.uncovered} of the picture is uncovered`);
+    }],
+    ['fills the panel', async () => {
+      await until(at.page, 'the figures', (now) => now.stats.samples > 0);
+      await sleep(600);
+      assert.match(await panel(at.page, 'samples'), /^\d/);
+      assert.match(await panel(at.page, 'uncovered'), /^\d/);
+      assert.match(await panel(at.page, 'round-trip'), /^\d/);
+      assert.equal(await panel(at.page, 'renderer'), renderer === 'webgpu' ? 'WebGPU' : 'WebGL2');
+      assert.equal(await panel(at.page, 'scene'), SCENE);
+      assert.ok(await at.page.locator('#loading').isHidden());
+      assert.ok(await at.page.locator('#status').isHidden());
+    }],
+    ['turns by dragging', async () => {
+      const before = await settled(at.page);
+      await at.page.mouse.move(320, 220);
+      await at.page.mouse.down();
+      await at.page.mouse.move(400, 220, { steps: 4 });
+      await at.page.mouse.up();
+      const after = await until(at.page, 'a turn', (now) => turned(before.pose, now.pose) > 0.1);
+      assert.ok(after.frames > before.frames);
+      await settled(at.page);
+      at.turned = await canvasPixels(at.page, join(shots, `${renderer}-2-turned.png`));
+      assert.ok(difference(at.first, at.turned) > 0.1, 'the picture hardly changed');
+      assert.ok(contrast(at.turned) > 50, 'the canvas is nearly blank');
+    }],
+    ['moves by keys, and the panel changes', async () => {
+      const before = await settled(at.page);
+      await at.page.locator('#view').focus();
+      await at.page.keyboard.down('KeyS');
+      await until(at.page, 'a step back', (now) => far(before.pose, now.pose) > 0.5);
+      await at.page.keyboard.up('KeyS');
+      const after = await settled(at.page);
+      assert.ok(after.updates > before.updates, 'new samples came');
+      assert.notEqual(after.samples, before.samples, 'other samples are held');
+      assert.ok(after.uncovered < 0.2, `${after.uncovered} of the picture is uncovered`);
+      const moved = await canvasPixels(at.page, join(shots, `${renderer}-3-moved.png`));
+      assert.ok(difference(at.turned, moved) > 0.05, 'the picture hardly changed');
+    }],
+    ['opens the help', async () => {
+      await at.page.keyboard.press('KeyH');
+      assert.ok(await at.page.locator('#help').isVisible());
+      await at.page.screenshot({ path: join(shots, `${renderer}-4-help.png`) });
+      await at.page.keyboard.press('Escape');
+      assert.ok(await at.page.locator('#help').isHidden());
+    }],
+    ['survives a restart of the server', async () => {
+      const before = await settled(at.page);
+      await at.server.stop('SIGKILL');
+      const lost = await until(at.page, 'the status', (now) => now.status !== '');
+      assert.match(lost.status, /lost|cannot reach|connecting|closed the connection/);
+      await at.page.locator('#status').waitFor({ state: 'visible' });
+      await at.page.screenshot({ path: join(shots, `${renderer}-5-lost.png`) });
+      assert.ok(lost.picture && lost.samples === before.samples, 'the old picture stays');
+      at.server = await startServer({ bin, web, port: at.port, scene: SCENE, log: at.log });
+      await until(at.page, 'a new session with a picture', (now) => now.connected && now.status === '' && now.updates > 0);
+      const after = await settled(at.page);
+      assert.ok(far(before.pose, after.pose) < 1e-6, 'the eye stays where it was');
+      const again = await canvasPixels(at.page, join(shots, `${renderer}-6-again.png`));
+      assert.ok(contrast(again) > 50, 'the canvas is nearly blank');
+      assert.ok(await at.page.locator('#status').isHidden());
+    }],
+    ['makes a new device when one is lost', async () => {
+      const before = await settled(at.page);
+      await at.page.evaluate(() => window.vantage.lose_device());
+      await until(at.page, 'a new device', (now) => now.device_losses === 1 && now.renderer === renderer && now.status === '');
+      await until(at.page, 'a picture on it', (now) => now.frames > before.frames);
+      await settled(at.page);
+      const again = await canvasPixels(at.page, join(shots, `${renderer}-7-new-device.png`));
+      assert.ok(contrast(again) > 50, 'the canvas is nearly blank');
+      await at.page.mouse.move(320, 220);
+      await at.page.mouse.down();
+      await at.page.mouse.move(260, 220, { steps: 3 });
+      await at.page.mouse.up();
+      await until(at.page, 'the new canvas to listen', (now) => turned(before.pose, now.pose) > 0.05);
+    }],
+    ['said nothing wrong in the console', async () => {
+      const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))
+        // The browser itself reports the sockets that the restart broke.
+        .filter((line) => !/WebSocket connection|ERR_CONNECTION_REFUSED|favicon/.test(line));
+      assert.deepEqual(wrong, []);
+    }],
+  ].map(([name, run]) => ({ name: `${renderer}: ${name}`, run, at }));
+}
+
+async function runAll(renderer, tally) {
+  const all = tests(renderer);
+  const { at } = all[0];
+  at.lines = [];
+  at.log = (line) => at.lines.push(line);
+  let broken = false;
+  for (const { name, run } of all) {
+    const begin = Date.now();
+    if (broken) {
+      tally.failed += 1;
+      console.log(`FAILED  ${name}: not reached`);
+      continue;
+    }
+    try {
+      await run();
+      tally.passed += 1;
+      console.log(`ok      ${name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
+    } catch (error) {
+      tally.failed += 1;
+      console.log(`FAILED  ${name}: ${error.stack ?? error}`);
+      await at.page?.screenshot({ path: join(shots, `${renderer}-failed.png`) }).catch(() => {});
+      console.log(at.lines.slice(-40).map((line) => `        ${line}`).join('\n'));
+      // Without a page that shows something the rest says nothing.
+      broken = name === all[0].name;
+    }
+  }
+  await at.close?.().catch((error) => console.log(`closing the browser: ${error.message}`));
+  await at.server?.stop();
+}
+
+const tally = { passed: 0, failed: 0 };
+if (!bin || !web) {
+  console.error('VANTAGE_SERVER_BIN and VANTAGE_WEB_DIR must name the server and the built web client');
+  process.exit(2);
+}
+await mkdir(shots, { recursive: true });
+const asked = process.argv.slice(2);
+for (const renderer of asked.length > 0 ? asked : ['webgpu', 'webgl2']) await runAll(renderer, tally);
+console.log(`${tally.passed} passed, ${tally.failed} failed, 0 skipped`);
+process.exit(tally.failed > 0 ? 1 : 0);

@@ -1,0 +1,406 @@
+//! The viewer's life on the page: start, frames, a lost device, and what tests look at.
+
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use camera::Rigid;
+use client::controls::{Controls, Mode};
+use client::viewer::{Decoder, SocketCommand, Viewer};
+use glam::DVec2;
+use protocol::Limits;
+use protocol::message::{Clock, ViewSize};
+use wasm_bindgen::JsCast;
+use wasm_bindgen::prelude::*;
+
+use crate::input::{self, Action};
+use crate::page::{self, Page};
+use crate::screen::{Renderer, Screen};
+use crate::socket::Socket;
+
+/// Vertical field of view.
+const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
+/// Applying updates stops a frame for no longer than this, in seconds, or for one update.
+const APPLY_BUDGET_S: f64 = 0.008;
+/// Seconds between two changes of the figures: readable, and cheap.
+const PANEL_INTERVAL_S: f64 = 0.25;
+/// Milliseconds between two turns of the network while the page is hidden and draws nothing.
+const HIDDEN_INTERVAL_MS: i32 = 1000;
+/// Devices lost in a row after which another interface is tried, and after which nothing more is.
+const LOSSES_BEFORE_CHANGE: u32 = 3;
+const LOSSES_BEFORE_GIVING_UP: u32 = 6;
+
+thread_local! {
+    static APP: RefCell<Option<Rc<RefCell<App>>>> = const { RefCell::new(None) };
+}
+
+/// What the address asks for.
+struct Wishes {
+    url: String,
+    renderer: Option<Renderer>,
+}
+
+struct App {
+    page: Page,
+    url: String,
+    socket: Option<Socket>,
+    viewer: Viewer,
+    scene: String,
+    controls: Option<Controls>,
+    actions: Rc<RefCell<VecDeque<Action>>>,
+    /// `None` while a lost device is being replaced.
+    screen: Option<Screen>,
+    wished: Option<Renderer>,
+    losses: u32,
+    loss_asked: bool,
+    drawn: Drawn,
+    panel_at_s: f64,
+    advanced_at_s: f64,
+    /// The page's own trouble, beside the connection's.
+    trouble: Option<String>,
+}
+
+/// The last picture.
+#[derive(Default)]
+struct Drawn {
+    pose: Option<Rigid>,
+    /// Something else than the pose changed.
+    stale: bool,
+    picture: bool,
+    uncovered: Option<f64>,
+}
+
+/// Starts everything; fails with words for a person.
+pub async fn start() -> Result<(), String> {
+    let wishes = wishes()?;
+    let screen = open_screen(wishes.renderer, true).await?;
+    let (width_px, height_px) = screen.size_px();
+    let view = ViewSize { width_px, height_px, fov_y_rad: FOV_Y_RAD };
+    let decoder = Decoder::inline(Limits::default());
+    let app = App {
+        page: Page::new()?,
+        viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s()),
+        url: wishes.url,
+        socket: None,
+        scene: String::new(),
+        controls: None,
+        actions: Rc::default(),
+        screen: Some(screen),
+        wished: wishes.renderer,
+        losses: 0,
+        loss_asked: false,
+        drawn: Drawn { stale: true, ..Drawn::default() },
+        panel_at_s: f64::NEG_INFINITY,
+        advanced_at_s: now_s(),
+        trouble: None,
+    };
+    let sink = app.sink();
+    input::listen_to_page(&sink)?;
+    app.listen_to_canvas();
+    let app = Rc::new(RefCell::new(app));
+    APP.set(Some(Rc::clone(&app)));
+    keep_turning(&app)?;
+    run_frames(app)
+}
+
+fn wishes() -> Result<Wishes, String> {
+    let location = web_sys::window().ok_or("the viewer runs in a page")?.location();
+    let part = |part: Result<String, JsValue>| part.map_err(|_| "the page has no address".to_owned());
+    let query = web_sys::UrlSearchParams::new_with_str(&part(location.search())?)
+        .map_err(|_| "the page's address cannot be read".to_owned())?;
+    let renderer = match query.get("renderer").as_deref() {
+        None => None,
+        Some("webgpu") => Some(Renderer::WebGpu),
+        Some("webgl2") => Some(Renderer::WebGl2),
+        Some(other) => return Err(format!("?renderer={other}: use webgpu or webgl2")),
+    };
+    let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
+    let url = match query.get("server") {
+        Some(server) if server.contains("://") => server,
+        Some(server) => format!("{scheme}://{server}/ws"),
+        None => {
+            let token = query.get("token").map(|token| String::from(js_sys::encode_uri_component(&token)));
+            let token = token.map_or_else(String::new, |token| format!("?token={token}"));
+            format!("{scheme}://{}/ws{token}", part(location.host())?)
+        }
+    };
+    Ok(Wishes { url, renderer })
+}
+
+/// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
+async fn open_screen(wished: Option<Renderer>, first: bool) -> Result<Screen, String> {
+    let candidates: &[Renderer] = match wished {
+        Some(Renderer::WebGpu) => &[Renderer::WebGpu],
+        Some(Renderer::WebGl2) => &[Renderer::WebGl2],
+        None if wgpu::util::is_browser_webgpu_supported().await => &[Renderer::WebGpu, Renderer::WebGl2],
+        None => &[Renderer::WebGl2],
+    };
+    let mut fresh = first;
+    let mut refused = Vec::new();
+    for &renderer in candidates {
+        let canvas = if fresh { page::canvas()? } else { page::fresh_canvas()? };
+        fresh = false;
+        match Screen::open(canvas, renderer).await {
+            Ok(screen) => return Ok(screen),
+            Err(why) => refused.push(format!("{}: {why}", renderer.name())),
+        }
+    }
+    Err(format!("this browser gives no graphics device ({})", refused.join("; ")))
+}
+
+/// Calls itself with every picture that the browser shows.
+fn run_frames(app: Rc<RefCell<App>>) -> Result<(), String> {
+    let next: Rc<RefCell<Option<Closure<dyn FnMut()>>>> = Rc::default();
+    let again = Rc::clone(&next);
+    *next.borrow_mut() = Some(Closure::new(move || {
+        App::frame(&app);
+        // The window outlives its callbacks.
+        let _ = request_frame(again.borrow().as_ref());
+    }));
+    let first = next.borrow();
+    request_frame(first.as_ref())
+}
+
+fn request_frame(callback: Option<&Closure<dyn FnMut()>>) -> Result<(), String> {
+    let (Some(window), Some(callback)) = (web_sys::window(), callback) else { return Ok(()) };
+    let requested = window.request_animation_frame(callback.as_ref().unchecked_ref());
+    requested.map(|_| ()).map_err(|_| "the browser shows no frames".to_owned())
+}
+
+/// Keeps the session alive while the page is hidden.
+fn keep_turning(app: &Rc<RefCell<App>>) -> Result<(), String> {
+    let app = Rc::clone(app);
+    let turn = Closure::<dyn FnMut()>::new(move || {
+        if page::document().hidden() {
+            app.borrow_mut().turn(now_s());
+        }
+    });
+    let window = web_sys::window().ok_or("the viewer runs in a page")?;
+    window
+        .set_interval_with_callback_and_timeout_and_arguments_0(turn.as_ref().unchecked_ref(), HIDDEN_INTERVAL_MS)
+        .map_err(|_| "the browser has no timer".to_owned())?;
+    turn.forget();
+    Ok(())
+}
+
+fn now_s() -> f64 {
+    thread_local!(static BEGIN: Cell<Option<web_time::Instant>> = const { Cell::new(None) });
+    let now = web_time::Instant::now();
+    let begin = BEGIN.get().unwrap_or(now);
+    BEGIN.set(Some(begin));
+    (now - begin).as_secs_f64()
+}
+
+impl App {
+    fn sink(&self) -> Rc<dyn Fn(Action)> {
+        let actions = Rc::clone(&self.actions);
+        Rc::new(move |action| actions.borrow_mut().push_back(action))
+    }
+
+    fn listen_to_canvas(&self) {
+        if let Some(screen) = &self.screen {
+            input::listen_to_canvas(&screen.canvas, &self.sink());
+        }
+    }
+
+    fn frame(app: &Rc<RefCell<App>>) {
+        let mut this = app.borrow_mut();
+        let now_s = now_s();
+        this.act();
+        this.turn(now_s);
+        this.move_eye(now_s);
+        if let Err(why) = this.draw(now_s) {
+            this.screen = None;
+            this.losses += 1;
+            this.trouble = Some(format!("the graphics device was lost ({why}); making a new one"));
+            wasm_bindgen_futures::spawn_local(App::recover(Rc::clone(app)));
+        }
+        if now_s - this.panel_at_s >= PANEL_INTERVAL_S {
+            this.panel_at_s = now_s;
+            this.show_panel(now_s);
+        }
+    }
+
+    /// What the person did since the last frame.
+    fn act(&mut self) {
+        let actions = std::mem::take(&mut *self.actions.borrow_mut());
+        for action in actions {
+            match (action, &mut self.controls) {
+                (Action::Move(input), Some(controls)) => controls.handle(input),
+                (Action::SwitchMode, Some(controls)) => {
+                    controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
+                }
+                (Action::Restart, _) => self.controls = self.start_controls(),
+                (Action::Shown, _) => {
+                    self.drawn.stale = true;
+                    self.viewer.retry_now(now_s());
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The network's part: what came, what is decoded, what is to be sent.
+    fn turn(&mut self, now_s: f64) {
+        while let Some(event) = self.socket.as_ref().and_then(Socket::try_event) {
+            self.viewer.handle(event, now_s);
+        }
+        let changed = match &mut self.screen {
+            Some(screen) => self.viewer.advance(&mut screen.picture, now_s, APPLY_BUDGET_S),
+            None => false,
+        };
+        self.drawn.stale |= changed;
+        while let Some(command) = self.viewer.poll_socket(now_s) {
+            match command {
+                SocketCommand::Send(bytes) => {
+                    if let Some(socket) = &self.socket {
+                        socket.send(&bytes);
+                    }
+                }
+                SocketCommand::Close => self.socket = None,
+                SocketCommand::Open => self.open_socket(now_s),
+            }
+        }
+        if let Some(welcome) = self.viewer.welcome()
+            && (self.controls.is_none() || welcome.scene_name != self.scene)
+        {
+            // A restarted server with the same scene leaves the eye where it is.
+            self.scene.clone_from(&welcome.scene_name);
+            self.controls = self.start_controls();
+        }
+    }
+
+    fn open_socket(&mut self, now_s: f64) {
+        match Socket::open(&self.url) {
+            Ok(socket) => self.socket = Some(socket),
+            Err(why) => self.viewer.handle(client::viewer::SocketEvent::Closed(why), now_s),
+        }
+    }
+
+    fn start_controls(&self) -> Option<Controls> {
+        let welcome = self.viewer.welcome()?;
+        let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
+        Some(Controls::new(welcome.start_world_from_eye, welcome.walk, min, max))
+    }
+
+    fn move_eye(&mut self, now_s: f64) {
+        let dt_s = now_s - std::mem::replace(&mut self.advanced_at_s, now_s);
+        let Some(screen) = &mut self.screen else { return };
+        if screen.fit() {
+            let (width_px, height_px) = screen.size_px();
+            self.viewer.set_view(ViewSize { width_px, height_px, fov_y_rad: FOV_Y_RAD }, now_s);
+            self.drawn.stale = true;
+        }
+        let Some(controls) = &mut self.controls else { return };
+        let size = (screen.canvas.client_width(), screen.canvas.client_height());
+        controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), FOV_Y_RAD);
+        controls.advance(dt_s);
+        self.viewer.set_pose(controls.pose(), now_s);
+    }
+
+    /// Draws where something changed.
+    fn draw(&mut self, now_s: f64) -> Result<(), String> {
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        screen.gpu.check().map_err(|error| error.to_string())?;
+        if std::mem::take(&mut self.loss_asked) {
+            screen.gpu.device.destroy();
+            return Err("on purpose".to_owned());
+        }
+        if let Some(share) = screen.picture.uncovered_share() {
+            self.drawn.uncovered = Some(share);
+            self.viewer.set_uncovered_share(share);
+        }
+        let pose = self.controls.as_ref().map(Controls::pose);
+        if !self.drawn.stale && pose == self.drawn.pose {
+            // Counting the last picture's pixels ends only when the device is asked.
+            screen.gpu.poll();
+            return Ok(());
+        }
+        let near_m = self.viewer.welcome().map_or(0.1, |welcome| welcome.near_m);
+        if screen.show(self.viewer.held(), pose.unwrap_or(Rigid::IDENTITY), FOV_Y_RAD, near_m)? {
+            self.viewer.drawn(now_s, None, None);
+            self.drawn.picture |= self.viewer.has_picture();
+            self.drawn.pose = pose;
+            self.drawn.stale = false;
+        }
+        Ok(())
+    }
+
+    /// Makes a new device after one was lost.
+    async fn recover(app: Rc<RefCell<App>>) {
+        let (losses, wished) = {
+            let this = app.borrow();
+            (this.losses, this.wished)
+        };
+        if losses > LOSSES_BEFORE_GIVING_UP {
+            app.borrow_mut().trouble = Some("the graphics device is lost again and again; reload the page".to_owned());
+            return;
+        }
+        let wished = if losses > LOSSES_BEFORE_CHANGE { Some(Renderer::WebGl2) } else { wished };
+        let opened = open_screen(wished, false).await;
+        let mut this = app.borrow_mut();
+        match opened {
+            Ok(mut screen) => {
+                screen.picture.rebuild(this.viewer.held());
+                this.screen = Some(screen);
+                this.listen_to_canvas();
+                this.drawn.stale = true;
+                this.trouble = None;
+            }
+            Err(why) => this.trouble = Some(format!("the graphics device was lost, and {why}; reload the page")),
+        }
+    }
+
+    fn status(&self, now_s: f64) -> String {
+        self.trouble.clone().or_else(|| self.viewer.status(now_s)).unwrap_or_default()
+    }
+
+    fn show_panel(&mut self, now_s: f64) {
+        let stats = self.viewer.stats(now_s);
+        let renderer = self.screen.as_ref().map_or("none", |screen| match screen.renderer {
+            Renderer::WebGpu => "WebGPU",
+            Renderer::WebGl2 => "WebGL2",
+        });
+        self.page.show_stats(&stats, renderer);
+        self.page.show_mode(self.controls.as_ref().map(Controls::mode));
+        self.page.show_status(&self.status(now_s));
+        self.page.show_progress(self.viewer.progress(), self.viewer.is_open());
+    }
+}
+
+/// See `main.js`.
+pub fn snapshot() -> String {
+    let app = APP.with_borrow(|app| app.clone());
+    let Some(app) = app else { return "{}".to_owned() };
+    let mut app = app.borrow_mut();
+    let now_s = now_s();
+    let stats = app.viewer.stats(now_s);
+    let pose = app.drawn.pose.map(
+        |pose| serde_json::json!({ "position": pose.translation.to_array(), "quaternion": pose.rotation.to_array() }),
+    );
+    let snapshot = serde_json::json!({
+        "frames": stats.frames,
+        "samples": stats.samples,
+        "updates": stats.updates,
+        "uncovered": app.drawn.uncovered,
+        "age_ms": stats.age_ms,
+        "status": app.status(now_s),
+        "connected": app.viewer.is_open(),
+        "picture": app.drawn.picture,
+        "renderer": app.screen.as_ref().map(|screen| screen.renderer.name()),
+        "adapter": app.screen.as_ref().map(|screen| screen.gpu.caps.name.clone()),
+        "size_px": app.screen.as_ref().map(Screen::size_px),
+        "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
+        "pose": pose,
+        "stats": stats,
+        "device_losses": app.losses,
+    });
+    snapshot.to_string()
+}
+
+/// See [`crate::lose_device`].
+pub fn lose_device() {
+    if let Some(app) = APP.with_borrow(|app| app.clone()) {
+        app.borrow_mut().loss_asked = true;
+    }
+}

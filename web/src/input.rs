@@ -1,0 +1,136 @@
+//! The page's events as [`Input`] and [`Action`].
+
+use client::controls::{Drag, Input, Key};
+use glam::DVec2;
+use wasm_bindgen::JsCast;
+use wasm_bindgen::prelude::*;
+use web_sys::{
+    AddEventListenerOptions, Event, EventTarget, HtmlCanvasElement, KeyboardEvent, PointerEvent, WheelEvent,
+};
+
+use crate::page;
+
+/// What a wheel's pixels and lines are worth in notches.
+const PIXELS_PER_NOTCH: f64 = 100.0;
+const LINES_PER_NOTCH: f64 = 3.0;
+
+/// What a person asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action {
+    /// The eye moves.
+    Move(Input),
+    /// Back to the start.
+    Restart,
+    /// Walk or turn.
+    SwitchMode,
+    /// The page is shown again.
+    Shown,
+}
+
+/// Where actions go.
+type Sink = std::rc::Rc<dyn Fn(Action)>;
+
+/// Listens to the page. Once.
+pub fn listen_to_page(sink: &Sink) -> Result<(), String> {
+    let window = web_sys::window().ok_or("the viewer runs in a page")?;
+    for (name, down) in [("keydown", true), ("keyup", false)] {
+        let sink = std::rc::Rc::clone(sink);
+        listen(&window, name, move |event: KeyboardEvent| on_key(&event, down, &*sink));
+    }
+    let blur = std::rc::Rc::clone(sink);
+    listen(&window, "blur", move |_: Event| blur(Action::Move(Input::FocusLost)));
+    let shown = std::rc::Rc::clone(sink);
+    listen(&page::document(), "visibilitychange", move |_: Event| shown(Action::Shown));
+    let mode = std::rc::Rc::clone(sink);
+    listen(page::element("mode")?.as_ref(), "click", move |_: Event| mode(Action::SwitchMode));
+    listen(page::element("help-open")?.as_ref(), "click", |_: Event| page::toggle_help());
+    listen(page::element("panel-toggle")?.as_ref(), "click", |_: Event| page::toggle_figures());
+    Ok(())
+}
+
+/// Listens to a canvas.
+pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
+    let down = {
+        let (sink, canvas) = (std::rc::Rc::clone(sink), canvas.clone());
+        move |event: PointerEvent| {
+            // Without capture a drag only ends at the canvas's edge.
+            let _ = canvas.set_pointer_capture(event.pointer_id());
+            let _ = canvas.focus();
+            let drag = if event.button() == 0 { Drag::Look } else { Drag::Pan };
+            sink(Action::Move(Input::PointerDown { id: pointer(&event), drag, at_px: place(&event) }));
+        }
+    };
+    listen(canvas, "pointerdown", down);
+    let moved = std::rc::Rc::clone(sink);
+    listen(canvas, "pointermove", move |event: PointerEvent| {
+        moved(Action::Move(Input::PointerMove { id: pointer(&event), at_px: place(&event) }));
+    });
+    for name in ["pointerup", "pointercancel"] {
+        let sink = std::rc::Rc::clone(sink);
+        listen(canvas, name, move |event: PointerEvent| {
+            sink(Action::Move(Input::PointerUp { id: pointer(&event) }));
+        });
+    }
+    let wheel = std::rc::Rc::clone(sink);
+    listen(canvas, "wheel", move |event: WheelEvent| {
+        event.prevent_default();
+        let per_notch = match event.delta_mode() {
+            WheelEvent::DOM_DELTA_PIXEL => PIXELS_PER_NOTCH,
+            WheelEvent::DOM_DELTA_LINE => LINES_PER_NOTCH,
+            _ => 1.0,
+        };
+        wheel(Action::Move(Input::Wheel { notches: -event.delta_y() / per_notch }));
+    });
+    listen(canvas, "contextmenu", |event: Event| event.prevent_default());
+}
+
+fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
+    // The browser's own shortcuts stay the browser's; a key that goes up is heard in any case.
+    if down && (event.ctrl_key() || event.alt_key() || event.meta_key() || page::help_is_open()) {
+        return;
+    }
+    let code = event.code();
+    if let Some(key) = Key::from_code(&code) {
+        if code.starts_with("Arrow") || code.starts_with("Page") {
+            event.prevent_default();
+        }
+        return sink(Action::Move(Input::Key { key, down }));
+    }
+    if !down || event.repeat() {
+        return;
+    }
+    match code.as_str() {
+        "KeyR" => sink(Action::Restart),
+        "KeyM" => sink(Action::SwitchMode),
+        "KeyP" => page::toggle_figures(),
+        "KeyH" => page::toggle_help(),
+        _ => {}
+    }
+}
+
+fn pointer(event: &PointerEvent) -> u64 {
+    // Ids may be negative; only their being different counts.
+    i64::from(event.pointer_id()) as u64
+}
+
+fn place(event: &PointerEvent) -> DVec2 {
+    DVec2::new(f64::from(event.offset_x()), f64::from(event.offset_y()))
+}
+
+/// Listens as long as the page lives.
+fn listen<E: JsCast + wasm_bindgen::convert::FromWasmAbi + 'static>(
+    target: &EventTarget,
+    name: &str,
+    handler: impl FnMut(E) + 'static,
+) {
+    let handler = Closure::<dyn FnMut(E)>::new(handler);
+    let options = AddEventListenerOptions::new();
+    options.set_passive(false);
+    // Fails only for handlers that are no functions.
+    let _ = target.add_event_listener_with_callback_and_add_event_listener_options(
+        name,
+        handler.as_ref().unchecked_ref(),
+        &options,
+    );
+    handler.forget();
+}

@@ -1,0 +1,173 @@
+//! The page's elements around the canvas: figures, progress, status.
+
+use client::controls::Mode;
+use client::panel::{Stats, short_count};
+use client::viewer::Progress;
+use wasm_bindgen::JsCast;
+use web_sys::{Document, Element, HtmlCanvasElement, HtmlElement};
+
+/// Bytes of a kibibyte, for the progress line.
+const KIB: usize = 1024;
+
+/// The page's document.
+pub fn document() -> Document {
+    web_sys::window().and_then(|window| window.document()).expect("the viewer runs in a page")
+}
+
+/// An element that the page must have.
+pub fn element(id: &str) -> Result<HtmlElement, String> {
+    let found = document().get_element_by_id(id).and_then(|element| element.dyn_into().ok());
+    found.ok_or_else(|| format!("the page has no element #{id}"))
+}
+
+/// The canvas.
+pub fn canvas() -> Result<HtmlCanvasElement, String> {
+    element("view")?.dyn_into().map_err(|_| "#view is no canvas".to_owned())
+}
+
+/// A canvas remembers the first graphics interface that used it; this puts a fresh one in its place.
+pub fn fresh_canvas() -> Result<HtmlCanvasElement, String> {
+    let old = canvas()?;
+    let fresh = old.clone_node().map_err(|_| "the canvas cannot be cloned".to_owned())?;
+    let fresh: HtmlCanvasElement = fresh.dyn_into().map_err(|_| "#view is no canvas".to_owned())?;
+    old.replace_with_with_node_1(&fresh).map_err(|_| "the canvas cannot be replaced".to_owned())?;
+    Ok(fresh)
+}
+
+/// The elements that change.
+pub struct Page {
+    scene: HtmlElement,
+    fps: HtmlElement,
+    mbit: HtmlElement,
+    round_trip: HtmlElement,
+    age: HtmlElement,
+    samples: HtmlElement,
+    uncovered: HtmlElement,
+    renderer: HtmlElement,
+    status: HtmlElement,
+    loading: HtmlElement,
+    loading_text: HtmlElement,
+    loading_detail: HtmlElement,
+    progress: HtmlElement,
+    mode: HtmlElement,
+}
+
+impl Page {
+    /// Finds them.
+    pub fn new() -> Result<Page, String> {
+        Ok(Page {
+            scene: element("scene")?,
+            fps: element("fps")?,
+            mbit: element("mbit")?,
+            round_trip: element("round-trip")?,
+            age: element("age")?,
+            samples: element("samples")?,
+            uncovered: element("uncovered")?,
+            renderer: element("renderer")?,
+            status: element("status")?,
+            loading: element("loading")?,
+            loading_text: element("loading-text")?,
+            loading_detail: element("loading-detail")?,
+            progress: element("progress")?,
+            mode: element("mode")?,
+        })
+    }
+
+    /// Shows the figures.
+    pub fn show_stats(&self, stats: &Stats, renderer: &str) {
+        let whole = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.0}"));
+        set_text(&self.scene, if stats.scene.is_empty() { "Vantage" } else { &stats.scene });
+        set_text(&self.fps, &format!("{:.0}", stats.fps));
+        set_text(&self.mbit, &format!("{:.2}", stats.mbit_per_s));
+        set_text(&self.round_trip, &whole(stats.round_trip_ms.or(stats.ping_ms)));
+        set_text(&self.age, &whole(stats.age_ms));
+        set_text(&self.samples, &short_count(stats.samples));
+        let uncovered = stats.uncovered_share.map_or_else(|| "–".to_owned(), |share| format!("{:.1}", share * 100.0));
+        set_text(&self.uncovered, &uncovered);
+        set_text(&self.renderer, renderer);
+    }
+
+    /// Shows which way the eye moves.
+    pub fn show_mode(&self, mode: Option<Mode>) {
+        let walking = mode == Some(Mode::Walk);
+        set_text(&self.mode, if walking { "Walking" } else { "Turning" });
+        set_attribute(&self.mode, "aria-pressed", if walking { "true" } else { "false" });
+    }
+
+    /// Shows what is wrong, or nothing.
+    pub fn show_status(&self, status: &str) {
+        set_text(&self.status, status);
+        self.status.set_hidden(status.is_empty());
+    }
+
+    /// Shows how far the first picture is; `None` once it is there.
+    pub fn show_progress(&self, progress: Option<Progress>, connected: bool) {
+        self.loading.set_hidden(progress.is_none());
+        let Some(Progress { bytes, of_bytes }) = progress else { return };
+        if of_bytes == 0 {
+            set_text(&self.loading_text, if connected { "Waiting for the first picture" } else { "Connecting" });
+            set_text(&self.loading_detail, "");
+            // An attribute that is not there is as good.
+            let _ = self.progress.remove_attribute("aria-valuenow");
+            return;
+        }
+        let percent = (100.0 * bytes as f64 / of_bytes as f64).round();
+        set_text(&self.loading_text, "Receiving the first picture");
+        set_text(&self.loading_detail, &format!("{} of {} KiB", bytes.div_ceil(KIB), of_bytes.div_ceil(KIB)));
+        set_attribute(&self.progress, "aria-valuenow", &percent.to_string());
+        if let Some(bar) = self.progress.first_element_child().and_then(|bar| bar.dyn_into::<HtmlElement>().ok()) {
+            // The style exists; setting a plain width cannot fail.
+            let _ = bar.style().set_property("width", &format!("{percent}%"));
+        }
+    }
+}
+
+/// Opens or closes the help.
+pub fn toggle_help() {
+    let Some(dialog) = document().get_element_by_id("help") else { return };
+    let Ok(dialog) = dialog.dyn_into::<web_sys::HtmlDialogElement>() else { return };
+    if dialog.open() {
+        dialog.close();
+    } else {
+        // Fails only where it is open already.
+        let _ = dialog.show_modal();
+    }
+}
+
+/// Whether the help is open, which takes the keys.
+pub fn help_is_open() -> bool {
+    document().get_element_by_id("help").is_some_and(|dialog| dialog.has_attribute("open"))
+}
+
+/// Shows or hides the figures.
+pub fn toggle_figures() {
+    let (Ok(figures), Ok(toggle)) = (element("figures"), element("panel-toggle")) else { return };
+    let show = figures.hidden();
+    figures.set_hidden(!show);
+    set_attribute(&toggle, "aria-expanded", if show { "true" } else { "false" });
+}
+
+/// A panic ends the program; the page says so.
+pub fn report_panics() {
+    std::panic::set_hook(Box::new(|info| {
+        console_error_panic_hook::hook(info);
+        if let Ok(status) = element("status") {
+            set_text(&status, "the viewer stopped by a fault of its own; reload the page to start it again");
+            status.set_hidden(false);
+        }
+    }));
+}
+
+/// Text is set only where it changes: assistive technology reads what is set.
+fn set_text(element: &HtmlElement, text: &str) {
+    if element.text_content().as_deref() != Some(text) {
+        element.set_text_content(Some(text));
+    }
+}
+
+fn set_attribute(element: &Element, name: &str, value: &str) {
+    if element.get_attribute(name).as_deref() != Some(value) {
+        // Fails only for names that are no names.
+        let _ = element.set_attribute(name, value);
+    }
+}
