@@ -28,7 +28,7 @@ struct ViewUniform {
     eye_from_patch: [[f32; 4]; 3],
     centre_px: [f32; 2],
     focal_px: f32,
-    mover_row: u32,
+    first_mover: u32,
     clip_scale: [f32; 2],
     clip_shift: [f32; 2],
     near_m: f32,
@@ -38,6 +38,10 @@ struct ViewUniform {
 
 /// Texels a moving object takes in the texture of movers: three rows for points, three for normals.
 const MOVER_TEXELS: u32 = 6;
+
+/// Moving objects a row of that texture; the twin of the constant in `surface/quads.wgsl`. 2048 rows, which every device has,
+/// hold 131,072.
+const MOVERS_A_ROW: u32 = 64;
 
 /// Draws [`HeldSurfaces`] into a [`GBuffer`]; the nearest surface wins.
 #[derive(Debug)]
@@ -92,8 +96,8 @@ impl SurfacePass {
             &wgpu::TextureDescriptor {
                 label: Some("movers"),
                 size: wgpu::Extent3d {
-                    width: MOVER_TEXELS,
-                    height: inputs.movers.len() as u32 / MOVER_TEXELS,
+                    width: MOVER_TEXELS * MOVERS_A_ROW,
+                    height: inputs.movers.len() as u32 / (MOVER_TEXELS * MOVERS_A_ROW),
                     depth_or_array_layers: 1,
                 },
                 mip_level_count: 1,
@@ -134,7 +138,7 @@ impl SurfacePass {
 struct Inputs {
     /// A [`ViewUniform`] a patch, `stride` bytes apart.
     views: Vec<u8>,
-    /// [`MOVER_TEXELS`] a moving object of each patch; never empty.
+    /// [`MOVER_TEXELS`] a moving object of each patch; whole rows, at least one.
     movers: Vec<[f32; 4]>,
 }
 
@@ -144,8 +148,8 @@ impl Inputs {
         let mut inputs = Inputs { views: vec![0; surfaces.patches().len() * stride], movers: Vec::new() };
         for (index, patch) in surfaces.patches().enumerate() {
             let world_from_patch = patch.camera.world_from_eye.to_affine();
-            let mover_row = inputs.movers.len() as u32 / MOVER_TEXELS;
-            let view = view_uniform(patch, output, smoothing, eye_from_world * world_from_patch, mover_row);
+            let first_mover = inputs.movers.len() as u32 / MOVER_TEXELS;
+            let view = view_uniform(patch, output, smoothing, eye_from_world * world_from_patch, first_mover);
             inputs.views[index * stride..][..size_of::<ViewUniform>()].copy_from_slice(bytemuck::bytes_of(&view));
             for pose in &patch.objects {
                 let now = surfaces.poses_now().get(&pose.object).unwrap_or(&pose.world_from_object);
@@ -154,9 +158,8 @@ impl Inputs {
                 inputs.movers.extend(normal_rows(now_from_capture.matrix3));
             }
         }
-        if inputs.movers.is_empty() {
-            inputs.movers.resize(MOVER_TEXELS as usize, [0.0; 4]);
-        }
+        let row = (MOVER_TEXELS * MOVERS_A_ROW) as usize;
+        inputs.movers.resize(inputs.movers.len().max(1).next_multiple_of(row), [0.0; 4]);
         inputs
     }
 }
@@ -166,14 +169,14 @@ fn view_uniform(
     output: &Pinhole,
     smoothing: Smoothing,
     eye_from_patch: DAffine3,
-    mover_row: u32,
+    first_mover: u32,
 ) -> ViewUniform {
     let clip_from_eye = output.clip_from_eye();
     ViewUniform {
         eye_from_patch: rows(eye_from_patch),
         centre_px: patch.camera.centre_px.as_vec2().to_array(),
         focal_px: patch.camera.focal_px as f32,
-        mover_row,
+        first_mover,
         clip_scale: [clip_from_eye.x_axis.x, clip_from_eye.y_axis.y],
         clip_shift: [clip_from_eye.z_axis.x, clip_from_eye.z_axis.y],
         near_m: output.near_m as f32,

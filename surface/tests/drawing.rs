@@ -161,7 +161,9 @@ fn a_turned_object_turns_its_normals() {
     let camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.0, 1.7, -6.0), 32, 50.0);
     let mut patch = capture(&[WALL], &camera);
     let at_capture = DAffine3::from_translation(DVec3::new(0.0, 1.7, -6.0));
-    patch.patch.objects = vec![ObjectPose { object: 1, world_from_object: at_capture }];
+    // Behind so many others that the table of moving objects takes a second row.
+    let others = (100..200).map(|object| ObjectPose { object, world_from_object: DAffine3::IDENTITY });
+    patch.patch.objects = others.chain([ObjectPose { object: 1, world_from_object: at_capture }]).collect();
     let mut surfaces = HeldSurfaces::new(&stage.gpu);
     surfaces.insert(&patch);
     let turn = DQuat::from_rotation_y(0.5);

@@ -11,8 +11,8 @@ struct View {
     // Of the patch's image.
     centre_px: vec2f,
     focal_px: f32,
-    // First row of the patch's moving objects in `movers`.
-    mover_row: u32,
+    // First slot of the patch's moving objects in `movers`.
+    first_mover: u32,
     // Of the output: clip.xy = scale * eye.xy + shift * eye.z.
     clip_scale: vec2f,
     clip_shift: vec2f,
@@ -28,8 +28,11 @@ const SMOOTHING_BLENDED: u32 = 1u;
 const SMOOTHING_LINEAR: u32 = 2u;
 
 @group(0) @binding(0) var<uniform> view: View;
-// A row a moving object: three rows of `eye_from_patch` for it, then three of the world's turn since capture, for normals.
+// A slot of six texels a moving object, MOVERS_A_ROW slots a row: three rows of `eye_from_patch` for it, then three of the world's turn since capture, for normals.
 @group(0) @binding(1) var movers: texture_2d<f32>;
+
+// The twin of `surface::pass::MOVERS_A_ROW`.
+const MOVERS_A_ROW: u32 = 64u;
 
 struct VertexIn {
     @location(0) image: vec3f,
@@ -71,15 +74,16 @@ fn vertex(in: VertexIn) -> Corner {
     out.quad_normal = quad_normal;
     let mover = in.corner_normal_mover >> 16u;
     if mover != 0u {
-        let row = i32(view.mover_row + mover - 1u);
+        let slot = view.first_mover + mover - 1u;
+        let texel = vec2i(i32(6u * (slot % MOVERS_A_ROW)), i32(slot / MOVERS_A_ROW));
         let turn = mat3x3f(
-            textureLoad(movers, vec2i(3, row), 0).xyz,
-            textureLoad(movers, vec2i(4, row), 0).xyz,
-            textureLoad(movers, vec2i(5, row), 0).xyz,
+            textureLoad(movers, texel + vec2i(3, 0), 0).xyz,
+            textureLoad(movers, texel + vec2i(4, 0), 0).xyz,
+            textureLoad(movers, texel + vec2i(5, 0), 0).xyz,
         );
-        rows[0] = textureLoad(movers, vec2i(0, row), 0);
-        rows[1] = textureLoad(movers, vec2i(1, row), 0);
-        rows[2] = textureLoad(movers, vec2i(2, row), 0);
+        rows[0] = textureLoad(movers, texel, 0);
+        rows[1] = textureLoad(movers, texel + vec2i(1, 0), 0);
+        rows[2] = textureLoad(movers, texel + vec2i(2, 0), 0);
         // `turn` holds rows.
         out.normal = normal * turn;
         out.quad_normal = quad_normal * turn;
