@@ -35,6 +35,11 @@ fn the_truth_of_a_trace_is_drawn_and_scores_perfectly_against_itself() {
 
     let comparison = compare_folders(&out, &out).expect("scored");
     assert_eq!((comparison.summary["flip"].worst, comparison.summary["ssim"].worst), (0.0, 1.0));
+    let antialiasing = comparison.summary["flip_16x"].mean;
+    assert!(
+        antialiasing > 0.0 && antialiasing < 0.3,
+        "one sample a pixel differs a little from sixteen: {antialiasing}"
+    );
     let covered = comparison.rows[0].scores.covered_share;
     assert!(covered > 0.9, "a closed room covers the view: {covered}");
     std::fs::remove_dir_all(folder).expect("was written");

@@ -1,8 +1,9 @@
 //! Scores of a run: a folder of frames against a folder of truths.
 //!
 //! Frames are named `frame_00000.png` and so on, as the viewer writes them. A truth may have `covered_00000.png` beside it
-//! (255 where there is a surface) or an alpha channel; without either every pixel counts as covered. A frame may say where it
-//! had no sample by an alpha channel of 0, and a `stats.json` beside the frames gives each frame's `uncovered_share`.
+//! (255 where there is a surface) or an alpha channel; without either every pixel counts as covered. `smooth_00000.png`, the
+//! truth with 16 samples a pixel, gives a second FLIP. A frame may say where it had no sample by an alpha channel of 0, and a
+//! `stats.json` beside the frames gives each frame's `uncovered_share`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use anyhow::{Context, bail};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{MEASURES, Picture, Scores, flicker, score};
+use super::{MEASURES, Picture, PictureError, Scores, flicker, flip_map, score};
 use crate::report::progress::Progress;
 use crate::report::table::{Table, number};
 use crate::spread::Spread;
@@ -26,6 +27,8 @@ pub struct FrameRow {
     pub scores: Scores,
     /// Against the frame before; `None` for the first and after a gap.
     pub flicker: Option<f64>,
+    /// FLIP over all pixels against the truth with 16 samples a pixel, where the truth's folder has it.
+    pub flip_16x: Option<f64>,
     /// What the viewer itself counted as uncovered, as a share of all pixels.
     pub uncovered_share: Option<f64>,
 }
@@ -40,6 +43,7 @@ impl FrameRow {
             "psnr_db" => Some(self.scores.psnr_db),
             "flicker" => self.flicker,
             "holes_share" => self.scores.holes_share,
+            "flip_16x" => self.flip_16x,
             "uncovered_share" => self.uncovered_share,
             "covered_share" => Some(self.scores.covered_share),
             _ => None,
@@ -63,7 +67,7 @@ pub struct Comparison {
 /// Scores every frame of a folder. A frame without its truth is an error; a truth without a frame is not.
 pub fn compare_folders(frames: &Path, truth: &Path) -> anyhow::Result<Comparison> {
     let (frame_files, truth_files) = (numbered(frames, "frame_")?, numbered(truth, "frame_")?);
-    let masks = numbered(truth, "covered_")?;
+    let (masks, smooth) = (numbered(truth, "covered_")?, numbered(truth, "smooth_")?);
     let uncovered = uncovered_shares(&frames.join("stats.json"))?;
     if frame_files.is_empty() {
         bail!("{}: holds no frame_00000.png", frames.display());
@@ -91,11 +95,17 @@ pub fn compare_folders(frames: &Path, truth: &Path) -> anyhow::Result<Comparison
                     anyhow::Ok(flicker((&frame_before, &frame), (&truth_before, &truth))?)
                 })
                 .transpose()?;
+            let flip_16x = smooth.get(&number).map(|path| mean_flip(&frame, path)).transpose()?;
             progress.step();
-            Ok(FrameRow { frame: number, scores, flicker, uncovered_share: uncovered.get(&number).copied() })
+            Ok(FrameRow { flip_16x, frame: number, scores, flicker, uncovered_share: uncovered.get(&number).copied() })
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
     Ok(Comparison { frames: frames.to_owned(), truth: truth.to_owned(), summary: summarize(&rows), rows })
+}
+
+fn mean_flip(frame: &Picture, truth: &Path) -> Result<f64, PictureError> {
+    let errors = flip_map(frame, &Picture::read(truth)?)?;
+    Ok(errors.iter().map(|&error| f64::from(error)).sum::<f64>() / errors.len().max(1) as f64)
 }
 
 fn summarize(rows: &[FrameRow]) -> BTreeMap<&'static str, Spread> {

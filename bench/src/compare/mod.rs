@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `flip` | mean FLIP error (Andersson et al. 2020), LDR, 67 pixels a degree | 0 |
 //! | `flip_covered` | the same over the pixels where the truth has a surface | 0 |
+//! | `flip_16x` | FLIP against the truth with 16 samples a pixel, where there is one | 0 |
 //! | `ssim` | structural similarity (Wang et al. 2004), 7x7 uniform window, RGB mean | 1 |
 //! | `psnr_db` | peak signal to noise over RGB, at most 100 dB | 100 |
 //! | `flicker` | mean absolute difference between the picture's and the truth's change since the last frame, 0-255 | 0 |
@@ -44,9 +45,10 @@ pub struct Scores {
 }
 
 /// The measures of a frame by name, with their good end; the columns of every table of pictures.
-pub const MEASURES: [(&str, Better); 8] = [
+pub const MEASURES: [(&str, Better); 9] = [
     ("flip", Better::Lower),
     ("flip_covered", Better::Lower),
+    ("flip_16x", Better::Lower),
     ("ssim", Better::Higher),
     ("psnr_db", Better::Higher),
     ("flicker", Better::Lower),

@@ -2,7 +2,7 @@
 //!
 //! Seeded eyes in the region that a set of images was made for look at the scene through the client's own library; the
 //! plain renderer gives the truth. Methods differ in the images (non-redundant or conventional, of the same views) and in
-//! where the corners of a sample's quad come from (Wang et al., hybrid reconstruction, Alg. 4, and the averaged corners).
+//! where the corners of a sample's quad come from (Xie, Wang, Popescu 2016, Alg. 4, and the averaged corners of `surface`).
 
 mod cover;
 mod eyes;

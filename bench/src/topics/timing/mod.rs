@@ -131,38 +131,35 @@ fn spread(values: &[f64]) -> Spread {
     Spread::of(values, Better::Lower).expect("at least one run")
 }
 
+/// Stages and bytes of each scene.
 fn plots(run: &Run, report: &mut Report) -> anyhow::Result<()> {
-    let stages: Vec<_> = report
-        .rows
-        .iter()
-        .flat_map(|row| row.time_ms.0.iter().map(move |(stage, spread)| (row, stage, spread.median)))
-        .filter(|(row, _, _)| row.method != first_picture::METHOD)
-        .map(|(row, stage, ms)| (format!("{} {stage}", row.scene), ms, row.method.clone()))
-        .collect();
-    let sizes: Vec<_> = report
-        .rows
-        .iter()
-        .flat_map(|row| row.bytes.0.iter().map(move |(kind, bytes)| (row, kind, *bytes)))
-        .map(|(row, kind, bytes)| {
-            (format!("{} {}", row.scene, kind.replace('_', " ")), bytes / 1000.0, row.method.clone())
-        })
-        .collect();
-    let plots = [
-        ("stages.svg", "Time by stage", "ms, median", stages, "Milliseconds of each stage, by scene and method."),
-        (
-            "bytes.svg",
-            "Bytes of a set of four images",
-            "kB",
-            sizes,
-            "Bytes of a set: raw, by zstd at level 1, and by the codec.",
-        ),
-    ];
-    for (file, title, x_label, bars, caption) in plots {
-        if bars.is_empty() {
-            continue;
+    let mut scenes: Vec<String> = report.rows.iter().map(|row| row.scene.clone()).collect();
+    scenes.sort();
+    scenes.dedup();
+    for scene in scenes {
+        let rows = || report.rows.iter().filter(|row| row.scene == scene && row.method != first_picture::METHOD);
+        let stages: Vec<_> = rows()
+            .flat_map(|row| row.time_ms.0.iter().map(move |(stage, spread)| (row, stage, spread.median)))
+            .map(|(row, stage, ms)| (stage.replace('_', " "), ms, row.method.clone()))
+            .collect();
+        let sizes: Vec<_> = rows()
+            .flat_map(|row| row.bytes.0.iter().map(move |(kind, bytes)| (row, kind, *bytes)))
+            .map(|(row, kind, bytes)| (kind.replace('_', " "), bytes / 1000.0, row.method.clone()))
+            .collect();
+        let plots = [
+            ("stages", "time by stage", "ms, median", stages, "milliseconds of each stage"),
+            (
+                "bytes",
+                "bytes of a set of four images",
+                "kB",
+                sizes,
+                "a set's bytes: raw, by zstd at level 1, by the codec",
+            ),
+        ];
+        for (kind, title, x_label, bars, caption) in plots.into_iter().filter(|(_, _, _, bars, _)| !bars.is_empty()) {
+            let path = run.figure(report, format!("{kind}-{scene}.svg"), format!("{scene}: {caption}."));
+            draw_bars(&Bars { title: format!("{scene}: {title}"), x_label: x_label.to_owned(), bars }, &path)?;
         }
-        let path = run.figure(report, file, caption);
-        draw_bars(&Bars { title: title.to_owned(), x_label: x_label.to_owned(), bars }, &path)?;
     }
     Ok(())
 }
