@@ -11,18 +11,12 @@ use crate::frame::{self, FrameRenderer};
 use crate::viewer::Follow;
 
 /// How pictures are drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PictureOptions {
     /// Where a sample's corners come from.
     pub corners: Corners,
     /// How the frame is drawn.
     pub frame: frame::Options,
-}
-
-impl Default for PictureOptions {
-    fn default() -> Self {
-        PictureOptions { corners: Corners::default(), frame: frame::Options::default() }
-    }
 }
 
 /// Why nothing can be drawn.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use client::frame;
 use client::headless::{self, HeadlessError, Way};
 use client::picture::PictureOptions;
 use client::window::{self, Renderer, WindowError};
@@ -105,15 +106,14 @@ enum ClockName {
 
 impl Arguments {
     fn picture(&self) -> PictureOptions {
-        let mut options = PictureOptions::default();
-        options.corners = match self.corners {
+        let corners = match self.corners {
             CornersName::Averaged => Corners::Averaged,
             CornersName::Offset => Corners::OffsetImage,
             CornersName::OwnPlane => Corners::OwnPlane,
         };
-        options.frame.fill = !self.no_fill;
-        options.frame.mark_uncovered = self.mark_uncovered;
-        options
+        let frame =
+            frame::Options { fill: !self.no_fill, mark_uncovered: self.mark_uncovered, ..frame::Options::default() };
+        PictureOptions { corners, frame }
     }
 
     fn window(&self) -> window::Options {

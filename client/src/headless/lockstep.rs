@@ -8,7 +8,7 @@ use protocol::Limits;
 use protocol::message::Clock;
 
 use super::stage::{Moment, Stage};
-use super::{Drawn, FrameRow, HeadlessError, Options, Poses, view};
+use super::{ANSWER_WITHIN_S, Drawn, FrameRow, HeadlessError, Options, Poses, view};
 use crate::pump::Pump;
 use crate::socket::Sockets;
 use crate::viewer::{Decoder, SocketEvent, Viewer};
@@ -50,7 +50,7 @@ pub(super) fn run(
         let now_s = begin_s + poses.t_s(frame);
         let world_from_eye = poses.at(frame);
         let waited_s = run.step(world_from_eye, now_s, stage)?;
-        let drawn = stage.draw(&mut run.viewer, &view(options, world_from_eye, &welcome))?;
+        let drawn = stage.draw(&run.viewer, &view(options, world_from_eye, &welcome))?;
         let frame_ms = (run.pump.now_s() - real_begin_s - waited_s) * 1e3;
         let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms };
         rows.push(stage.record(&mut run.viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
@@ -85,14 +85,19 @@ impl Lockstep<'_> {
         Ok(())
     }
 
-    /// Lets time pass at the first pose until something is held; returns the time then.
+    /// Lets time pass at the first pose until something is held that was made for it; returns the time then. A server whose
+    /// first images are good for that pose too sends none, so a second after the first picture is the end in any case.
     fn warm_up(&mut self, poses: &Poses, stage: &mut Stage) -> Result<f64, HeadlessError> {
         let mut step = 0_u32;
+        let mut first_picture_s = None;
         loop {
             let now_s = f64::from(step) / poses.fps;
             self.step(poses.at(0), now_s, stage)?;
             if self.viewer.has_picture() {
-                return Ok(now_s);
+                let since_s = now_s - *first_picture_s.get_or_insert(now_s);
+                if self.viewer.has_answer() || since_s >= ANSWER_WITHIN_S {
+                    return Ok(now_s);
+                }
             }
             if now_s > LONGEST_WARM_UP_S {
                 return Err(self.trouble("no picture came"));

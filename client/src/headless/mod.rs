@@ -6,7 +6,8 @@
 //! same pictures on every machine.
 //!
 //! Before a first update has arrived there is nothing to draw: such frames are empty and their age is unknown. With
-//! [`Options::warm_up`] (the default) frame 0 is held until the first update has arrived, and the trace's time starts then.
+//! [`Options::warm_up`] (the default) frame 0 is held until an update has arrived that was made for the trace's first pose, or
+//! until a second after the first update where none comes; the trace's time starts then.
 
 mod lockstep;
 mod output;
@@ -30,6 +31,8 @@ use crate::socket::Sockets;
 pub use report::{FrameRow, Header, RowMs, Settings, Summary};
 use stage::Stage;
 
+/// How long a warm-up waits, after the first picture, for one that was made for the trace's first pose, in seconds.
+const ANSWER_WITHIN_S: f64 = 1.0;
 /// Seconds of the orbit that stands for a trace.
 const ORBIT_S: f64 = 2.5;
 

@@ -71,7 +71,7 @@ impl Stage {
     }
 
     /// Draws what is held and waits for it.
-    pub fn draw(&mut self, viewer: &mut Viewer, camera: &Pinhole) -> Result<Finished, HeadlessError> {
+    pub fn draw(&mut self, viewer: &Viewer, camera: &Pinhole) -> Result<Finished, HeadlessError> {
         if self.header.is_none() {
             self.header = self.describe(viewer);
         }

@@ -6,7 +6,7 @@ use protocol::Limits;
 use protocol::message::Clock;
 
 use super::stage::{Moment, Stage};
-use super::{Drawn, FrameRow, HeadlessError, Options, Poses, view};
+use super::{ANSWER_WITHIN_S, Drawn, FrameRow, HeadlessError, Options, Poses, view};
 use crate::pump::Pump;
 use crate::socket::Sockets;
 use crate::viewer::{Decoder, Viewer};
@@ -30,6 +30,12 @@ pub(super) fn run(
     if options.warm_up {
         viewer.set_pose(poses.at(0), pump.now_s());
         wait(options, &mut pump, &mut viewer, stage, Viewer::has_picture)?;
+        let last_s = pump.now_s() + ANSWER_WITHIN_S;
+        while !viewer.has_answer() && pump.now_s() < last_s {
+            pump.turn_until(&mut viewer, pump.now_s() + LOOK_INTERVAL_S);
+            let now_s = pump.now_s();
+            stage.take_in(&mut viewer, now_s);
+        }
     }
     let begin_s = pump.now_s();
     let mut rows = Vec::with_capacity(poses.count);
@@ -41,7 +47,7 @@ pub(super) fn run(
         pump.turn(&mut viewer);
         stage.take_in(&mut viewer, frame_begin_s);
         pump.turn(&mut viewer);
-        let drawn = stage.draw(&mut viewer, &view(options, world_from_eye, &welcome))?;
+        let drawn = stage.draw(&viewer, &view(options, world_from_eye, &welcome))?;
         let now_s = pump.now_s();
         let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms: (now_s - frame_begin_s) * 1e3 };
         rows.push(stage.record(&mut viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);

@@ -56,6 +56,11 @@ impl RoundTrips {
         }
     }
 
+    /// Whether any update used a pose.
+    pub fn is_answered(&self) -> bool {
+        self.newest_answered > 0
+    }
+
     /// A picture is shown of what is held now.
     pub fn shown(&mut self, now_s: f64) {
         let Some(seq) = self.answered.take() else { return };

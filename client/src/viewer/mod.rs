@@ -356,6 +356,11 @@ impl Viewer {
         self.held.number > 0
     }
 
+    /// Whether something is held that the server made for a pose of this session, and not only for where the scene begins.
+    pub fn has_answer(&self) -> bool {
+        self.has_picture() && self.trips.is_answered()
+    }
+
     /// Whether the session is open.
     pub fn is_open(&self) -> bool {
         self.connection.is_working()

@@ -165,7 +165,7 @@ impl ApplicationHandler<Woken> for App<'_> {
                 running.screen.resize((size.width, size.height));
                 running.tell_view(self.options.fov_y_rad);
             }
-            WindowEvent::RedrawRequested => match running.draw(&mut self.options) {
+            WindowEvent::RedrawRequested => match running.draw(&self.options) {
                 Ok(()) => {
                     event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + PANEL_INTERVAL));
                 }
@@ -241,7 +241,7 @@ impl Running<'_> {
     }
 
     /// A frame: keys move the eye, the network has its turn, the picture and the panel are drawn.
-    fn draw(&mut self, options: &mut Options) -> Result<(), WindowError> {
+    fn draw(&mut self, options: &Options) -> Result<(), WindowError> {
         let now_s = self.pump.now_s();
         let dt_s = now_s - std::mem::replace(&mut self.advanced_at_s, now_s);
         let size_px = self.screen.size_px();
