@@ -1,6 +1,8 @@
-//! What the end-to-end tests share: golden images, and where test data outside of the repository lies.
+//! What the end-to-end tests share: the whole system on loopback, golden images, and where test data outside of the
+//! repository lies.
 
 pub mod golden;
+pub mod system;
 
 use std::path::PathBuf;
 

@@ -1,0 +1,145 @@
+//! The main job on real input: scene file -> server -> websocket -> viewer -> novel view, scored against the truth.
+//!
+//! A runner of its own, so that a test whose data lies outside of the repository counts as skipped (`ignored`), never as
+//! passed, where `VANTAGE_ASSETS` is not set.
+
+use anyhow::{Context, ensure};
+use camera::Rigid;
+use glam::DVec3;
+use libtest_mimic::{Arguments, Failed, Trial};
+use network::Link;
+use scene::Scene;
+use vantage_tests::system::{Shown, System, moved, trace};
+
+/// Files outside of the repository, with the scale at which they are looked at: the kit's city is modelled four times too
+/// small for a person.
+const FILES: [(&str, f64); 4] = [
+    ("scenes/gltf/2CylinderEngine.glb", 1.0),
+    ("scenes/gltf/room-occlusion.glb", 1.0),
+    ("scenes/gltf/city-kaykit-31x31.glb", 4.0),
+    ("scenes/gltf/CesiumMan.glb", 1.0),
+];
+/// How far beside the sampled eye a walker looks, in metres; for objects, [`BESIDE_SHARE`] of the bounding radius.
+const BESIDE_M: f64 = 0.2;
+const BESIDE_SHARE: f64 = 0.05;
+/// Bars of a novel view, over the pixels where the truth has a surface.
+const MOST_HOLES: f64 = 0.01;
+const MOST_FLIP: f64 = 0.08;
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let mut trials: Vec<Trial> = scene::builtin::names()
+        .chain(["far", "near-far", "degenerate"])
+        .map(|name| test(format!("novel view of {name}"), move || novel_view(built_in(name)?)))
+        .collect();
+    for (path, scale) in FILES {
+        let name = format!("novel view of {path}");
+        let missing = vantage_tests::asset(path).is_none();
+        trials.push(test(name, move || novel_view(file(path, scale)?)).with_ignored_flag(missing));
+    }
+    for rtt_ms in [0, 100, 500] {
+        let name = format!("a walking figure is as old as the way it came, at {rtt_ms} ms");
+        trials.push(test(name, move || age_is_bounded(rtt_ms)));
+    }
+    trials.push(test("every pose gets its picture at 500 ms".into(), every_pose_gets_its_picture));
+    trials.push(test("a scene far from the origin looks as at the origin".into(), far_looks_as_near));
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+fn test(name: String, run: impl FnOnce() -> anyhow::Result<()> + Send + 'static) -> Trial {
+    Trial::test(name, move || run().map_err(|error| Failed::from(format!("{error:#}"))))
+}
+
+fn built_in(name: &str) -> anyhow::Result<Scene> {
+    scene::builtin::load(name).with_context(|| format!("no built-in scene {name}"))
+}
+
+fn file(path: &str, scale: f64) -> anyhow::Result<Scene> {
+    let path = vantage_tests::asset(path).context("VANTAGE_ASSETS is set")?;
+    Ok(server::source::load(&path.to_string_lossy(), scale, &|_| {})?)
+}
+
+/// The set is made for the first pose; the second comes before the server can know of it.
+fn novel_view(scene: Scene) -> anyhow::Result<()> {
+    let beside_m = if scene.walk { BESIDE_M } else { BESIDE_SHARE * scene.bounds.radius_m() };
+    let system = System::start(scene, |_| {})?;
+    let eye = system.start_pose();
+    let shown = system.view(trace([eye, moved(eye, DVec3::X * beside_m)]), |_| {})?;
+    ensure!(shown.len() == 2, "two poses, {} pictures", shown.len());
+    ensure!(shown[0].row.update == shown[1].row.update, "the set was replaced between the poses");
+    for scores in system.scores(&shown)? {
+        let (holes, flip) = (scores.holes_share.unwrap_or(1.0), scores.flip_covered.unwrap_or(1.0));
+        println!("{}: covered {:.3} holes {holes:.5} FLIP {flip:.4}", system.scene.name, scores.covered_share);
+        ensure!(scores.covered_share > 0.05, "only {} of the picture is covered", scores.covered_share);
+        ensure!(holes <= MOST_HOLES, "holes {holes:.4} > {MOST_HOLES}");
+        ensure!(flip <= MOST_FLIP, "FLIP {flip:.4} > {MOST_FLIP}");
+    }
+    Ok(())
+}
+
+/// An animated figure walks while the eye moves: what is shown is no older than the way of a pose and its update, plus two
+/// update intervals (one until the tick that samples, one until the next replaces it).
+fn age_is_bounded(rtt_ms: u32) -> anyhow::Result<()> {
+    let system = System::start(built_in("urban-moving")?, |config| {
+        config.image_size_px = 128;
+        config.images = 1;
+    })?;
+    let shown = walk(&system, rtt_ms, 60)?;
+    let interval_ms = 100.0;
+    let mut times: Vec<f64> = Vec::new();
+    for Shown { row, .. } in &shown {
+        let age_ms = row.age_ms.context("something is shown")?;
+        let bound_ms = row.round_trip_ms.unwrap_or(f64::from(rtt_ms)).max(f64::from(rtt_ms)) + 2.0 * interval_ms + 1.0;
+        ensure!(age_ms <= bound_ms, "frame {}: {age_ms:.1} ms old, bound {bound_ms:.1}", row.frame);
+        ensure!(times.last().is_none_or(|&last| row.scene_time_s >= last), "time runs backwards");
+        times.push(row.scene_time_s);
+    }
+    times.dedup();
+    let expected = 60 * 1000 / 60 / 100;
+    ensure!(times.len() + 1 >= expected, "{} scene times shown, {expected} updates were due", times.len());
+    Ok(())
+}
+
+/// At half a second of delay every pose still gets a picture, at that very pose.
+fn every_pose_gets_its_picture() -> anyhow::Result<()> {
+    let system = System::start(built_in("pillars")?, |_| {})?;
+    let shown = walk(&system, 500, 12)?;
+    ensure!(shown.len() == 12, "12 poses, {} pictures", shown.len());
+    for (index, (scores, one)) in system.scores(&shown)?.into_iter().zip(&shown).enumerate() {
+        let wanted = walk_pose(system.start_pose(), index);
+        ensure!(one.row.world_from_eye.translation.distance(wanted.translation) < 1e-9, "frame {index} is of another pose");
+        let flip = scores.flip_covered.unwrap_or(1.0);
+        ensure!(flip <= MOST_FLIP, "frame {index}: FLIP {flip:.4} at its own pose");
+    }
+    Ok(())
+}
+
+fn walk(system: &System, rtt_ms: u32, frames: usize) -> anyhow::Result<Vec<Shown>> {
+    let start = system.start_pose();
+    let link: Option<Link> = if rtt_ms > 0 { Some(format!("rtt={rtt_ms}").parse()?) } else { None };
+    system.view(trace((0..frames).map(|index| walk_pose(start, index))), |options| options.link = link)
+}
+
+/// 1.2 m/s to the right, at 60 poses a second.
+fn walk_pose(start: Rigid, index: usize) -> Rigid {
+    moved(start, DVec3::X * (1.2 / 60.0 * index as f64))
+}
+
+/// `far` is a scene 10,000 km from the origin: its picture must be that of the same scene moved to the origin.
+fn far_looks_as_near() -> anyhow::Result<()> {
+    let far = built_in("far")?;
+    let centre = far.bounds.centre();
+    ensure!(centre.length() > 9e6, "the scene is at {centre}");
+    let system = System::start(far, |_| {})?;
+    let eye = system.start_pose();
+    let shown = system.view(trace([eye]), |_| {})?;
+    let scores = system.scores(&shown)?;
+    let holes = scores[0].holes_share.unwrap_or(1.0);
+    ensure!(holes <= MOST_HOLES, "holes {holes}");
+    vantage_tests::golden::check("far", &picture(&shown[0])?)
+}
+
+fn picture(shown: &Shown) -> anyhow::Result<image::RgbaImage> {
+    let rgba = shown.picture.rgb.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
+    image::RgbaImage::from_raw(shown.picture.width_px, shown.picture.height_px, rgba).context("four bytes a pixel")
+}
