@@ -20,6 +20,9 @@ pub struct Options {
     pub fill: bool,
     /// Show every pixel without a surface as [`MARK`].
     pub mark_uncovered: bool,
+    /// Write 1 to the output's alpha where there is a surface and 0 elsewhere, for who reads the picture back; otherwise
+    /// alpha is 1 everywhere.
+    pub coverage_in_alpha: bool,
     /// What colours are between samples.
     pub smoothing: Smoothing,
 }
@@ -29,7 +32,7 @@ pub const MARK: [u8; 3] = [255, 0, 255];
 
 impl Default for Options {
     fn default() -> Options {
-        Options { fill: true, mark_uncovered: false, smoothing: Smoothing::default() }
+        Options { fill: true, mark_uncovered: false, coverage_in_alpha: false, smoothing: Smoothing::default() }
     }
 }
 
@@ -42,7 +45,8 @@ struct PresentUniform {
     mark: [f32; 3],
     mark_uncovered: u32,
     target_encodes: u32,
-    padding: [u32; 3],
+    coverage_in_alpha: u32,
+    padding: [u32; 2],
 }
 
 /// Draws frames: surface, light, fill, present. The targets follow the camera's size.
@@ -161,7 +165,8 @@ impl FrameRenderer {
             mark: unit(MARK),
             mark_uncovered: u32::from(options.mark_uncovered),
             target_encodes: u32::from(self.target_encodes),
-            padding: [0; 3],
+            coverage_in_alpha: u32::from(options.coverage_in_alpha),
+            padding: [0; 2],
         };
         let present = uniform(&self.gpu, "present", bytemuck::bytes_of(&present));
         let mut inputs = vec![present.as_entire_binding(), BindingResource::TextureView(&targets.lit.colour.view)];

@@ -21,7 +21,9 @@ pub fn check(name: &str, picture: &RgbaImage) -> anyhow::Result<()> {
         return picture.save(&path).with_context(|| format!("writing {}", path.display()));
     }
     let reference = image::open(&path)
-        .with_context(|| format!("no reference {}: look at the picture, then run with VANTAGE_BLESS=1", path.display()))?
+        .with_context(|| {
+            format!("no reference {}: look at the picture, then run with VANTAGE_BLESS=1", path.display())
+        })?
         .into_rgba8();
     ensure!(
         reference.dimensions() == picture.dimensions(),

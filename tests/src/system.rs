@@ -52,11 +52,7 @@ impl System {
     }
 
     /// A viewer's run on the virtual clock along a trace: 256x256 pixels, nothing filled.
-    pub fn view(
-        &self,
-        trace: Trace,
-        configure: impl FnOnce(&mut headless::Options),
-    ) -> anyhow::Result<Vec<Shown>> {
+    pub fn view(&self, trace: Trace, configure: impl FnOnce(&mut headless::Options)) -> anyhow::Result<Vec<Shown>> {
         let addr = self.server.as_ref().context("the server runs until it is dropped")?.addr;
         let mut options = headless::Options::new(format!("ws://{addr}"), Way::Trace(trace));
         options.clock = Clock::Virtual;

@@ -107,7 +107,10 @@ fn every_pose_gets_its_picture() -> anyhow::Result<()> {
     ensure!(shown.len() == 12, "12 poses, {} pictures", shown.len());
     for (index, (scores, one)) in system.scores(&shown)?.into_iter().zip(&shown).enumerate() {
         let wanted = walk_pose(system.start_pose(), index);
-        ensure!(one.row.world_from_eye.translation.distance(wanted.translation) < 1e-9, "frame {index} is of another pose");
+        ensure!(
+            one.row.world_from_eye.translation.distance(wanted.translation) < 1e-9,
+            "frame {index} is of another pose"
+        );
         let flip = scores.flip_covered.unwrap_or(1.0);
         ensure!(flip <= MOST_FLIP, "frame {index}: FLIP {flip:.4} at its own pose");
     }

@@ -67,7 +67,8 @@ pub struct Comparison {
 /// Scores every frame of a folder. A frame without its truth is an error; a truth without a frame is not.
 pub fn compare_folders(frames: &Path, truth: &Path) -> anyhow::Result<Comparison> {
     let (frame_files, truth_files) = (numbered(frames, "frame_")?, numbered(truth, "frame_")?);
-    let (masks, smooth) = (numbered(truth, "covered_")?, numbered(truth, "smooth_")?);
+    let (truth_masks, smooth) = (numbered(truth, "covered_")?, numbered(truth, "smooth_")?);
+    let frame_masks = numbered(frames, "covered_")?;
     let uncovered = uncovered_shares(&frames.join("stats.json"))?;
     if frame_files.is_empty() {
         bail!("{}: holds no frame_00000.png", frames.display());
@@ -76,11 +77,14 @@ pub fn compare_folders(frames: &Path, truth: &Path) -> anyhow::Result<Comparison
         bail!("{}: holds no truth for frame {missing}", truth.display());
     }
     let load = |number: u32| -> anyhow::Result<(Picture, Picture)> {
-        let mut truth = Picture::read(&truth_files[&number])?;
-        if let Some(mask) = masks.get(&number) {
-            truth.read_covered(mask)?;
-        }
-        Ok((Picture::read(&frame_files[&number])?, truth))
+        let read = |files: &BTreeMap<u32, PathBuf>, masks: &BTreeMap<u32, PathBuf>| {
+            let mut picture = Picture::read(&files[&number])?;
+            if let Some(mask) = masks.get(&number) {
+                picture.read_covered(mask)?;
+            }
+            anyhow::Ok(picture)
+        };
+        Ok((read(&frame_files, &frame_masks)?, read(&truth_files, &truth_masks)?))
     };
     let progress = Progress::new("comparing", frame_files.len() as u64);
     let rows = frame_files

@@ -146,7 +146,7 @@ pub struct Drawn<'a> {
     pub row: &'a FrameRow,
     /// How many there will be.
     pub of: usize,
-    /// RGBA, rows top to bottom, sRGB-encoded.
+    /// RGBA, rows top to bottom, sRGB-encoded; alpha is 255 where there is a sample and 0 elsewhere, filled or not.
     pub rgba: &'a [u8],
 }
 

@@ -32,7 +32,7 @@ impl Writer {
         let to = folder.to_owned();
         let thread = std::thread::Builder::new()
             .name("png".to_owned())
-            .spawn(move || jobs_out.into_iter().try_for_each(|job| write_png(&to, size_px, &job)))
+            .spawn(move || jobs_out.into_iter().try_for_each(|job| write_frame(&to, size_px, &job)))
             .map_err(HeadlessError::Thread)?;
         Ok(Writer { folder: folder.to_owned(), jobs, thread })
     }
@@ -53,13 +53,25 @@ impl Writer {
     }
 }
 
-fn write_png(folder: &Path, (width, height): (u32, u32), job: &Job) -> Result<(), HeadlessError> {
-    let path = folder.join(format!("frame_{:05}.png", job.frame));
-    let file = std::fs::File::create(&path).map_err(|error| write_error(&path, &error))?;
+/// `frame_00000.png`, opaque, and `covered_00000.png`: 255 where there is a sample.
+fn write_frame(folder: &Path, size_px: (u32, u32), job: &Job) -> Result<(), HeadlessError> {
+    let rgb: Vec<u8> = job.rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    let covered: Vec<u8> = job.rgba.iter().skip(3).step_by(4).copied().collect();
+    write_png(&folder.join(format!("frame_{:05}.png", job.frame)), size_px, &rgb, ExtendedColorType::Rgb8)?;
+    write_png(&folder.join(format!("covered_{:05}.png", job.frame)), size_px, &covered, ExtendedColorType::L8)
+}
+
+fn write_png(
+    path: &Path,
+    (width, height): (u32, u32),
+    bytes: &[u8],
+    colour: ExtendedColorType,
+) -> Result<(), HeadlessError> {
+    let file = std::fs::File::create(path).map_err(|error| write_error(path, &error))?;
     let file = std::io::BufWriter::new(file);
     PngEncoder::new_with_quality(file, CompressionType::Fast, FilterType::Adaptive)
-        .write_image(&job.rgba, width, height, ExtendedColorType::Rgba8)
-        .map_err(|error| write_error(&path, &error))
+        .write_image(bytes, width, height, colour)
+        .map_err(|error| write_error(path, &error))
 }
 
 fn write_error(path: &Path, why: &dyn std::fmt::Display) -> HeadlessError {

@@ -53,11 +53,13 @@ impl Stage {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
+        let mut look = options.picture;
+        look.frame.coverage_in_alpha = true;
         let writer = options.out.as_deref().map(|out| Writer::start(out, options.size_px)).transpose()?;
         Ok(Stage {
             gpu: gpu.clone(),
             options: options.clone(),
-            picture: Picture::new(gpu, FORMAT, options.picture)?,
+            picture: Picture::new(gpu, FORMAT, look)?,
             target,
             writer,
             header: None,

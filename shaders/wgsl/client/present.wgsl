@@ -13,9 +13,10 @@ struct Present {
     mark_uncovered: u32,
     // 1: the target encodes sRGB itself.
     target_encodes: u32,
+    // 1: alpha is 1 where there is a surface and 0 elsewhere, filled or not; otherwise it is 1 everywhere.
+    coverage_in_alpha: u32,
     padding_0: u32,
     padding_1: u32,
-    padding_2: u32,
 }
 
 @group(0) @binding(0) var<uniform> present: Present;
@@ -79,8 +80,10 @@ fn shown(pixel: vec2f) -> vec3f {
 @fragment
 fn show(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let encoded = shown(position.xy);
+    let covered = textureLoad(lit, vec2i(position.xy), 0).a > 0.0;
+    let alpha = select(0.0, 1.0, covered || present.coverage_in_alpha == 0u);
     if present.target_encodes != 0u {
-        return vec4f(linear_from_srgb(encoded), 1.0);
+        return vec4f(linear_from_srgb(encoded), alpha);
     }
-    return vec4f(encoded, 1.0);
+    return vec4f(encoded, alpha);
 }
