@@ -58,6 +58,7 @@ pub enum GpuError {
 }
 
 /// What the project uses where it is there.
+#[cfg(not(target_arch = "wasm32"))]
 const WANTED: Features = Features::PRIMITIVE_INDEX.union(Features::TIMESTAMP_QUERY).union(Features::FLOAT32_FILTERABLE);
 
 impl Gpu {
@@ -159,6 +160,7 @@ impl Gpu {
 }
 
 /// Smaller is preferred.
+#[cfg(not(target_arch = "wasm32"))]
 fn rank(device_type: DeviceType) -> u32 {
     match device_type {
         DeviceType::DiscreteGpu => 0,

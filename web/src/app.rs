@@ -148,9 +148,11 @@ async fn open_screen(wished: Option<Renderer>, first: bool) -> Result<Screen, St
     Err(format!("this browser gives no graphics device ({})", refused.join("; ")))
 }
 
+type FrameCallback = Closure<dyn FnMut()>;
+
 /// Calls itself with every picture that the browser shows.
 fn run_frames(app: Rc<RefCell<App>>) -> Result<(), String> {
-    let next: Rc<RefCell<Option<Closure<dyn FnMut()>>>> = Rc::default();
+    let next: Rc<RefCell<Option<FrameCallback>>> = Rc::default();
     let again = Rc::clone(&next);
     *next.borrow_mut() = Some(Closure::new(move || {
         App::frame(&app);
@@ -161,7 +163,7 @@ fn run_frames(app: Rc<RefCell<App>>) -> Result<(), String> {
     request_frame(first.as_ref())
 }
 
-fn request_frame(callback: Option<&Closure<dyn FnMut()>>) -> Result<(), String> {
+fn request_frame(callback: Option<&FrameCallback>) -> Result<(), String> {
     let (Some(window), Some(callback)) = (web_sys::window(), callback) else { return Ok(()) };
     let requested = window.request_animation_frame(callback.as_ref().unchecked_ref());
     requested.map(|_| ()).map_err(|_| "the browser shows no frames".to_owned())

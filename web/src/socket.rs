@@ -14,7 +14,10 @@ use web_sys::{BinaryType, CloseEvent, MessageEvent, WebSocket};
 pub struct Socket {
     socket: WebSocket,
     events: Rc<RefCell<VecDeque<SocketEvent>>>,
-    _handlers: (Closure<dyn FnMut()>, Closure<dyn FnMut(MessageEvent)>, Closure<dyn FnMut(CloseEvent)>),
+    // They live as long as the socket may call them.
+    _opened: Closure<dyn FnMut()>,
+    _message: Closure<dyn FnMut(MessageEvent)>,
+    _closed: Closure<dyn FnMut(CloseEvent)>,
 }
 
 impl Socket {
@@ -45,7 +48,7 @@ impl Socket {
         socket.set_onopen(Some(opened.as_ref().unchecked_ref()));
         socket.set_onmessage(Some(message.as_ref().unchecked_ref()));
         socket.set_onclose(Some(closed.as_ref().unchecked_ref()));
-        Ok(Socket { socket, events, _handlers: (opened, message, closed) })
+        Ok(Socket { socket, events, _opened: opened, _message: message, _closed: closed })
     }
 
     /// The next event, where one is there.
