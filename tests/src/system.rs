@@ -51,12 +51,12 @@ impl System {
         server::start::start_pose(&self.scene)
     }
 
-    /// A viewer's run on the virtual clock along a trace: 256x256 pixels, nothing filled.
+    /// A viewer's run on the virtual clock along a trace: 384x384 pixels, nothing filled.
     pub fn view(&self, trace: Trace, configure: impl FnOnce(&mut headless::Options)) -> anyhow::Result<Vec<Shown>> {
         let addr = self.server.as_ref().context("the server runs until it is dropped")?.addr;
         let mut options = headless::Options::new(format!("ws://{addr}"), Way::Trace(trace));
         options.clock = Clock::Virtual;
-        options.size_px = (256, 256);
+        options.size_px = (384, 384);
         options.picture.frame.fill = false;
         configure(&mut options);
         let (width_px, height_px) = options.size_px;
