@@ -65,10 +65,10 @@ impl Shown {
 }
 
 fn show(held: &Held, format: wgpu::TextureFormat, options: Options) -> Shown {
-    let gpu = Gpu::block_on(Gpu::new_headless()).unwrap();
+    let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
     let mut surfaces = HeldSurfaces::new(&gpu);
     surfaces.rebuild(held);
-    let mut frame = FrameRenderer::new(&gpu, format).unwrap();
+    let mut frame = FrameRenderer::new(&gpu, format).expect("the shaders compile");
     let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
@@ -86,9 +86,9 @@ fn show(held: &Held, format: wgpu::TextureFormat, options: Options) -> Shown {
     let encoded = readback.encode(&gpu, &mut encoder);
     gpu.queue.submit([encoder.finish()]);
     frame.submitted();
-    let pixels = encoded.map().wait(&gpu).unwrap().values(slot);
-    gpu.wait_idle().unwrap();
-    Shown { pixels, uncovered_share: frame.uncovered_share().unwrap() }
+    let pixels = encoded.map().wait(&gpu).expect("a readback").values(slot);
+    gpu.wait_idle().expect("the device lives");
+    Shown { pixels, uncovered_share: frame.uncovered_share().expect("a counted frame") }
 }
 
 const PLAIN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;

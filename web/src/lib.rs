@@ -1,6 +1,6 @@
 //! The browser client: page, websocket, input and panel around the client library.
 //!
-//! `web/static` holds the page; its `main.js` loads the WebAssembly and calls [`start`]. A frame runs in an animation-frame
+//! `web/static` holds the page; its `main.js` loads the WebAssembly and calls `start`. A frame runs in an animation-frame
 //! callback; a slower timer keeps the session alive while the page is hidden. Updates are decoded and built one at a time
 //! between two frames, on the page's only thread.
 

@@ -1,4 +1,4 @@
-//! The native window: winit for the window and its events, egui for the panel, the same [`Viewer`](crate::viewer::Viewer),
+//! The native window: winit for the window and its events, egui for the panel, the same [`Viewer`],
 //! [`Controls`] and [`Picture`](crate::picture::Picture) as everywhere else.
 //!
 //! A picture is drawn when the eye moved, when something new is held, or when the panel wants to change, so a still viewer of

@@ -123,8 +123,8 @@ pub struct Stage {
 
 impl Stage {
     pub fn new() -> Stage {
-        let gpu = Gpu::block_on(Gpu::new_headless()).unwrap();
-        let pass = SurfacePass::new(&gpu).unwrap();
+        let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+        let pass = SurfacePass::new(&gpu).expect("the shaders compile");
         Stage { gpu, pass }
     }
 
@@ -139,7 +139,7 @@ impl Stage {
         let w = readback.texture(&target.w, 0, size);
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
-        let mapped = encoded.map().wait(&self.gpu).unwrap();
+        let mapped = encoded.map().wait(&self.gpu).expect("a readback");
         Drawn { colour: mapped.values(colour), normal_ids: mapped.values(normal_ids), w: mapped.values(w) }
     }
 
