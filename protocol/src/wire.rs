@@ -9,7 +9,7 @@
 //! | 1 | server | a fragment of an update: update number (u32, low bits), bytes of the whole update (u32), offset (u32), bytes |
 //!
 //! An update's bytes are a head of [`UpdateHead`] and its edits one after the other, hand-laid, samples by the
-//! [`codec`](crate::codec). It is split into fragments of at most [`FRAGMENT_BYTES`], so that a pong or a farewell never
+//! [`codec`]. It is split into fragments of at most [`FRAGMENT_BYTES`], so that a pong or a farewell never
 //! waits long behind bulk, and so that no message is large.
 
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};

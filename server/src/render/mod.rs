@@ -2,7 +2,7 @@
 //!
 //! [`SceneRenderer`] holds meshes, materials and textures, and where every instance is at a time. A pass
 //! ([`crate::discretize::Discretizer`], [`crate::truth::TruthRenderer`]) brings a [`Pipelines`] and calls
-//! [`SceneRenderer::draw`] in its own render pass.
+//! `SceneRenderer::draw` in its own render pass.
 //!
 //! Positions are f32 relative to an anchor near the viewer that the caller chooses at each [`SceneRenderer::update`];
 //! matrices are composed in f64 first, so that a scene far from the world's origin looks the same.

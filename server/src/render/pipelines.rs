@@ -82,7 +82,7 @@ pub struct Pass<'a> {
     pub constants: &'a [(&'a str, f64)],
 }
 
-/// See [`Pipelines::of`].
+/// See `Pipelines::of`.
 pub struct Pipelines {
     /// Back faces culled, mirrored, both sides; each without and with cut-outs.
     variants: Vec<[wgpu::RenderPipeline; 2]>,

@@ -1,6 +1,6 @@
 //! One client's connection: the socket, the sans-IO session, and the turns it takes at the worker.
 //!
-//! What all sessions share is [`Shared`]; each runs as one task until it ends for one of the reasons of [`End`], which
+//! What all sessions share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
 mod outlet;
