@@ -100,7 +100,10 @@ fn document() -> anyhow::Result<Tally> {
 }
 
 fn test_native() -> anyhow::Result<Tally> {
-    count(cargo().args(["test", "--workspace", "--no-fail-fast"]))
+    let tool = cargo().args(["test", "--workspace", "--no-fail-fast"]);
+    // EGL complains on every start without it.
+    let quiet = std::env::var_os("XDG_RUNTIME_DIR").unwrap_or_else(|| std::env::temp_dir().into());
+    count(tool.env("XDG_RUNTIME_DIR", quiet))
 }
 
 fn test_browser() -> anyhow::Result<Tally> {
