@@ -108,7 +108,7 @@ fn test_native() -> anyhow::Result<Tally> {
 
 fn test_browser() -> anyhow::Result<Tally> {
     let web_dir = std::path::absolute(web::build(web::Profile::Fast)?)?;
-    cargo().args(["build", "--package", "vantage-server", "--bin", "vantage-server"]).check()?;
+    cargo().args(["build", "--workspace", "--bin", "vantage-server"]).check()?;
     let tests = Path::new("tests/browser");
     Tool::new("npm").args(["ci", "--no-audit", "--no-fund", "--silent"]).dir(tests).check()?;
     let server = std::path::absolute(target_dir().join("debug/vantage-server"))?;

@@ -28,7 +28,9 @@ pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
     std::fs::create_dir_all(&out_dir).with_context(|| format!("making {}", out_dir.display()))?;
     let wasm = target_dir().join("wasm32-unknown-unknown").join(name).join("vantage_web.wasm");
     step("Binding it for the browser");
-    cargo().args(["run", "--quiet", "--package", "vantage-bindgen", "--"]).args([&wasm, &out_dir]).check()?;
+    // `--workspace`: with the features that the tests are built with, so that nothing is built twice.
+    cargo().args(["build", "--workspace", "--bin", "vantage-bindgen"]).check()?;
+    Tool::new(target_dir().join("debug/vantage-bindgen")).args([&wasm, &out_dir]).check()?;
     copy_files(Path::new("web/static"), &out_dir)?;
     let size = std::fs::metadata(out_dir.join("vantage_web_bg.wasm"))?.len();
     println!("    {}: {} KiB of wasm", out_dir.display(), size / 1024);
