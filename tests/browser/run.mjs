@@ -69,8 +69,8 @@ function tests(renderer) {
       assert.ok(colours(at.first) >= 8, `only ${colours(at.first)} colours`);
     }],
     ['covers a closed room', async () => {
-      const state = await until(at.page, 'the share of uncovered pixels', (now) => now.uncovered !== null);
-      assert.ok(state.uncovered < 0.05, `${state.uncovered} of the picture is uncovered`);
+      // The share is counted a few frames late: the first one read may be that of the empty frame before.
+      await until(at.page, 'a covered picture', (now) => now.uncovered !== null && now.uncovered < 0.05);
     }],
     ['fills the panel', async () => {
       await until(at.page, 'the figures', (now) => now.stats.samples > 0);
