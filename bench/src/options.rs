@@ -26,12 +26,13 @@ pub fn scale(text: &str) -> Result<f64, String> {
     }
 }
 
-/// `default` or `flat`.
+/// `default`, `flat` or `flat-lit`.
 pub fn look(text: &str) -> Result<protocol::Look, String> {
     match text {
         "default" => Ok(protocol::Look::Default),
         "flat" => Ok(protocol::Look::Flat),
-        _ => Err("the look is default or flat".to_owned()),
+        "flat-lit" => Ok(protocol::Look::FlatLit),
+        _ => Err("the look is default, flat or flat-lit".to_owned()),
     }
 }
 

@@ -1,9 +1,11 @@
 //! Where the eye is, frame by frame: from a trace, from a viewer's `stats.json`, or an orbit of our own.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use camera::{Rigid, Trace};
+use camera::{Rigid, Trace, TracePose};
+use glam::{DQuat, DVec3};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +50,7 @@ pub fn read_stats(path: &Path) -> anyhow::Result<Vec<PoseRow>> {
 
 /// Every pose of a trace, at its own time; the scene's time is the trace's.
 pub fn from_trace(trace: &Trace) -> Vec<PoseRow> {
-    let row = |(index, pose): (usize, &camera::TracePose)| PoseRow {
+    let row = |(index, pose): (usize, &TracePose)| PoseRow {
         frame: index as u32,
         t_s: pose.t_s,
         scene_time_s: pose.t_s,
@@ -69,10 +71,34 @@ pub fn orbit(scene: &Scene, size_px: (u32, u32), fov_y_rad: f64) -> Vec<PoseRow>
     from_trace(&Trace::orbit(scene.bounds.min, scene.bounds.max, fov_x_rad.min(fov_y_rad), ORBIT_S))
 }
 
+/// A person for 2.5 s, sampled 60 times a second, from where the scene begins. In a scene to walk in: sways sideways by
+/// 0.4 m at up to 1.2 m/s, and turns the head by up to 20 degrees at up to 60 degrees a second. Otherwise: goes round the
+/// middle of the scene at 30 degrees a second.
+pub fn stroll(scene: &Scene) -> Trace {
+    const POSES_PER_S: f64 = 60.0;
+    const SWAY_M: f64 = 0.4;
+    const SWAYS_PER_S: f64 = 1.2 / (TAU * SWAY_M);
+    const TURN_RAD: f64 = 20.0 / 360.0 * TAU;
+    const ROUND_RAD_S: f64 = 30.0 / 360.0 * TAU;
+    let start = server::start::start_pose(scene);
+    let centre = scene.bounds.centre();
+    let pose = |t_s: f64| {
+        if scene.walk {
+            let swing = (TAU * SWAYS_PER_S * t_s).sin();
+            let rotation = DQuat::from_rotation_y(-TURN_RAD * swing) * start.rotation;
+            Rigid { translation: start.transform_point(DVec3::X * (SWAY_M * swing)), rotation }
+        } else {
+            let round = DQuat::from_rotation_y(ROUND_RAD_S * t_s);
+            let translation = centre + round * (start.translation - centre);
+            Rigid { translation, rotation: round * start.rotation }
+        }
+    };
+    let times = (0..=(ORBIT_S * POSES_PER_S) as usize).map(|index| index as f64 / POSES_PER_S);
+    Trace { poses: times.map(|t_s| TracePose { t_s, world_from_eye: pose(t_s) }).collect() }
+}
+
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     #[test]

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use camera::{Pinhole, Rigid};
 use protocol::DepthImage;
-use protocol::codec::{Profile, encode_patch};
+use protocol::codec::{Coding, encode_patch};
 use protocol::held::{Patch, PatchId, Purpose};
 use protocol::message::ViewSize;
 use scene::Scene;
@@ -81,8 +81,8 @@ pub fn make(
     Ok(ImageSet { images: captures.iter().map(|capture| capture.depth_image(precision)).collect(), images_ms })
 }
 
-/// The bytes of images on the wire, each as a patch.
-pub fn encoded(images: &[DepthImage]) -> Vec<Vec<u8>> {
+/// The bytes of images on the wire, each as a patch; colours must be settled by `coding`.
+pub fn encoded(images: &[DepthImage], coding: Coding) -> Vec<Vec<u8>> {
     let patch = |(image, id): (&DepthImage, u32)| Patch {
         id: PatchId(id),
         purpose: Purpose::Eye,
@@ -90,7 +90,7 @@ pub fn encoded(images: &[DepthImage]) -> Vec<Vec<u8>> {
         objects: Vec::new(),
         image: image.clone(),
     };
-    images.iter().zip(1..).map(|image| encode_patch(&patch(image), Profile::Fast)).collect()
+    images.iter().zip(1..).map(|image| encode_patch(&patch(image), coding)).collect()
 }
 
 /// The samples at wire width, plane after plane; planes of one value are left out. Its length is [`DepthImage::raw_bytes`].

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use anyhow::Context;
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 use gpu::Gpu;
 
 use crate::report::{Figure, Report};
@@ -18,6 +19,11 @@ pub trait Topic: Sync {
 
     /// What it runs on where nobody named a scene. `quick`: what continuous integration can afford.
     fn default_scenes(&self, quick: bool) -> Vec<String>;
+
+    /// Adds what it takes beside what every topic takes; [`Run::arguments`] gives it back.
+    fn arguments(&self, command: Command) -> Command {
+        command
+    }
 
     /// Fills the report. A scene or method that cannot be run becomes a failed row; an error ends the whole topic.
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()>;
@@ -35,13 +41,32 @@ pub struct Run {
     pub out: PathBuf,
     /// Few enough runs for continuous integration.
     pub quick: bool,
+    /// Everything that was typed.
+    matches: Option<ArgMatches>,
     gpu: OnceLock<Gpu>,
 }
 
 impl Run {
     /// A run that writes into `out`, which exists.
     pub fn new(scenes: Vec<String>, out: PathBuf) -> Run {
-        Run { scenes, trace: None, size_px: None, out, quick: false, gpu: OnceLock::new() }
+        Run { scenes, trace: None, size_px: None, out, quick: false, matches: None, gpu: OnceLock::new() }
+    }
+
+    /// The same with what was typed.
+    pub fn with_matches(self, matches: ArgMatches) -> Run {
+        Run { matches: Some(matches), ..self }
+    }
+
+    /// A topic's own arguments, as its [`Topic::arguments`] declared them; their defaults where nothing was typed.
+    pub fn arguments<A: Args + FromArgMatches>(&self) -> anyhow::Result<A> {
+        let typed = self.matches.clone();
+        let matches = typed.unwrap_or_else(|| A::augment_args(Command::new("defaults")).get_matches_from(["defaults"]));
+        Ok(A::from_arg_matches(&matches)?)
+    }
+
+    /// Whether somebody named the scenes, rather than the topic itself.
+    pub fn names_scenes(&self) -> bool {
+        self.matches.as_ref().is_some_and(|matches| matches.try_get_raw("scene").is_ok_and(|scenes| scenes.is_some()))
     }
 
     /// The graphics adapter, opened when first asked for.

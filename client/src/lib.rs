@@ -6,8 +6,8 @@
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
 //! - [`address`]: a server's address as people type it.
-//! - Natively: `socket`, the websocket, and `pump`, its loop; `window`, the viewer's window; `headless`, the viewer along a
-//!   camera trace.
+//! - Natively: `socket`, the websocket, and `pump`, its loop; `traffic`, what crosses it; `window`, the viewer's window;
+//!   `headless`, the viewer along a camera trace.
 
 pub mod address;
 pub mod connection;
@@ -25,6 +25,8 @@ pub mod picture;
 pub mod pump;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod socket;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod traffic;
 pub mod viewer;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod window;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use protocol::Limits;
 
 use crate::socket::{Socket, Sockets};
+use crate::traffic::Traffic;
 use crate::viewer::{SocketCommand, SocketEvent, Viewer};
 
 /// Room for a frame's own header beside the largest message.
@@ -21,6 +22,7 @@ pub struct Pump<'a> {
     sockets: &'a Sockets,
     url: String,
     socket: Option<Socket>,
+    traffic: Traffic,
     begin: Instant,
     wake: Arc<dyn Fn() + Send + Sync>,
 }
@@ -28,12 +30,17 @@ pub struct Pump<'a> {
 impl<'a> Pump<'a> {
     /// Not connected yet. `wake` is called whenever something came.
     pub fn new(sockets: &'a Sockets, url: &str, wake: Arc<dyn Fn() + Send + Sync>) -> Pump<'a> {
-        Pump { sockets, url: url.to_owned(), socket: None, begin: Instant::now(), wake }
+        Pump { sockets, url: url.to_owned(), socket: None, traffic: Traffic::default(), begin: Instant::now(), wake }
     }
 
     /// Real seconds since the start.
     pub fn now_s(&self) -> f64 {
         self.begin.elapsed().as_secs_f64()
+    }
+
+    /// What has crossed the socket so far.
+    pub fn traffic(&self) -> &Traffic {
+        &self.traffic
     }
 
     /// Takes in what is there and sends what is to be sent.
@@ -67,10 +74,19 @@ impl<'a> Pump<'a> {
 
     /// The next event, waiting for it.
     pub fn event_within(&mut self, wait_s: f64) -> Option<SocketEvent> {
-        self.socket.as_mut()?.event_within(Duration::from_secs_f64(wait_s))
+        let event = self.socket.as_mut()?.event_within(Duration::from_secs_f64(wait_s))?;
+        self.count(&event);
+        Some(event)
+    }
+
+    fn count(&mut self, event: &SocketEvent) {
+        if let SocketEvent::Message(bytes) = event {
+            self.traffic.receive(bytes);
+        }
     }
 
     fn handle(&mut self, viewer: &mut Viewer, event: SocketEvent) {
+        self.count(&event);
         if matches!(event, SocketEvent::Closed(_)) {
             self.socket = None;
         }
@@ -92,6 +108,7 @@ impl<'a> Pump<'a> {
             SocketCommand::Close => self.socket = None,
             SocketCommand::Send(bytes) => {
                 if let Some(socket) = &self.socket {
+                    self.traffic.send(&bytes);
                     socket.send(bytes);
                 }
             }

@@ -3,6 +3,7 @@
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -33,8 +34,12 @@ const BACKLOG: u32 = 1024;
 pub struct Proxy {
     local_addr: SocketAddr,
     commands: watch::Sender<u64>,
+    forwarded: Forwarded,
     accepting: JoinHandle<()>,
 }
+
+/// Bytes of all connections so far: to the target, and from it.
+type Forwarded = Arc<[AtomicU64; 2]>;
 
 impl Proxy {
     /// Listens on `listen` (port 0 for any) and forwards to `target`. Needs a tokio runtime.
@@ -45,13 +50,21 @@ impl Proxy {
         let listener = socket.listen(BACKLOG)?;
         let local_addr = listener.local_addr()?;
         let (commands, cut) = watch::channel(0);
-        let accepting = tokio::spawn(accept(listener, target, link, cut));
-        Ok(Proxy { local_addr, commands, accepting })
+        let forwarded = Forwarded::default();
+        let accepting = tokio::spawn(accept(listener, target, link, forwarded.clone(), cut));
+        Ok(Proxy { local_addr, commands, forwarded, accepting })
     }
 
     /// Where it listens.
     pub fn local_addr(&self) -> SocketAddr {
         self.local_addr
+    }
+
+    /// Bytes that have crossed so far, over all connections: to the target, and from it. All that TCP carried, with the
+    /// framing of whatever protocol is spoken.
+    pub fn forwarded_bytes(&self) -> (u64, u64) {
+        let [to_target, from_target] = &*self.forwarded;
+        (to_target.load(Ordering::Relaxed), from_target.load(Ordering::Relaxed))
     }
 
     /// Cuts every open connection, as a path that breaks; new ones are still accepted.
@@ -81,7 +94,13 @@ fn new_socket(addr: SocketAddr) -> io::Result<TcpSocket> {
 }
 
 /// Connections belong to this task: they end with it.
-async fn accept(listener: TcpListener, target: SocketAddr, link: Link, cut: watch::Receiver<u64>) {
+async fn accept(
+    listener: TcpListener,
+    target: SocketAddr,
+    link: Link,
+    forwarded: Forwarded,
+    cut: watch::Receiver<u64>,
+) {
     let mut connections = JoinSet::new();
     let mut seed = 0;
     loop {
@@ -89,7 +108,7 @@ async fn accept(listener: TcpListener, target: SocketAddr, link: Link, cut: watc
             accepted = listener.accept() => match accepted {
                 Ok((client, _)) => {
                     seed += 2;
-                    connections.spawn(forward(client, target, link, seed, cut.clone()));
+                    connections.spawn(forward(client, target, link, seed, forwarded.clone(), cut.clone()));
                 }
                 Err(error) => {
                     warn!(%error, "the proxy could not accept a connection");
@@ -102,7 +121,14 @@ async fn accept(listener: TcpListener, target: SocketAddr, link: Link, cut: watc
     }
 }
 
-async fn forward(client: TcpStream, target: SocketAddr, link: Link, seed: u64, mut cut: watch::Receiver<u64>) {
+async fn forward(
+    client: TcpStream,
+    target: SocketAddr,
+    link: Link,
+    seed: u64,
+    forwarded: Forwarded,
+    mut cut: watch::Receiver<u64>,
+) {
     cut.mark_unchanged();
     let connected = async { new_socket(target)?.connect(target).await };
     let server = match connected.await {
@@ -122,8 +148,8 @@ async fn forward(client: TcpStream, target: SocketAddr, link: Link, seed: u64, m
     let (from_server, to_server) = server.into_split();
     let both_ways = async {
         tokio::try_join!(
-            one_way(from_client, to_server, LinkModel::new(link, seed), holds_bytes(&link), epoch),
-            one_way(from_server, to_client, LinkModel::new(link, seed + 1), holds_bytes(&link), epoch),
+            one_way(from_client, to_server, LinkModel::new(link, seed), holds_bytes(&link), epoch, &forwarded[0]),
+            one_way(from_server, to_client, LinkModel::new(link, seed + 1), holds_bytes(&link), epoch, &forwarded[1]),
         )
     };
     tokio::select! {
@@ -156,6 +182,7 @@ async fn one_way(
     mut model: LinkModel,
     holds_bytes: usize,
     epoch: Instant,
+    forwarded: &AtomicU64,
 ) -> io::Result<()> {
     let room = Arc::new(Semaphore::new(holds_bytes));
     let (on_way, mut arriving) = mpsc::channel::<Chunk>(holds_bytes);
@@ -180,6 +207,7 @@ async fn one_way(
         while let Some(chunk) = arriving.recv().await {
             tokio::time::sleep_until(chunk.arrival).await;
             to.write_all(&chunk.bytes).await?;
+            forwarded.fetch_add(chunk.bytes.len() as u64, Ordering::Relaxed);
         }
         to.shutdown().await
     };
@@ -223,6 +251,7 @@ mod tests {
         from.read_to_end(&mut received).await.unwrap();
         sending.await.unwrap();
         assert!(received == expected);
+        assert_eq!(proxy.forwarded_bytes(), (1_000_000, 1_000_000));
         proxy.shutdown().await;
     }
 

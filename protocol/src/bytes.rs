@@ -77,6 +77,12 @@ impl<'a> Reader<'a> {
         let length = self.u32()? as usize;
         self.take(length)
     }
+
+    /// A block of bytes behind its length as [`Reader::varint`].
+    pub fn varint_block(&mut self) -> Result<&'a [u8], EndsEarly> {
+        let length = self.varint()? as usize;
+        self.take(length)
+    }
 }
 
 /// Appends values to a vector.
@@ -122,6 +128,12 @@ impl Writer {
     /// See [`Reader::block`].
     pub fn block(&mut self, block: &[u8]) {
         self.u32(u32::try_from(block.len()).expect("blocks stay under 4 GiB"));
+        self.bytes.extend_from_slice(block);
+    }
+
+    /// See [`Reader::varint_block`].
+    pub fn varint_block(&mut self, block: &[u8]) {
+        self.varint(u32::try_from(block.len()).expect("blocks stay under 4 GiB"));
         self.bytes.extend_from_slice(block);
     }
 }

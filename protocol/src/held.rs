@@ -102,6 +102,19 @@ pub struct Update {
     pub digest: u64,
 }
 
+/// The edits of an update in the making, see [`Held::edit`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Draft {
+    edits: Vec<Edit>,
+}
+
+impl Draft {
+    /// The edits so far, in order.
+    pub fn edits(&self) -> &[Edit] {
+        &self.edits
+    }
+}
+
 /// A held patch with what edits did to its samples since.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldPatch {

@@ -65,6 +65,49 @@ impl Mask {
         })
     }
 
+    /// The pixels from `(x, y)` on to the right, up to 64, lowest bit first.
+    pub(crate) fn bits(&self, x: u32, y: u32, count: u32) -> u64 {
+        let bit = self.bit(x, y);
+        let low = self.words[bit / 64] >> (bit % 64);
+        let high = self.words.get(bit / 64 + 1).map_or(0, |next| (next << 1) << (63 - bit % 64));
+        (low | high) & (u64::MAX >> (64 - count))
+    }
+
+    /// Marks the pixels of [`Mask::bits`] that are set.
+    pub(crate) fn set_bits(&mut self, x: u32, y: u32, bits: u64) {
+        let bit = self.bit(x, y);
+        self.words[bit / 64] |= bits << (bit % 64);
+        let high = bits >> 1 >> (63 - bit % 64);
+        if high != 0 {
+            self.words[bit / 64 + 1] |= high;
+        }
+    }
+
+    /// Hands the runs of occupied pixels in a row to `take`, as ranges of columns.
+    pub(crate) fn runs(&self, y: u32, mut take: impl FnMut(std::ops::Range<u32>)) {
+        let row = self.bit(0, y);
+        let end = row + self.width_px as usize;
+        let mut start = self.next_bit(row, end, 0);
+        while start < end {
+            let stop = self.next_bit(start, end, u64::MAX);
+            take((start - row) as u32..(stop - row) as u32);
+            start = self.next_bit(stop, end, 0);
+        }
+    }
+
+    /// The first bit in `from..end` that is set, or with all bits `flipped`, that is not; `end` where there is none.
+    fn next_bit(&self, from: usize, end: usize, flipped: u64) -> usize {
+        let mut from = from;
+        while from < end {
+            let rest = (self.words[from / 64] ^ flipped) >> (from % 64);
+            if rest != 0 {
+                return (from + rest.trailing_zeros() as usize).min(end);
+            }
+            from = (from / 64 + 1) * 64;
+        }
+        end
+    }
+
     /// The bits as words; bits past the last pixel are zero.
     pub fn words(&self) -> &[u64] {
         &self.words
@@ -72,6 +115,31 @@ impl Mask {
 
     fn bit(&self, x: u32, y: u32) -> usize {
         y as usize * self.width_px as usize + x as usize
+    }
+}
+
+/// How many samples lie before each word of a mask, so that an address finds its place in the planes at once.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ranks(Vec<u32>);
+
+impl Ranks {
+    /// Of a mask; stale once the mask changes.
+    pub fn new(mask: &Mask) -> Ranks {
+        let ranks = mask.words().iter().scan(0, |before, word| {
+            let rank = *before;
+            *before += word.count_ones();
+            Some(rank)
+        });
+        Ranks(ranks.collect())
+    }
+
+    /// The place of a pixel's sample in the planes, `None` where the pixel holds none.
+    pub fn of(&self, mask: &Mask, x: u16, y: u16) -> Option<usize> {
+        mask.get(u32::from(x), u32::from(y)).then(|| {
+            let bit = mask.bit(u32::from(x), u32::from(y));
+            let below = mask.words[bit / 64] & ((1 << (bit % 64)) - 1);
+            self.0[bit / 64] as usize + below.count_ones() as usize
+        })
     }
 }
 

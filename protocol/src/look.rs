@@ -69,6 +69,8 @@ pub enum Look {
     Default,
     /// Base colour under constant light, so that frames compare with other systems'.
     Flat,
+    /// As [`Look::Flat`], with a directional light that reaches only steep faces: some of those systems' scenes have it.
+    FlatLit,
 }
 
 /// Everything that lights a scene at a time: `shown = sRGB(1 - exp(-c))` with
@@ -81,7 +83,7 @@ pub struct Lighting {
     pub lights: Vec<Light>,
     /// sRGB-encoded colour where there is no surface.
     pub background: [u8; 3],
-    /// 0: Lambert. 1: the retro-reflecting diffuse term of Burley 2012 at roughness 1, as the flat look needs it.
+    /// 0: Lambert. 1: the retro-reflecting diffuse term of Burley 2012 at roughness 1, as [`Look::FlatLit`] needs it.
     pub burley: bool,
 }
 

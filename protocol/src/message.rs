@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 3;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -45,6 +45,8 @@ pub enum ClientMessage {
         clock: Clock,
         /// The output.
         view: ViewSize,
+        /// What the held copy may take of the client's memory, in bytes; the server evicts what was least recently visible.
+        budget_bytes: u64,
     },
     /// The output changed.
     View(ViewSize),

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::bytes::{EndsEarly, Reader, Writer};
-use crate::codec::{self, CodecError, Packer, Profile, Unpacker};
+use crate::codec::{self, CodecError, Coding, Packer, Unpacker};
 use crate::held::{Edit, PatchId, Update};
 use crate::limits::Limits;
 use crate::message::{ClientMessage, ServerMessage, Welcome};
@@ -128,7 +128,9 @@ pub fn decode_client(bytes: &[u8], limits: &Limits) -> Result<Envelope<ClientMes
 /// The messages that carry what a server says: one, or for an update as many as it has fragments.
 pub fn encode_server(envelope: &Envelope<ServerMessage>) -> Vec<Vec<u8>> {
     let control = match &envelope.message {
-        ServerMessage::Update(update) => return fragments(envelope.at_s, &encode_update(update)).collect(),
+        ServerMessage::Update(update) => {
+            return fragments(envelope.at_s, &encode_update(update, Coding::default())).collect();
+        }
         ServerMessage::Welcome(welcome) => ServerControl::Welcome(welcome.clone()),
         ServerMessage::Pong(number) => ServerControl::Pong(*number),
         ServerMessage::Advanced { to_s } => ServerControl::Advanced { to_s: *to_s },
@@ -186,6 +188,35 @@ pub(crate) fn travel(bytes: &[u8]) -> Result<Option<f64>, WireError> {
     let (kind, at_s) = read_envelope(&mut reader)?;
     let travels = kind != CONTROL || matches!(decode_control(&mut reader)?, ServerControl::Pong(_));
     Ok(travels.then_some(at_s))
+}
+
+/// What a client's message is, for who counts what crosses a socket; `None` where it is malformed.
+pub fn client_message_kind(bytes: &[u8]) -> Option<&'static str> {
+    let mut reader = Reader::new(bytes);
+    read_envelope(&mut reader).ok().filter(|(kind, _)| *kind == CONTROL)?;
+    Some(match decode_control(&mut reader).ok()? {
+        ClientMessage::Hello { .. } => "hello",
+        ClientMessage::View(_) => "view",
+        ClientMessage::Pose { .. } => "pose",
+        ClientMessage::Ack { .. } => "ack",
+        ClientMessage::Restart => "restart",
+        ClientMessage::Ping(_) => "ping",
+        ClientMessage::Advance { .. } => "advance",
+    })
+}
+
+/// What a server's message is, for who counts what crosses a socket; `None` where it is malformed. Every fragment is `update`.
+pub fn server_message_kind(bytes: &[u8]) -> Option<&'static str> {
+    let mut reader = Reader::new(bytes);
+    if read_envelope(&mut reader).ok()?.0 == FRAGMENT {
+        return Some("update");
+    }
+    Some(match decode_control(&mut reader).ok()? {
+        ServerControl::Welcome(_) => "welcome",
+        ServerControl::Pong(_) => "pong",
+        ServerControl::Advanced { .. } => "advanced",
+        ServerControl::Goodbye { .. } => "goodbye",
+    })
 }
 
 fn check_size(bytes: &[u8], limit: usize) -> Result<(), WireError> {
@@ -249,8 +280,8 @@ const MOVE: u8 = 5;
 const MATERIALS: u8 = 6;
 const LIGHT: u8 = 7;
 
-/// The bytes of an update, before they are split. Pure: it may run on any thread.
-pub fn encode_update(update: &Update) -> EncodedUpdate {
+/// The bytes of an update, before they are split; colours must be settled by `coding`. Pure: it may run on any thread.
+pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
     let mut out = Writer { bytes: Vec::with_capacity(UpdateHead::BYTES) };
     let clears = matches!(update.edits.first(), Some(Edit::Clear));
     let edits = &update.edits[usize::from(clears)..];
@@ -261,7 +292,7 @@ pub fn encode_update(update: &Update) -> EncodedUpdate {
     out.u8(clears.into());
     out.u32(u32::try_from(edits.len()).expect("fewer than 2^32 edits"));
     let mut packer = Packer::new();
-    let mut coded = encode_patches(edits).into_iter();
+    let mut coded = encode_patches(edits, coding).into_iter();
     for edit in edits {
         match edit {
             Edit::Add(_) => {
@@ -275,9 +306,9 @@ pub fn encode_update(update: &Update) -> EncodedUpdate {
 }
 
 /// The bytes of each added patch, in order. They are nearly all of the work, and coded side by side where there are threads.
-fn encode_patches(edits: &[Edit]) -> Vec<Vec<u8>> {
+fn encode_patches(edits: &[Edit], coding: Coding) -> Vec<Vec<u8>> {
     let added = |edit: &Edit| match edit {
-        Edit::Add(patch) => Some(codec::encode_patch(patch, Profile::Fast)),
+        Edit::Add(patch) => Some(codec::encode_patch(patch, coding)),
         _ => None,
     };
     #[cfg(not(target_arch = "wasm32"))]

@@ -8,13 +8,20 @@ use camera::{Camera, Pinhole, Rigid};
 use common::{cast, fragments, patch};
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
-use vantage_protocol::codec::{CodecError, Profile, decode_patch, encode_patch};
+use vantage_protocol::codec::{CodecError, Coding, ColourSteps, Profile, decode_patch, encode_patch};
 use vantage_protocol::{DepthImage, DepthScale, Limits, Mask, ObjectPose, Patch, PatchId, Purpose};
 
+/// The bytes of the fast profile; both profiles and all steps of colour are tried.
 fn round_trip(patch: &Patch) -> Vec<u8> {
-    let bytes = encode_patch(patch, Profile::Fast);
-    assert!(decode_patch(&bytes, &Limits::default()).unwrap() == *patch);
-    bytes
+    for profile in [Profile::Fast, Profile::Dense] {
+        for colour in ColourSteps::ALL {
+            let mut patch = patch.clone();
+            colour.settle_all(&mut patch.image.colour);
+            let bytes = encode_patch(&patch, Coding { profile, colour });
+            assert!(decode_patch(&bytes, &Limits::default()).unwrap() == patch, "{profile:?} {colour:?}");
+        }
+    }
+    encode_patch(patch, Coding::default())
 }
 
 #[test]
@@ -41,7 +48,7 @@ fn odd_sizes_empty_images_and_single_samples_come_back() {
 #[test]
 fn constant_planes_are_not_sent() {
     let mut image = cast((128, 128), |_, _| true);
-    let textured = encode_patch(&patch(1, image.clone()), Profile::Fast).len();
+    let textured = encode_patch(&patch(1, image.clone()), Coding::default()).len();
     image.colour.fill([9, 8, 7]);
     image.object.fill(300);
     image.material.fill(2);
@@ -68,7 +75,7 @@ fn purposes_and_object_poses_come_back() {
 
 #[test]
 fn limits_hold_before_anything_is_allocated() {
-    let bytes = encode_patch(&patch(1, cast((64, 64), |_, _| true)), Profile::Fast);
+    let bytes = encode_patch(&patch(1, cast((64, 64), |_, _| true)), Coding::default());
     let few = |limits: Limits| decode_patch(&bytes, &limits).unwrap_err();
     assert!(matches!(few(Limits { update_samples: 100, ..Limits::default() }), CodecError::TooMuch("samples")));
     assert!(matches!(few(Limits { update_pixels: 100, ..Limits::default() }), CodecError::TooMuch("pixels")));
@@ -77,7 +84,7 @@ fn limits_hold_before_anything_is_allocated() {
 
 #[test]
 fn every_truncation_is_refused() {
-    let bytes = encode_patch(&patch(1, cast((40, 30), fragments)), Profile::Fast);
+    let bytes = encode_patch(&patch(1, cast((40, 30), fragments)), Coding::default());
     for length in 0..bytes.len() {
         assert!(decode_patch(&bytes[..length], &Limits::default()).is_err(), "{length} of {}", bytes.len());
     }
@@ -123,7 +130,7 @@ proptest! {
         image in any_image(),
         damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
-        let mut bytes = encode_patch(&patch(1, image), Profile::Fast);
+        let mut bytes = encode_patch(&patch(1, image), Coding::default());
         for (place, byte) in damage {
             let place = place.index(bytes.len());
             bytes[place] = byte;
@@ -137,3 +144,46 @@ proptest! {
         let _ = decode_patch(&bytes, &Limits::default());
     }
 }
+
+#[test]
+fn bytes_stay_few() {
+    let whole = patch(1, cast((320, 200), |_, _| true));
+    let part = patch(1, cast((320, 200), fragments));
+    let bytes = |patch: &Patch, profile, colour: ColourSteps| {
+        let mut patch = patch.clone();
+        colour.settle_all(&mut patch.image.colour);
+        encode_patch(&patch, Coding { profile, colour }).len() as f64
+    };
+    // What was found, and a tenth more.
+    for (patch, fast_most, fine_most, dense_most) in [(&whole, 0.48, 0.40, 0.95), (&part, 0.60, 0.55, 0.92)] {
+        let fast = bytes(patch, Profile::Fast, ColourSteps::Lossless);
+        let zstd = zstd::bulk::compress(&raw_planes(&patch.image), 1).unwrap().len() as f64;
+        let dense = bytes(patch, Profile::Dense, ColourSteps::Lossless);
+        let fine = bytes(patch, Profile::Fast, ColourSteps::Fine);
+        eprintln!("of zstd: fast {:.3}, fine {:.3}; dense of fast {:.3}", fast / zstd, fine / zstd, dense / fast);
+        assert!(fast < fast_most * zstd, "fast: {:.3} of zstd at level 1", fast / zstd);
+        assert!(fine < fine_most * zstd, "fine: {:.3} of zstd at level 1", fine / zstd);
+        assert!(dense < dense_most * fast, "dense: {:.3} of fast", dense / fast);
+    }
+}
+
+/// All planes at wire width; none of the test images is constant anywhere.
+fn raw_planes(image: &DepthImage) -> Vec<u8> {
+    let shorts = |plane: &[u16]| plane.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    let (depth, object) = (shorts(&image.depth), shorts(&image.object));
+    [&depth, image.normal.as_flattened(), image.colour.as_flattened(), &object, &image.material].concat()
+}
+
+#[test]
+fn a_small_patch_costs_little_beside_its_header() {
+    // A header of 127 bytes; a hundred samples in a corner of a large image.
+    let few = patch(1, cast((640, 400), |x, y| (300..310).contains(&x) && (300..310).contains(&y)));
+    let bytes = round_trip(&few).len() - HEADER_BYTES;
+    assert!(bytes < 3 * 100, "{bytes} bytes for 100 samples of ten bytes each");
+    let one = patch(1, cast((640, 400), |x, y| (x, y) == (300, 300)));
+    let bytes = round_trip(&one).len() - HEADER_BYTES;
+    assert!(bytes < 30, "{bytes} bytes for a sample");
+}
+
+/// Id, purpose, time, camera, depth scale and the number of objects.
+const HEADER_BYTES: usize = 4 + 3 + 8 + (1 + 7 * 8 + 2 * 4 + 4 * 8) + 8 + 4;

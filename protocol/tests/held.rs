@@ -6,6 +6,7 @@ mod common;
 
 use common::{cast, fragments, patch};
 use glam::{DAffine3, DVec3};
+use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
 use vantage_protocol::{DepthImage, Edit, Held, HeldError, Limits, Material, ObjectPose, PatchId, Update};
 
@@ -27,7 +28,7 @@ fn moved(object: u16, x_m: f64) -> ObjectPose {
 
 /// What the client does with what the server made.
 fn send(client: &mut Held, update: &Update) {
-    let bytes = encode_update(update).bytes;
+    let bytes = encode_update(update, Coding::default()).bytes;
     let decoded = decode_update(&bytes, &Limits::default()).unwrap();
     assert!(decoded == *update);
     client.apply(&decoded).unwrap();

@@ -10,6 +10,7 @@ use camera::Rigid;
 use common::{cast, patch};
 use glam::DVec3;
 use network::{Link, LinkModel};
+use vantage_protocol::codec::Coding;
 use vantage_protocol::message::{Clock, ServerMessage, VERSION, ViewSize, Welcome};
 use vantage_protocol::session::{
     ClientConfig, ClientEvent, ClientSession, Fault, SendError, ServerConfig, ServerEvent, ServerSession, SessionError,
@@ -96,8 +97,10 @@ impl Pair {
         while let Some(event) = self.server.poll_event() {
             if event == ServerEvent::Restart {
                 self.restarts += 1;
-                let refused =
-                    self.server.send_update(&encode_update(&self.server_held.commit(vec![], 0.0, 0).unwrap()), now_s);
+                let refused = self.server.send_update(
+                    &encode_update(&self.server_held.commit(vec![], 0.0, 0).unwrap(), Coding::default()),
+                    now_s,
+                );
                 assert_eq!(refused, Err(SendError::MustClear));
                 self.send(vec![Edit::Clear]);
             }
@@ -147,7 +150,7 @@ impl Pair {
 
     fn send(&mut self, edits: Vec<Edit>) {
         let update = self.server_held.commit(edits, self.now_s, 0).unwrap();
-        self.server.send_update(&encode_update(&update), self.now_s).unwrap();
+        self.server.send_update(&encode_update(&update, Coding::default()), self.now_s).unwrap();
     }
 
     fn run(&mut self, seconds: f64, mut each: impl FnMut(&mut Pair)) {
@@ -285,7 +288,7 @@ fn message(at_s: f64, message: ClientMessage) -> Vec<u8> {
 }
 
 fn hello() -> Vec<u8> {
-    message(0.0, ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: VIEW })
+    message(0.0, ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: VIEW, budget_bytes: 0 })
 }
 
 fn server() -> ServerSession {
@@ -310,12 +313,12 @@ fn refusal(messages: &[Vec<u8>]) -> SessionError {
 fn hostile_clients_are_refused_by_name() {
     let pose =
         |seq, x_m| ClientMessage::Pose { seq, sampled_at_s: 0.0, world_from_eye: pose(x_m), velocity_world: [0.0; 3] };
-    let other = ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW };
+    let other = ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW, budget_bytes: 0 };
     assert_eq!(refusal(&[message(0.0, other)]), SessionError::Version { ours: VERSION, theirs: 99 });
-    let other = ClientMessage::Hello { version: VERSION, clock: Clock::Virtual, view: VIEW };
+    let other = ClientMessage::Hello { version: VERSION, clock: Clock::Virtual, view: VIEW, budget_bytes: 0 };
     assert_eq!(refusal(&[message(0.0, other)]).fault(), Fault::Mismatch);
     let blind = ViewSize { width_px: 0, ..VIEW };
-    let other = ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: blind };
+    let other = ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: blind, budget_bytes: 0 };
     assert!(matches!(refusal(&[message(0.0, other)]), SessionError::Range(_)));
     assert!(matches!(refusal(&[message(0.0, ClientMessage::Restart)]), SessionError::Unexpected(_)));
     assert!(matches!(refusal(&[hello(), hello()]), SessionError::Unexpected(_)));
@@ -364,7 +367,7 @@ fn a_client_that_never_reads_is_cut_off() {
     let mut server = server();
     server.handle(&hello(), 0.0).unwrap();
     let update = Held::default().commit(vec![], 0.0, 0).unwrap();
-    server.send_update(&encode_update(&update), 0.0).unwrap();
+    server.send_update(&encode_update(&update, Coding::default()), 0.0).unwrap();
     assert!(!server.can_send_update(), "the socket has not taken the last one");
     let stalled = (1..100).find_map(|second| {
         let now_s = f64::from(second);
@@ -422,7 +425,7 @@ fn virtual_run(link: &str, batch: usize) -> Vec<(u64, f64, f64)> {
                 if server.can_send_update() {
                     let seq = server.pose().map_or(0, |pose| pose.seq);
                     let update = held.commit(vec![], tick_s, seq).unwrap();
-                    server.send_update(&encode_update(&update), tick_s).unwrap();
+                    server.send_update(&encode_update(&update, Coding::default()), tick_s).unwrap();
                 }
             }
             server.advanced();

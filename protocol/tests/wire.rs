@@ -8,10 +8,12 @@ use camera::Rigid;
 use common::{cast, fragments, patch};
 use glam::DVec3;
 use proptest::prelude::*;
+use vantage_protocol::codec::Coding;
 use vantage_protocol::message::{Clock, ServerMessage, VERSION, ViewSize, Welcome};
 use vantage_protocol::wire::{
-    Assembler, Envelope, FRAGMENT_BYTES, Fragment, ServerPacket, UpdateHead, WireError, decode_client, decode_server,
-    decode_update, encode_client, encode_server, encode_update, fragments as split,
+    Assembler, Envelope, FRAGMENT_BYTES, Fragment, ServerPacket, UpdateHead, WireError, client_message_kind,
+    decode_client, decode_server, decode_update, encode_client, encode_server, encode_update, fragments as split,
+    server_message_kind,
 };
 use vantage_protocol::{ClientMessage, Edit, Held, Light, Lighting, Limits, Look, Material, PatchId, Update};
 
@@ -19,7 +21,7 @@ const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 
 
 fn client_messages() -> Vec<ClientMessage> {
     vec![
-        ClientMessage::Hello { version: VERSION, clock: Clock::Virtual, view: VIEW },
+        ClientMessage::Hello { version: VERSION, clock: Clock::Virtual, view: VIEW, budget_bytes: 1 << 30 },
         ClientMessage::View(VIEW),
         ClientMessage::Pose {
             seq: 7,
@@ -101,6 +103,17 @@ fn every_server_message_comes_back() {
 }
 
 #[test]
+fn messages_are_told_apart_without_their_sessions() {
+    let sent = client_messages().into_iter().map(|message| encode_client(&Envelope { at_s: 0.25, message }));
+    let kinds: Vec<_> = sent.filter_map(|bytes| client_message_kind(&bytes)).collect();
+    assert_eq!(kinds, ["hello", "view", "pose", "ack", "restart", "ping", "advance"]);
+    let kind = |message| server_message_kind(&encode_server(&Envelope { at_s: 0.0, message })[0]);
+    assert_eq!(kind(ServerMessage::Update(Box::new(update_of((8, 8))))), Some("update"));
+    assert_eq!(kind(ServerMessage::Pong(3)), Some("pong"));
+    assert_eq!((client_message_kind(&[]), server_message_kind(&[0; 9])), (None, None));
+}
+
+#[test]
 fn an_update_travels_in_small_fragments() {
     let limits = Limits::default();
     let messages = encode_server(&Envelope { at_s: 2.0, message: ServerMessage::Update(Box::new(update())) });
@@ -164,18 +177,24 @@ fn malformed_and_oversized_messages_are_refused_by_name() {
 
 #[test]
 fn an_update_that_claims_much_is_refused() {
-    let mut bytes = encode_update(&update()).bytes;
+    let mut bytes = encode_update(&update(), Coding::default()).bytes;
     bytes[33..37].copy_from_slice(&u32::MAX.to_le_bytes());
     assert!(decode_update(&bytes, &Limits::default()).is_err());
     let limits = Limits { update_samples: 1000, ..Limits::default() };
-    assert!(matches!(decode_update(&encode_update(&update()).bytes, &limits), Err(WireError::Codec(_))));
+    assert!(matches!(
+        decode_update(&encode_update(&update(), Coding::default()).bytes, &limits),
+        Err(WireError::Codec(_))
+    ));
     let limits = Limits { update_bytes: 100, ..Limits::default() };
-    assert!(matches!(decode_update(&encode_update(&update()).bytes, &limits), Err(WireError::TooLarge { .. })));
+    assert!(matches!(
+        decode_update(&encode_update(&update(), Coding::default()).bytes, &limits),
+        Err(WireError::TooLarge { .. })
+    ));
 }
 
 /// A small update with an edit of every kind, for damage.
 fn small() -> Vec<u8> {
-    encode_update(&update_of((24, 16))).bytes
+    encode_update(&update_of((24, 16)), Coding::default()).bytes
 }
 
 proptest! {
@@ -217,7 +236,7 @@ proptest! {
 
     #[test]
     fn any_split_of_an_update_is_put_together_again(length in 1_usize..200_000) {
-        let mut update = encode_update(&Update { edits: vec![], ..update_of((1, 1)) });
+        let mut update = encode_update(&Update { edits: vec![], ..update_of((1, 1)) }, Coding::default());
         update.bytes.resize(length, 7);
         let mut assembler = Assembler::default();
         let mut whole = Vec::new();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use protocol::Look;
+use protocol::codec::Coding;
 use protocol::message::Clock;
 
 use crate::discretize::{Discretization, MAX_IMAGES};
@@ -22,6 +23,8 @@ pub struct Config {
     pub images: usize,
     /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
     pub image_size_px: u32,
+    /// How samples are coded.
+    pub coding: Coding,
     /// How colour is shown.
     pub look: Look,
     /// The clock that sessions run on.
@@ -51,6 +54,7 @@ impl Default for Config {
             discretization: Discretization::default(),
             images: 4,
             image_size_px: 512,
+            coding: Coding::default(),
             look: Look::default(),
             clock: Clock::default(),
             update_hz: 10.0,
@@ -66,6 +70,9 @@ impl Default for Config {
 pub struct ServerLimits {
     /// Sessions at one time; more are refused with 503.
     pub clients: usize,
+    /// What a session's copy may be large for at most, in bytes at the client, whatever the client names: the server keeps
+    /// and draws one as large.
+    pub budget_bytes: u64,
     /// A connected client must say hello within this time.
     pub hello: Duration,
     /// A message must leave for the client, and what was sent must be acknowledged, within this time.
@@ -78,6 +85,7 @@ impl Default for ServerLimits {
     fn default() -> Self {
         ServerLimits {
             clients: 256,
+            budget_bytes: protocol::session::DEFAULT_BUDGET_BYTES,
             hello: Duration::from_secs(10),
             stall: Duration::from_secs(30),
             silence: Duration::from_secs(60),

@@ -1,69 +1,210 @@
-//! One tick of one session: scene at a time -> plan -> images -> edits. The whole of what a server makes, in order.
+//! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
 use std::sync::Arc;
 
-use protocol::held::{Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose};
-use protocol::wire::{self, EncodedUpdate};
-use protocol::{DepthImage, Lighting, Material};
+use camera::Pinhole;
+use protocol::Material;
+use protocol::codec::Coding;
+use protocol::held::{HeldError, ObjectPose, Update};
+use protocol::session::DEFAULT_BUDGET_BYTES;
 use scene::{Scene, Snapshot};
+use thiserror::Error;
 
+use crate::account::compare::{Comparison, Lacking};
+use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
+use crate::config::Config;
+use crate::discretize::Discretization;
 use crate::imager::{Imager, ImagerError};
-use crate::plan::{Coverage, Plan, Reason, Rules, plan};
+use crate::plan::{Focus, Plan, Reason, Rules, plan};
 use crate::viewer::Viewer;
 
-/// What makes frames: the scene, and what draws it.
+/// Looks at which a still viewer's views are completed at most: the last ones would only trade a few samples of nearly equal
+/// density and depth for each other. Trims come to an end after four.
+const MOST_SETTLING_LOOKS: usize = 8;
+/// A copy holds this many views' pixels at least.
+const LEAST_VIEWS_HELD: u64 = 3;
+
+/// Why an update could not be made.
+#[derive(Debug, Error)]
+pub enum StageError {
+    /// Nothing can be drawn any more.
+    #[error(transparent)]
+    Imager(#[from] ImagerError),
+    /// The copy took an edit amiss: a mistake in the program, or more than a client may hold.
+    #[error("an update that the client could not hold: {0}")]
+    Held(#[from] HeldError),
+}
+
+/// What makes updates: the scene, and what draws it.
 pub struct Stage {
     scene: Arc<Scene>,
     rules: Rules,
+    account_rules: AccountRules,
+    coding: Coding,
+    method: Discretization,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
+    deforms: Vec<bool>,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
 }
 
-/// The images of a set, not yet edits: encoding goes on elsewhere while the next session's images are made.
+/// One client, as the stage serves it.
+#[derive(Debug)]
+pub struct Client {
+    /// What it holds.
+    pub account: Account,
+    /// The last look at it; `None` before any, and where it begins anew.
+    pub focus: Option<Focus>,
+    /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
+    pub budget_bytes: u64,
+}
+
+impl Default for Client {
+    fn default() -> Client {
+        Client { account: Account::default(), focus: None, budget_bytes: DEFAULT_BUDGET_BYTES }
+    }
+}
+
+impl Client {
+    /// The client's copy is broken: the next update starts anew.
+    pub fn start_anew(&mut self) {
+        self.account.start_anew();
+        self.focus = None;
+    }
+}
+
+/// An update that was made, not yet coded.
 #[derive(Debug, Clone)]
-pub struct Frame {
+pub struct Made {
     /// Why it was made.
     pub reason: Reason,
-    /// What the client's copy covers once it holds this.
-    pub coverage: Coverage,
-    /// The newest pose that it was made for.
-    pub pose_seq: u64,
-    /// One a view.
-    pub images: Vec<DepthImage>,
-    /// Where the moving rigid objects are.
-    pub objects: Vec<ObjectPose>,
-    /// The lights at that time.
-    pub lighting: Lighting,
-    /// What the material codes mean.
-    pub materials: Vec<Material>,
+    /// What it says.
+    pub update: Update,
+    /// How to code it.
+    pub coding: Coding,
+    /// What it did.
+    pub counts: Counts,
 }
 
 impl Stage {
     /// A stage for one scene.
-    pub fn new(scene: Arc<Scene>, rules: Rules, imager: Box<dyn Imager>) -> Stage {
+    pub fn new(scene: Arc<Scene>, rules: Rules, method: Discretization, imager: Box<dyn Imager>) -> Stage {
         let materials = imager.materials();
         let still = (!scene.is_animated()).then(|| Arc::new(scene.at(0.0)));
-        Stage { scene, rules, imager, materials, still }
+        let deforms = scene.instances.iter().map(|instance| instance.deforms).collect();
+        let (account_rules, coding) = (AccountRules::default(), Coding::default());
+        Stage { scene, rules, account_rules, coding, method, imager, materials, deforms, still }
     }
 
-    /// Makes what a viewer lacks at a time, or nothing where the set that it holds still serves.
-    pub fn frame(
-        &mut self,
-        viewer: &Viewer,
-        held: Option<&Coverage>,
-        now_s: f64,
-    ) -> Result<Option<Frame>, ImagerError> {
-        let Some(Plan { reason, coverage, views, precision }) = plan(&self.rules, viewer, now_s, held) else {
+    /// The same, whose samples are coded by `coding`.
+    pub fn coded_by(self, coding: Coding) -> Stage {
+        Stage { coding, ..self }
+    }
+
+    /// Makes what a client lacks at a time, or nothing where it lacks nothing.
+    pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
+        let rules = Rules { image_size_px: self.image_size_px(client.budget_bytes), ..self.rules };
+        let Some(plan) = plan(&rules, viewer, now_s, client.focus.as_ref()) else {
             return Ok(None);
         };
+        client.account.draw_with(|| self.imager.new_surfaces());
         let snapshot = self.snapshot(now_s);
-        let images = self.imager.images(&snapshot, &views, precision)?;
-        let objects = self.moving_objects(&snapshot);
         let lighting = self.imager.lighting(&snapshot);
-        let materials = self.materials.clone();
-        Ok(Some(Frame { reason, coverage, pose_seq: viewer.pose_seq, images, objects, lighting, materials }))
+        let moving = self.moving_objects(&snapshot);
+        let materials = std::mem::take(&mut self.materials);
+        let deforms = std::mem::take(&mut self.deforms);
+        let now = Surroundings {
+            time_s: now_s,
+            colour: self.coding.colour,
+            materials: &materials,
+            lighting: &lighting,
+            moving: &moving,
+            deforms: &deforms,
+        };
+        let made = self.look(&plan, &snapshot, &now, client, viewer.pose_seq);
+        (self.materials, self.deforms) = (materials, deforms);
+        made
+    }
+
+    fn look(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        pose_seq: u64,
+    ) -> Result<Option<Made>, StageError> {
+        let account = &mut client.account;
+        account.begin(now)?;
+        if self.method == Discretization::Conventional || plan.reason == Reason::First {
+            // Nothing is held that would stand for anything: a set of images by itself (2016 paper, Alg. 1 and 3).
+            account.forget()?;
+            for capture in &self.imager.captures(snapshot, &plan.views, self.method)? {
+                account.count_anew(capture);
+                account.add(capture, &Lacking::all(capture), plan.precision, now)?;
+            }
+        } else {
+            for (index, view) in plan.views.iter().enumerate() {
+                self.look_from(view, index == 0, plan, snapshot, now, account)?;
+            }
+        }
+        client.account.expire()?;
+        client.account.evict(client.budget_bytes)?;
+        let counts = client.account.counts();
+        let looks = client.focus.map_or(0, |focus| focus.looks) + 1;
+        let before = client.focus.map_or(0, |focus| focus.settling);
+        let settling = if plan.reason == Reason::Settling { before + 1 } else { 0 };
+        let settled =
+            counts.is_still() || self.method == Discretization::Conventional || settling >= MOST_SETTLING_LOOKS;
+        client.focus = Some(Focus { coverage: plan.coverage, settled, looks, settling });
+        let update = client.account.seal(now.time_s, pose_seq, self.rules.animated)?;
+        Ok(update.map(|update| Made { reason: plan.reason, update, coding: self.coding, counts }))
+    }
+
+    /// Lays one view of the scene beside the same view of the copy, and brings the copy up to date there.
+    fn look_from(
+        &mut self,
+        view: &Pinhole,
+        is_own: bool,
+        plan: &Plan,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        account: &mut Account,
+    ) -> Result<(), StageError> {
+        let captures = self.imager.captures(snapshot, std::slice::from_ref(view), Discretization::Conventional)?;
+        let Some(capture) = captures.first() else { return Ok(()) };
+        account.count_anew(capture);
+        account.refresh();
+        let mut copy = self.imager.copy_view(account, view)?;
+        let rules = AccountRules { outlines_stand_in: plan.reason.is_passing(), ..self.account_rules };
+        let comparison = Comparison::new(capture, &copy, account, rules);
+        let (mut retraction, mut lacking) = (comparison.retraction(), comparison.lacking());
+        if plan.reason.is_passing() && !account.looks().is_multiple_of(rules.trim_every) {
+            retraction.false_cover.clear();
+        }
+        // What lacks behind a trimmed sample can wait for the next look where there will be one; a deformed object leaves nothing
+        // behind to look past.
+        let look_again = !plan.reason.is_passing() || !retraction.stale.is_empty();
+        if account.retract(&retraction)? && look_again {
+            account.refresh();
+            copy = self.imager.copy_view(account, view)?;
+            lacking = Comparison::new(capture, &copy, account, rules).lacking();
+        }
+        account.mark_seen(&copy);
+        let least = if is_own { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
+        if lacking.missing as f64 > least {
+            account.add(capture, &lacking, plan.precision, now)?;
+        }
+        Ok(())
+    }
+
+    /// The size of images for a client's budget: one that holds less than a few views' pixels would be sent for ever what was
+    /// evicted just before, so its views are coarser.
+    fn image_size_px(&self, budget_bytes: u64) -> u32 {
+        let pixels = budget_bytes / BYTES_PER_SAMPLE / LEAST_VIEWS_HELD;
+        let side_px = pixels.isqrt().clamp((*Config::IMAGE_SIZES_PX.start()).into(), u32::MAX.into()) as u32;
+        side_px.min(self.rules.image_size_px)
     }
 
     fn snapshot(&self, time_s: f64) -> Arc<Snapshot> {
@@ -77,80 +218,4 @@ impl Stage {
             .map(|((_, &world_from_object), object)| ObjectPose { object, world_from_object })
             .collect()
     }
-}
-
-/// The server's copy of what one client holds, and what that covers.
-#[derive(Debug, Default)]
-pub struct ClientCopy {
-    held: Held,
-    coverage: Option<Coverage>,
-    last_patch: u32,
-    broken: bool,
-}
-
-impl ClientCopy {
-    /// What the held set covers; `None` where there is none.
-    pub fn coverage(&self) -> Option<&Coverage> {
-        self.coverage.as_ref()
-    }
-
-    /// The client's copy is broken: the next update starts anew. The old picture stays on its screen until then.
-    pub fn start_anew(&mut self) {
-        self.coverage = None;
-        self.broken = true;
-    }
-
-    /// Takes in a frame and gives the update that brings the client there.
-    pub fn update(&mut self, frame: Frame) -> Result<EncodedUpdate, HeldError> {
-        let (scene_time_s, pose_seq, coverage) = (frame.coverage.scene_time_s, frame.pose_seq, frame.coverage);
-        let edits = self.edits(frame);
-        let update = self.held.commit(edits, scene_time_s, pose_seq)?;
-        self.broken = false;
-        self.coverage = Some(coverage);
-        Ok(wire::encode_update(&update))
-    }
-
-    /// The edits that replace the held set by a frame's, in one step: tables and lights where they changed, the old patches
-    /// out, the new ones in.
-    fn edits(&mut self, frame: Frame) -> Vec<Edit> {
-        let mut edits = Vec::new();
-        let nothing = Held::default();
-        let held = if self.broken { &nothing } else { &self.held };
-        if self.broken {
-            edits.push(Edit::Clear);
-        }
-        if held.materials != frame.materials {
-            edits.push(Edit::Materials(frame.materials));
-        }
-        if held.lighting.as_ref() != Some(&frame.lighting) {
-            edits.push(Edit::Light(Box::new(frame.lighting)));
-        }
-        edits.extend(held.patches.keys().copied().map(Edit::Remove));
-        let differs = |pose: &ObjectPose| held.poses_now.get(&pose.object) != Some(&pose.world_from_object);
-        let moved: Vec<ObjectPose> = frame.objects.iter().copied().filter(differs).collect();
-        if !moved.is_empty() {
-            edits.push(Edit::Move(moved));
-        }
-        for image in frame.images.into_iter().filter(|image| image.sample_count() > 0) {
-            self.last_patch += 1;
-            edits.push(Edit::Add(Box::new(Patch {
-                id: PatchId(self.last_patch),
-                purpose: Purpose::Eye,
-                capture_time_s: frame.coverage.scene_time_s,
-                objects: objects_in(&image, &frame.objects),
-                image,
-            })));
-        }
-        edits
-    }
-}
-
-/// The moving objects that have a sample in an image.
-fn objects_in(image: &DepthImage, moving: &[ObjectPose]) -> Vec<ObjectPose> {
-    if moving.is_empty() {
-        return Vec::new();
-    }
-    let mut seen = vec![false; usize::from(u16::MAX) + 1];
-    image.object.iter().for_each(|&object| seen[usize::from(object)] = true);
-    moving.iter().copied().filter(|pose| seen[usize::from(pose.object)]).collect()
 }

@@ -3,13 +3,14 @@
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
-use protocol::{DepthImage, Lighting, Material};
-use rayon::prelude::*;
+use protocol::{Lighting, Material};
 use scene::{Scene, Snapshot};
+use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
 use thiserror::Error;
 
+use crate::account::Account;
 use crate::config::Config;
-use crate::discretize::{DepthPrecision, Discretization, Discretizer, TexelTest};
+use crate::discretize::{Capture, Discretization, Discretizer, TexelTest};
 use crate::look::SceneLook;
 use crate::render::{RenderError, SceneRenderer};
 
@@ -19,9 +20,12 @@ pub enum ImagerError {
     /// The scene does not fit, or the GPU or its driver gave up; the server cannot go on.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A client's copy cannot be drawn.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
 }
 
-/// Makes depth images of one scene. One thread owns it.
+/// Sees one scene, and what clients hold of it. One thread owns it.
 pub trait Imager: Send {
     /// What draws, for people: the adapter's name and kind.
     fn adapter(&self) -> String;
@@ -32,20 +36,26 @@ pub trait Imager: Send {
     /// The lights of a snapshot, as clients shade with them.
     fn lighting(&self, snapshot: &Snapshot) -> Lighting;
 
-    /// One image a view, in order; image `i` leaves out what an earlier one holds where the imager is set to.
-    fn images(
+    /// What each view sees of the scene, in order; by [`Discretization::NonRedundant`] less what an earlier one sees.
+    fn captures(
         &mut self,
         snapshot: &Snapshot,
         views: &[Pinhole],
-        precision: DepthPrecision,
-    ) -> Result<Vec<DepthImage>, ImagerError>;
+        method: Discretization,
+    ) -> Result<Vec<Capture>, ImagerError>;
+
+    /// What a new client's copy is drawn with; `None` where [`Imager::copy_view`] needs nothing.
+    fn new_surfaces(&self) -> Option<HeldSurfaces>;
+
+    /// What a view shows of a client's copy.
+    fn copy_view(&mut self, account: &Account, view: &Pinhole) -> Result<AddressView, ImagerError>;
 }
 
 /// The imager of a real server.
 pub struct GpuImager {
     renderer: SceneRenderer,
     discretizer: Discretizer,
-    method: Discretization,
+    addresses: AddressPass,
     look: SceneLook,
     adapter: String,
     /// Scene time and anchor of what is on the GPU now.
@@ -63,7 +73,8 @@ impl GpuImager {
         let look = SceneLook::new(scene, config.look);
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);
-        Ok(GpuImager { renderer, discretizer, method: config.discretization, look, adapter, placed: None })
+        let addresses = AddressPass::new(gpu)?;
+        Ok(GpuImager { renderer, discretizer, addresses, look, adapter, placed: None })
     }
 
     fn place(&mut self, snapshot: &Snapshot, eye_world: DVec3) -> Result<(), ImagerError> {
@@ -91,15 +102,25 @@ impl Imager for GpuImager {
         self.look.lighting(snapshot)
     }
 
-    fn images(
+    fn captures(
         &mut self,
         snapshot: &Snapshot,
         views: &[Pinhole],
-        precision: DepthPrecision,
-    ) -> Result<Vec<DepthImage>, ImagerError> {
+        method: Discretization,
+    ) -> Result<Vec<Capture>, ImagerError> {
         let Some(first) = views.first() else { return Ok(Vec::new()) };
         self.place(snapshot, first.world_from_eye.translation)?;
-        let captures = self.discretizer.run(&self.renderer, views, self.method)?.wait()?;
-        Ok(captures.par_iter().map(|capture| capture.depth_image(precision)).collect())
+        Ok(self.discretizer.run(&self.renderer, views, method)?.wait()?)
+    }
+
+    fn new_surfaces(&self) -> Option<HeldSurfaces> {
+        Some(HeldSurfaces::new(self.renderer.gpu()))
+    }
+
+    fn copy_view(&mut self, account: &Account, view: &Pinhole) -> Result<AddressView, ImagerError> {
+        let Some(surfaces) = account.surfaces() else {
+            return Ok(AddressView::empty((view.width_px, view.height_px)));
+        };
+        Ok(self.addresses.view(surfaces, view).map_err(RenderError::from)?)
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! - [`app`]: one port with the web client, the websocket and `/healthz`; [`session`]: one client's connection, on either
 //!   clock.
-//! - [`viewer`]: where a viewer will be; [`plan`]: which images that needs; [`frame`]: one tick, from scene time to edits;
+//! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
+//!   what it lacks; [`frame`]: one tick, from scene time to edits;
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`look`]: its lights as both ends shade with them.
@@ -10,6 +11,7 @@
 //! - [`config`], [`options`]: what a server is told; [`access`]: who may connect; [`stats`]: what it counts.
 
 pub mod access;
+pub mod account;
 pub mod app;
 pub mod config;
 pub mod discretize;

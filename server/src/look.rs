@@ -2,6 +2,8 @@
 //!
 //! - [`Look::Default`]: the scene's own lights, exposed; a rig of two lights where the scene has none.
 //! - [`Look::Flat`]: base colour under constant light, as other systems' frames show it.
+//! - [`Look::FlatLit`]: the same with a directional light along (-0.5, -1, -0.35) through Burley's diffuse term, which reaches
+//!   only faces with `0 < n.l < 0.5`, walls rather than floors.
 //!
 //! **Exposure.** Files give lux and candela, from a candle to the sun. All lights of a scene share one factor, fixed at time 0:
 //! it takes the median irradiance over the middles of the scene's instances (each light at its distance, unshadowed) to
@@ -39,8 +41,6 @@ pub struct SceneLook {
     exposure: f32,
     /// sRGB-encoded.
     background: [u8; 3],
-    /// The flat look's light on steep faces.
-    steep_light: bool,
 }
 
 impl SceneLook {
@@ -53,20 +53,14 @@ impl SceneLook {
             look,
             exposure: exposure(&snapshot.lights, &probes, scene.bounds.radius_m()),
             background: if scene.walk && sun { SKY } else { DARK },
-            steep_light: false,
         }
-    }
-
-    /// Adds to the flat look what two of the peers' scenes show: a directional light along (-0.5, -1, -0.35) through Burley's
-    /// diffuse term, which reaches only faces with `0 < n.l < 0.5`, walls rather than floors.
-    pub fn with_steep_light(self) -> SceneLook {
-        SceneLook { steep_light: true, ..self }
     }
 
     /// The lighting at a snapshot.
     pub fn lighting(&self, snapshot: &Snapshot) -> Lighting {
         match self.look {
-            Look::Flat => flat(self.steep_light),
+            Look::Flat => flat(Vec::new()),
+            Look::FlatLit => flat(vec![steep_light()]),
             Look::Default if snapshot.lights.is_empty() => default_rig(),
             Look::Default => Lighting { background: self.background, ..exposed(&snapshot.lights, self.exposure) },
         }
@@ -77,14 +71,12 @@ fn unit(v: DVec3) -> [f32; 3] {
     v.normalize_or(DVec3::NEG_Y).as_vec3().to_array()
 }
 
-fn flat(steep_light: bool) -> Lighting {
-    let light = Light::Directional { direction_world: unit(DVec3::new(-0.5, -1.0, -0.35)), irradiance: [2.0; 3] };
-    Lighting {
-        ambient: [FLAT_AMBIENT; 3],
-        lights: if steep_light { vec![light] } else { Vec::new() },
-        background: [0; 3],
-        burley: steep_light,
-    }
+fn flat(lights: Vec<Light>) -> Lighting {
+    Lighting { ambient: [FLAT_AMBIENT; 3], lights, background: [0; 3], burley: true }
+}
+
+fn steep_light() -> Light {
+    Light::Directional { direction_world: unit(DVec3::new(-0.5, -1.0, -0.35)), irradiance: [2.0; 3] }
 }
 
 /// A warm key from above, a cool fill from the other side, and light from everywhere: shapes read from all sides.

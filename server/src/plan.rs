@@ -1,9 +1,9 @@
-//! Which images to make for a viewer, and whether to make any: the set is replaced when the viewer leaves what it covers.
+//! Where to look for what a viewer lacks, and whether to look at all.
 //!
 //! The **view region** is the ball where the viewer will be when the samples arrive: around the predicted eye, with radius
-//! `speed * (round trip + update interval) + margin`. Image 0 looks from its middle, the others from its rim, so that what
-//! the viewer's motion uncovers is there before it is seen. A viewer that stands still in a scene that stands still costs
-//! nothing at all.
+//! `speed * (round trip + update interval) + margin`. The first view is the predicted one. Who moves is also looked ahead for,
+//! one interval further; the others look from the region's rim, so that what motion uncovers is there before it is seen. A
+//! viewer that stands still in a scene that stands still costs nothing at all once a look found nothing lacking.
 
 use std::f64::consts::TAU;
 
@@ -25,24 +25,25 @@ const TURN_MARGIN_RAD: f64 = 0.10;
 /// No image is wider than this half angle: at 62 degrees a pixel at the rim has 4.5 times the solid angle's density of one
 /// in the middle, and the middle has lost half of its own.
 const MAX_HALF_FIELD_RAD: f64 = 1.08;
-/// The share of the region's radius that a viewer may use up before the set is replaced; the rest is its way on while the
-/// next one is made.
-const REPLACE_AT: f64 = 0.5;
-/// A still viewer's set is made anew when it was made for a region or a field this many times larger than needed.
-const SETTLE_AT: f64 = 1.5;
+/// A viewer who moved by less than this share of the margin stands still: 2.5 mm for a walker.
+const STILL_SHARE: f64 = 0.01;
+/// Views from the rim that are taken in turn while the viewer or the scene moves.
+const RIM_VIEWS: usize = 4;
+/// Samples stay held while the viewer walks on: they are stored as precisely as an eye this many margins away needs.
+const PARALLAX_MARGINS: f64 = 4.0;
 /// Images are not longer than this many times their width, whatever the view's shape.
 const MAX_ASPECT: f64 = 4.0;
 /// Sides of images are whole multiples of this.
 const SIZE_STEP_PX: f64 = 4.0;
-/// How far a sample may be shifted on the screen by the coding of its depth, anywhere in the region.
+/// How far a sample may be shifted on the screen by the coding of its depth.
 const PARALLAX_ERROR_PX: f64 = 0.1;
-/// Turns of less than this do not make a set anew, whatever the field.
-const LEAST_TURN_RAD: f64 = 0.01;
+/// A view that turned by less than this did not turn: two pixels of a view of 640.
+const LEAST_TURN_RAD: f64 = 0.004;
 
 /// What holds for all viewers of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// Images a set.
+    /// Views of a plan at most.
     pub images: usize,
     /// An image has as many pixels as a square of this side.
     pub image_size_px: u32,
@@ -69,27 +70,32 @@ impl Rules {
     }
 }
 
-/// Why a set is made.
+/// Why the server looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Reason {
     /// The client holds nothing.
     First,
-    /// The viewer walked out of the region.
+    /// The viewer moved.
     Moved,
-    /// The view turned out of the field.
+    /// The view turned.
     Turned,
     /// The client's output changed.
     Resized,
     /// The scene moved on.
     Animated,
-    /// The viewer came to rest in a set made for motion: a tighter one shows more.
-    Settled,
+    /// Nothing moved, but the last look still found something lacking.
+    Settling,
 }
 
 impl Reason {
     /// Every reason.
     pub const ALL: [Reason; 6] =
-        [Reason::First, Reason::Moved, Reason::Turned, Reason::Resized, Reason::Animated, Reason::Settled];
+        [Reason::First, Reason::Moved, Reason::Turned, Reason::Resized, Reason::Animated, Reason::Settling];
+
+    /// Whether the next look will be from elsewhere or at another time, as far as one knows.
+    pub fn is_passing(self) -> bool {
+        matches!(self, Reason::Moved | Reason::Turned | Reason::Animated)
+    }
 
     /// A name for logs and counters.
     pub fn name(self) -> &'static str {
@@ -99,12 +105,12 @@ impl Reason {
             Reason::Turned => "turned",
             Reason::Resized => "resized",
             Reason::Animated => "animated",
-            Reason::Settled => "settled",
+            Reason::Settling => "settling",
         }
     }
 }
 
-/// What a set of images covers.
+/// What a look covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coverage {
     /// The eye in the region's middle, which looks along the middle of the field.
@@ -121,34 +127,61 @@ pub struct Coverage {
     pub scene_time_s: f64,
 }
 
-/// A set of images to make.
+/// The last look at what a client holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Focus {
+    /// What it covered.
+    pub coverage: Coverage,
+    /// Whether it found nothing lacking, anywhere.
+    pub settled: bool,
+    /// Looks so far.
+    pub looks: usize,
+    /// Of these, the last ones in a row for [`Reason::Settling`].
+    pub settling: usize,
+}
+
+/// Where to look.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Why.
     pub reason: Reason,
     /// What it will cover.
     pub coverage: Coverage,
-    /// The cameras; image 0 looks from the region's middle.
+    /// The cameras; the first is the predicted view.
     pub views: Vec<Pinhole>,
     /// How finely depth is stored.
     pub precision: DepthPrecision,
 }
 
-/// The set to make now, or `None` where the one that the client holds still serves.
-pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, held: Option<&Coverage>) -> Option<Plan> {
+/// Where to look now, or `None` where nothing can be lacking since the last look.
+pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) -> Option<Plan> {
     let predicted = viewer.predict(now_s, rules.update_interval_s, rules.max_radius_m());
     let wanted = wanted_coverage(rules, viewer, &predicted, now_s);
-    let reason = reason(rules, held, &wanted, &predicted)?;
-    let views = region_views(&wanted, rules);
-    Some(Plan { reason, coverage: wanted, views, precision: precision(&wanted) })
+    let reason = reason(rules, last, &wanted)?;
+    let all = region_views(&wanted, rules);
+    let views = match reason {
+        Reason::First | Reason::Resized | Reason::Settling => all,
+        Reason::Moved | Reason::Turned | Reason::Animated => {
+            let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
+            let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
+            let ahead = (!predicted.is_still()).then(|| {
+                let later =
+                    viewer.predict(now_s + rules.update_interval_s, rules.update_interval_s, rules.max_radius_m());
+                Pinhole { world_from_eye: later.world_from_eye, ..all[0] }
+            });
+            let rim = region_views(&wanted, &rim)[1 + in_turn];
+            [Some(all[0]), ahead, Some(rim)].into_iter().flatten().take(rules.images).collect()
+        }
+    };
+    Some(Plan { reason, coverage: wanted, views, precision: precision(rules, &wanted) })
 }
 
-/// A sample of an image on one side of the region is seen from its other side.
-fn precision(coverage: &Coverage) -> DepthPrecision {
+/// A sample is seen from elsewhere than where it was taken.
+fn precision(rules: &Rules, coverage: &Coverage) -> DepthPrecision {
     DepthPrecision::Parallax {
         epsilon_px: PARALLAX_ERROR_PX,
         focal_px: f64::from(coverage.view.height_px) / 2.0 / half_view(coverage.view).y,
-        offset_m: 2.0 * coverage.radius_m,
+        offset_m: (PARALLAX_MARGINS * rules.margin_m).max(2.0 * coverage.radius_m),
     }
 }
 
@@ -183,40 +216,24 @@ fn field(rules: &Rules, half_view: DVec2, turn_rad: f64) -> ((u32, u32), DVec2) 
     ((size_px.x as u32, size_px.y as u32), size_px / 2.0 / focal_px)
 }
 
-fn reason(rules: &Rules, held: Option<&Coverage>, wanted: &Coverage, predicted: &Prediction) -> Option<Reason> {
-    let Some(held) = held else { return Some(Reason::First) };
-    let walked_m = held.world_from_eye.translation.distance(wanted.world_from_eye.translation);
-    if rules.animated && wanted.scene_time_s > held.scene_time_s {
-        Some(Reason::Animated)
-    } else if half_view(held.view) != half_view(wanted.view) {
+fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reason> {
+    let Some(Focus { coverage: held, settled, .. }) = last else { return Some(Reason::First) };
+    let moved_m = held.world_from_eye.translation.distance(wanted.world_from_eye.translation);
+    let turn = held.world_from_eye.rotation.conjugate() * wanted.world_from_eye.rotation;
+    let turn_rad = 2.0 * turn.xyz().length().min(1.0).asin();
+    if half_view(held.view) != half_view(wanted.view) {
         Some(Reason::Resized)
-    } else if walked_m > REPLACE_AT * held.radius_m.min(wanted.radius_m) {
+    } else if rules.animated && wanted.scene_time_s > held.scene_time_s {
+        Some(Reason::Animated)
+    } else if moved_m > STILL_SHARE * rules.margin_m {
         Some(Reason::Moved)
-    } else if turned_out(held, wanted) {
+    } else if turn_rad > LEAST_TURN_RAD {
         Some(Reason::Turned)
-    } else if predicted.is_still() && is_loose(held, wanted) {
-        Some(Reason::Settled)
+    } else if !settled {
+        Some(Reason::Settling)
     } else {
         None
     }
-}
-
-/// Whether a corner of the wanted view lies outside of the held field. A view wider than any image stays where it is.
-fn turned_out(held: &Coverage, wanted: &Coverage) -> bool {
-    let held_from_wanted = held.world_from_eye.rotation.conjugate() * wanted.world_from_eye.rotation;
-    let turn_rad = 2.0 * held_from_wanted.xyz().length().min(1.0).asin();
-    let half = half_view(wanted.view);
-    let inside = |corner: DVec2| {
-        let ray = held_from_wanted * (half * corner).extend(1.0);
-        ray.z > 0.0 && ray.truncate().abs().cmple(held.half_field * ray.z).all()
-    };
-    let corners = [DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0), DVec2::ONE];
-    turn_rad > LEAST_TURN_RAD && !corners.into_iter().all(inside)
-}
-
-/// Whether the held set spends its samples on much more than is wanted.
-fn is_loose(held: &Coverage, wanted: &Coverage) -> bool {
-    held.radius_m > SETTLE_AT * wanted.radius_m || held.half_field.x > SETTLE_AT * wanted.half_field.x
 }
 
 /// Tangents of the half fields of an output along x and y.
@@ -263,63 +280,58 @@ mod tests {
     }
 
     fn first(viewer: &Viewer, now_s: f64) -> Coverage {
-        plan(&RULES, viewer, now_s, None).expect("a first set").coverage
+        plan(&RULES, viewer, now_s, None).expect("a first look").coverage
+    }
+
+    fn settled(coverage: Coverage) -> Focus {
+        Focus { coverage, settled: true, looks: 1, settling: 0 }
     }
 
     #[test]
-    fn a_still_viewer_gets_one_set_and_then_nothing() {
+    fn a_still_viewer_is_looked_for_until_nothing_lacks_and_then_no_more() {
         let viewer = viewer();
-        let held = first(&viewer, 0.0);
+        let last = settled(first(&viewer, 0.0));
+        let lacking = Focus { settled: false, ..last };
         for tick in 1..100 {
-            assert_eq!(plan(&RULES, &viewer, f64::from(tick) * 0.1, Some(&held)), None);
+            let now_s = f64::from(tick) * 0.1;
+            assert_eq!(plan(&RULES, &viewer, now_s, Some(&last)), None);
+            let again = plan(&RULES, &viewer, now_s, Some(&lacking)).expect("a look");
+            assert_eq!((again.reason, again.views.len()), (Reason::Settling, 4));
         }
     }
 
     #[test]
-    fn the_set_is_replaced_when_the_viewer_leaves_and_not_before() {
+    fn who_moved_is_looked_ahead_for() {
         let mut viewer = viewer();
-        let held = first(&viewer, 0.0);
-        let mut pose = viewer.world_from_eye;
-        pose.translation.x += 0.1;
-        viewer.hear(1, 1.0, pose, DVec3::ZERO, 1.0);
-        assert_eq!(plan(&RULES, &viewer, 1.0, Some(&held)), None);
-        pose.translation.x += 0.1;
-        viewer.hear(2, 2.0, pose, DVec3::ZERO, 2.0);
-        assert_eq!(plan(&RULES, &viewer, 2.0, Some(&held)).map(|plan| plan.reason), Some(Reason::Moved));
-    }
-
-    #[test]
-    fn a_small_turn_is_covered_and_a_large_one_is_not() {
-        let mut viewer = viewer();
-        let held = first(&viewer, 0.0);
+        let last = settled(first(&viewer, 0.0));
         let start = viewer.world_from_eye;
-        let turned = |angle: f64| Rigid { rotation: DQuat::from_rotation_y(angle) * start.rotation, ..start };
-        viewer.hear(1, 1.0, turned(0.05), DVec3::ZERO, 1.0);
-        assert_eq!(plan(&RULES, &viewer, 1.0, Some(&held)), None);
-        viewer.hear(2, 2.0, turned(0.3), DVec3::ZERO, 2.0);
-        let next = plan(&RULES, &viewer, 2.0, Some(&held)).expect("the view left the field");
-        assert_eq!(next.reason, Reason::Turned);
-        assert_eq!(plan(&RULES, &viewer, 3.0, Some(&next.coverage)), None);
+        let mut pose = start;
+        pose.translation.x += 0.1;
+        viewer.hear(1, 1.0, pose, DVec3::X, 1.0);
+        let moved = plan(&RULES, &viewer, 1.0, Some(&last)).expect("a look");
+        assert_eq!((moved.reason, moved.views.len()), (Reason::Moved, 3));
+        let step_m = |view: usize| moved.views[view].world_from_eye.translation.x - pose.translation.x;
+        assert!((step_m(0) - 0.05).abs() < 1e-9 && (step_m(1) - 0.15).abs() < 1e-9, "half an interval, and one more");
+        let turned = Rigid { rotation: DQuat::from_rotation_y(0.05) * start.rotation, ..start };
+        viewer.hear(2, 9.0, turned, DVec3::ZERO, 9.0);
+        assert_eq!(plan(&RULES, &viewer, 9.0, Some(&last)).map(|plan| plan.reason), Some(Reason::Turned));
     }
 
     #[test]
-    fn a_runner_who_stops_gets_a_tighter_set_once() {
-        let mut viewer = viewer();
-        viewer.hear(1, 0.0, viewer.world_from_eye, DVec3::new(0.0, 0.0, -5.0), 0.0);
-        let running = first(&viewer, 0.0);
-        assert!((running.radius_m - 0.75).abs() < 1e-12);
-        viewer.hear(2, 0.4, running.world_from_eye, DVec3::ZERO, 0.4);
-        let settled = plan(&RULES, &viewer, 1.0, Some(&running)).expect("a tighter set");
-        assert_eq!(settled.reason, Reason::Settled);
-        assert_eq!(plan(&RULES, &viewer, 1.1, Some(&settled.coverage)), None);
-    }
-
-    #[test]
-    fn a_moving_scene_is_sampled_at_each_tick() {
+    fn views_from_the_rim_take_turns() {
         let rules = Rules { animated: true, ..RULES };
-        let held = first(&viewer(), 0.0);
-        assert_eq!(plan(&rules, &viewer(), 0.0, Some(&held)), None);
-        assert_eq!(plan(&rules, &viewer(), 0.1, Some(&held)).map(|plan| plan.reason), Some(Reason::Animated));
+        let viewer = viewer();
+        let coverage = first(&viewer, 0.0);
+        let eyes: Vec<DVec3> = (0..RIM_VIEWS)
+            .map(|looks| {
+                let last = Focus { coverage, settled: true, looks, settling: 0 };
+                let plan = plan(&rules, &viewer, 0.1, Some(&last)).expect("the scene moved on");
+                assert_eq!((plan.reason, plan.views.len()), (Reason::Animated, 2));
+                plan.views[1].world_from_eye.translation
+            })
+            .collect();
+        assert!((0..RIM_VIEWS).all(|a| (0..a).all(|b| eyes[a].distance(eyes[b]) > 0.1)), "{eyes:?}");
+        assert_eq!(plan(&rules, &viewer, 0.0, Some(&settled(coverage))), None, "its time stands still");
     }
 
     #[test]
@@ -340,13 +352,5 @@ mod tests {
             assert!((offset.length() - coverage.radius_m).abs() < 1e-9);
             assert!(offset.dot(DVec3::NEG_Z).abs() < 1e-9, "the ring lies across the view");
         }
-    }
-
-    #[test]
-    fn a_view_wider_than_any_image_does_not_ask_for_ever() {
-        let mut viewer = viewer();
-        viewer.view.fov_y_rad = 2.9;
-        let held = first(&viewer, 0.0);
-        assert_eq!(plan(&RULES, &viewer, 1.0, Some(&held)), None);
     }
 }

@@ -17,31 +17,31 @@ pub struct Stats {
     pub updates: AtomicU64,
     /// Bytes handed to sockets.
     pub sent_bytes: AtomicU64,
-    sets: [AtomicU64; Reason::ALL.len()],
+    looks: [AtomicU64; Reason::ALL.len()],
 }
 
 impl Stats {
-    /// Counts a set of images.
-    pub fn count_set(&self, reason: Reason) {
-        self.sets[reason as usize].fetch_add(1, Ordering::Relaxed);
+    /// Counts an update.
+    pub fn count_look(&self, reason: Reason) {
+        self.looks[reason as usize].fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Sets made for a reason.
-    pub fn sets(&self, reason: Reason) -> u64 {
-        self.sets[reason as usize].load(Ordering::Relaxed)
+    /// Updates made for a reason.
+    pub fn looks(&self, reason: Reason) -> u64 {
+        self.looks[reason as usize].load(Ordering::Relaxed)
     }
 
     /// As JSON, for `/healthz`.
     pub fn json(&self) -> serde_json::Value {
-        let sets: serde_json::Map<_, _> =
-            Reason::ALL.iter().map(|&reason| (reason.name().to_owned(), self.sets(reason).into())).collect();
+        let looks: serde_json::Map<_, _> =
+            Reason::ALL.iter().map(|&reason| (reason.name().to_owned(), self.looks(reason).into())).collect();
         serde_json::json!({
             "clients": self.clients.load(Ordering::Relaxed),
             "connected": self.connected.load(Ordering::Relaxed),
             "cut_off": self.cut_off.load(Ordering::Relaxed),
             "updates": self.updates.load(Ordering::Relaxed),
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
-            "sets": sets,
+            "looks": looks,
             "resident_bytes": resident_bytes(),
         })
     }

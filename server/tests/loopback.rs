@@ -51,21 +51,21 @@ async fn a_client_is_welcomed_and_gets_its_first_set() {
     let samples = client.held.sample_count() as f64;
     assert!((samples / (2.0 * 32.0 * 32.0) - 1.0).abs() < 0.1, "two images of about 32x32 pixels, {samples} samples");
     assert!(client.held.lighting.is_some() && !client.held.materials.is_empty());
-    assert_eq!(running.stats.sets(Reason::First), 1);
+    assert_eq!(running.stats.looks(Reason::First), 1);
     running.stop().await;
 }
 
 #[tokio::test]
-async fn a_walker_gets_new_sets_and_the_old_ones_go() {
+async fn a_walker_gets_what_comes_into_view_and_keeps_the_rest() {
     let running = start(config(), room(false), Duration::ZERO).await;
     let mut client = Client::connect(&running, Clock::Wall).await;
     client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
     client.walk(1.5).await.expect("a walk");
     assert!(client.updates.len() >= 4, "{} updates in 1.5 s", client.updates.len());
-    assert_eq!(client.held.patches.len(), 2, "one set is held");
+    assert!(client.held.patches.len() > 4, "{} patches are held", client.held.patches.len());
     let newest = client.updates.last().expect("updates");
     assert!(newest.pose_seq > 0, "updates name the pose that they answer");
-    assert!(running.stats.sets(Reason::Moved) >= 3);
+    assert!(running.stats.looks(Reason::Moved) >= 3);
     running.stop().await;
 }
 

@@ -1,10 +1,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use camera::Pinhole;
-use glam::DAffine3;
+use glam::{DAffine3, DVec2, DVec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
-use protocol::{DepthImage, Edit, Held, ObjectPose, PatchId, Purpose, Update};
+use protocol::image::Ranks;
+use protocol::{DepthImage, Edit, Held, Mask, ObjectPose, PatchId, Purpose, Update};
 use wgpu::util::DeviceExt;
 
 use crate::corners::{CornerRules, Corners};
@@ -12,8 +13,8 @@ use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex};
 
 /// The surfaces of everything held that is for the eye, on the GPU: one mesh a patch.
 ///
-/// A patch whose samples were trimmed or deleted is built anew; a moved object costs nothing here, as its pose is read when
-/// it is drawn.
+/// A patch whose samples were trimmed is built anew. Deleted samples are no longer drawn; the corners that they shared stay
+/// where they are. A moved object costs nothing here, as its pose is read when it is drawn.
 #[derive(Debug)]
 pub struct HeldSurfaces {
     gpu: Gpu,
@@ -44,6 +45,11 @@ pub(crate) struct PatchSurface {
     pub(crate) vertices: wgpu::Buffer,
     pub(crate) indices: wgpu::Buffer,
     pub(crate) index_count: u32,
+    /// Which samples were built, and their places in `indices`.
+    built: Mask,
+    ranks: Ranks,
+    /// A ball around all corners, in the patch's eye space at capture: its centre, and its radius in metres.
+    ball_eye: (DVec3, f64),
     stats: SurfaceStats,
 }
 
@@ -66,9 +72,10 @@ impl HeldSurfaces {
                 Edit::Add(patch) => {
                     changed.insert(patch.id);
                 }
-                Edit::Remove(id) | Edit::Delete(id, _) | Edit::Trim(id, _) => {
+                Edit::Remove(id) | Edit::Trim(id, _) => {
                     changed.insert(*id);
                 }
+                Edit::Delete(id, pixels) => self.delete(*id, pixels),
                 Edit::Clear => changed.extend(self.patches.keys().copied()),
                 Edit::Move(_) | Edit::Materials(_) | Edit::Light(_) => {}
             }
@@ -97,16 +104,32 @@ impl HeldSurfaces {
     /// As [`HeldSurfaces::insert`], with the offset image of the same view for [`Corners::OffsetImage`]: one pixel larger,
     /// pixel centres on the corners of the patch's pixels.
     pub fn insert_with_offset(&mut self, held: &HeldPatch, offset_image: Option<&DepthImage>) {
+        let mesh = self.mesh(held, offset_image);
+        self.place(held, &mesh);
+    }
+
+    /// The mesh of a patch, not yet placed: several can be built at once. Empty for patches that are not for the eye.
+    pub fn mesh(&self, held: &HeldPatch, offset_image: Option<&DepthImage>) -> PatchMesh {
         if held.patch.purpose != Purpose::Eye {
-            return;
+            return PatchMesh::default();
         }
-        let options =
-            MeshOptions { corners: self.corners, rules: self.rules, provoking: self.provoking_vertex(), offset_image };
-        let mesh = mesh::build(held, &options);
+        let (corners, rules, provoking) = (self.corners, self.rules, self.provoking_vertex());
+        mesh::build(held, &MeshOptions { corners, rules, provoking, offset_image })
+    }
+
+    /// Draws a patch by its mesh from now on.
+    pub fn place(&mut self, held: &HeldPatch, mesh: &PatchMesh) {
         if mesh.indices.is_empty() {
             self.remove(held.patch.id);
         } else {
-            self.patches.insert(held.patch.id, PatchSurface::new(&self.gpu, held, &mesh));
+            self.patches.insert(held.patch.id, PatchSurface::new(&self.gpu, held, mesh));
+        }
+    }
+
+    /// Draws single samples of a patch no more.
+    pub fn delete(&mut self, id: PatchId, pixels: &[(u16, u16)]) {
+        if let Some(patch) = self.patches.get(&id) {
+            patch.delete(&self.gpu, pixels);
         }
     }
 
@@ -136,8 +159,8 @@ impl HeldSurfaces {
         })
     }
 
-    pub(crate) fn patches(&self) -> impl ExactSizeIterator<Item = &PatchSurface> {
-        self.patches.values()
+    pub(crate) fn patches(&self) -> impl ExactSizeIterator<Item = (PatchId, &PatchSurface)> {
+        self.patches.iter().map(|(id, patch)| (*id, patch))
     }
 
     pub(crate) fn poses_now(&self) -> &BTreeMap<u16, DAffine3> {
@@ -152,6 +175,19 @@ impl HeldSurfaces {
     }
 }
 
+/// Six indices.
+const QUAD_BYTES: u64 = 24;
+
+/// A ball around the corners of a mesh: around the middle of their box.
+fn ball_eye(camera: &Pinhole, mesh: &PatchMesh) -> (DVec3, f64) {
+    let corner =
+        |vertex: &mesh::Vertex| camera.ray_eye_from_image(vertex.u_px.into(), vertex.v_px.into()) / f64::from(vertex.w);
+    let bounds = |(low, high): (DVec3, DVec3), p: DVec3| (low.min(p), high.max(p));
+    let (low, high) = mesh.vertices.iter().map(corner).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), bounds);
+    let centre = (low + high) / 2.0;
+    (centre, high.distance(low) / 2.0)
+}
+
 impl PatchSurface {
     fn new(gpu: &Gpu, held: &HeldPatch, mesh: &PatchMesh) -> PatchSurface {
         let camera::Camera::Pinhole(camera) = held.patch.image.camera;
@@ -159,7 +195,11 @@ impl PatchSurface {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
         };
         let vertices = buffer("corners", bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX);
-        let indices = buffer("quads", bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX);
+        let indices = buffer(
+            "quads",
+            bytemuck::cast_slice(&mesh.indices),
+            wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST,
+        );
         let stats = SurfaceStats {
             samples: mesh.indices.len() / 6,
             vertices: mesh.vertices.len(),
@@ -172,7 +212,37 @@ impl PatchSurface {
             vertices,
             indices,
             index_count: mesh.indices.len() as u32,
+            ranks: Ranks::new(&held.patch.image.mask),
+            built: held.patch.image.mask.clone(),
+            ball_eye: ball_eye(&camera, mesh),
             stats,
         }
+    }
+
+    /// Makes the triangles of samples empty; neighbours in the order of samples go together.
+    fn delete(&self, gpu: &Gpu, pixels: &[(u16, u16)]) {
+        let mut ranks: Vec<u64> =
+            pixels.iter().filter_map(|&(x, y)| self.ranks.of(&self.built, x, y)).map(|rank| rank as u64).collect();
+        ranks.sort_unstable();
+        for run in ranks.chunk_by(|a, b| a + 1 == *b) {
+            gpu.queue.write_buffer(&self.indices, run[0] * QUAD_BYTES, &vec![0; run.len() * QUAD_BYTES as usize]);
+        }
+    }
+
+    /// Whether `view` may see any of it: whether its ball reaches into the view's pyramid. A patch with moving objects always
+    /// may.
+    pub(crate) fn may_be_seen_from(&self, view: &Pinhole) -> bool {
+        let (centre, radius_m) = self.ball_eye;
+        if !self.objects.is_empty() || !radius_m.is_finite() {
+            return true;
+        }
+        let p = (view.world_from_eye.inverse() * self.camera.world_from_eye).transform_point(centre);
+        let corner_px = DVec2::new(view.width_px.into(), view.height_px.into());
+        // Tangents of the sides: left and top are negative for a centre inside of the image.
+        let (low, high) = (-view.centre_px / view.focal_px, (corner_px - view.centre_px) / view.focal_px);
+        let outside = |across: f64, tangent: f64| (across - tangent * p.z) / tangent.hypot(1.0);
+        let farthest =
+            outside(p.x, high.x).max(-outside(p.x, low.x)).max(outside(p.y, high.y)).max(-outside(p.y, low.y));
+        farthest <= radius_m && p.z >= -radius_m
     }
 }

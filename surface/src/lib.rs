@@ -2,18 +2,24 @@
 //!
 //! Every sample of a depth image becomes one quad over its pixel. [`corners`] decides where its four corners lie, [`mesh`]
 //! puts the quads of one patch together so that neighbours on one surface share vertices (watertight, no overdraw),
-//! [`HeldSurfaces`] keeps one mesh a patch on the GPU, and [`SurfacePass`] draws them into a [`GBuffer`]. There is no
+//! [`HeldSurfaces`] keeps one mesh a patch on the GPU, and [`SurfacePass`] draws them into a [`GBuffer`]; [`AddressPass`] draws which sample is
+//! seen where, for the server. There is no
 //! compute stage and no storage buffer, so the same code runs on WebGPU and WebGL2.
 //!
 //! Spaces: a vertex is `(u, v, w)` of its patch's image; the vertex stage takes it to the *output eye* by a matrix that is
 //! composed in f64 for each patch (and each moving object in it), so a scene far from the origin loses nothing.
 
+// Waits for the GPU, which a browser's thread must not; only servers ask.
+#[cfg(not(target_arch = "wasm32"))]
+mod address;
 pub mod corners;
 mod gbuffer;
 mod held;
 pub mod mesh;
 mod pass;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub use address::{AddressPass, AddressTexel, AddressView};
 pub use corners::{CornerRules, Corners};
 pub use gbuffer::GBuffer;
 pub use held::{HeldSurfaces, SurfaceStats};

@@ -88,6 +88,8 @@ struct Builder<'a> {
     /// Vertices of each sample: top left, top right, bottom left, bottom right.
     quads: Vec<[u32; 4]>,
     vertices: Vec<Vertex>,
+    /// Of each vertex; empty where nothing is trimmed.
+    extents: Vec<Extents>,
 }
 
 impl<'a> Builder<'a> {
@@ -104,6 +106,7 @@ impl<'a> Builder<'a> {
             rows: [vec![NONE; width + 2], vec![NONE; width + 2]],
             quads: vec![[NONE; 4]; planes.len()],
             vertices: Vec::with_capacity(planes.len() * 5 / 4),
+            extents: Vec::new(),
             planes,
         }
     }
@@ -169,6 +172,11 @@ impl<'a> Builder<'a> {
                 let [right, down] = corner.shift_px[first];
                 let vertex = self.vertex(u_px + right, v_px + down, corner.w[first], owner as usize, &mean);
                 self.vertices.push(vertex);
+                if !self.trims.is_empty() {
+                    let members = (0..4).filter(|&index| corner.group[index] == corner.group[first]);
+                    let extents = Extents::of(members.map(|index| around[index]), self);
+                    self.extents.push(extents);
+                }
             }
         }
     }
@@ -190,26 +198,34 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Gives trimmed samples corners of their own, nearer to their centres by `2^-n`: `w` is linear in the image.
+    /// Draws the corners of trimmed samples towards their centres; `w` is linear in the image. A corner that an untrimmed
+    /// sample shares stays, so that no crack opens inside of a surface. One that only samples trimmed once share moves with
+    /// all of them, so that a rim draws back as a whole; else each sample gets a corner of its own, which also parts samples
+    /// of two surfaces that were taken for one.
     fn shrink_trimmed(&mut self) {
+        let shared = self.vertices.clone();
+        for (vertex, extents) in self.vertices.iter_mut().zip(&self.extents) {
+            if extents.least == 1 && extents.most == 1 {
+                *vertex = drawn_towards(vertex, extents.centre, 1);
+            }
+        }
         for sample in 0..self.trims.len() {
-            if self.trims[sample] == 0 {
+            let trim = self.trims[sample];
+            if trim == 0 {
                 continue;
             }
-            let scale = 0.5_f32.powi(i32::from(self.trims[sample]));
             let (x, y) = self.pixels[sample];
-            let (centre_u, centre_v, centre_w) = (x as f32 + 0.5, y as f32 + 0.5, self.planes[sample].w);
+            let centre = [x as f32 + 0.5, y as f32 + 0.5, self.planes[sample].w];
+            let mut mean = Mean::default();
+            mean.add(self.patch.image.colour[sample], &self.planes[sample]);
             for corner in 0..4 {
-                let shared = self.vertices[self.quads[sample][corner] as usize];
-                let mut mean = Mean::default();
-                mean.add(self.patch.image.colour[sample], &self.planes[sample]);
-                let own = self.vertex(
-                    centre_u + scale * (shared.u_px - centre_u),
-                    centre_v + scale * (shared.v_px - centre_v),
-                    centre_w + scale * (shared.w - centre_w),
-                    sample,
-                    &mean,
-                );
+                let vertex = self.quads[sample][corner] as usize;
+                let extents = &self.extents[vertex];
+                if extents.least == 0 || extents.most == 1 {
+                    continue;
+                }
+                let [u_px, v_px, w] = [shared[vertex].u_px, shared[vertex].v_px, shared[vertex].w];
+                let own = drawn_towards(&self.vertex(u_px, v_px, w, sample, &mean), centre, trim);
                 self.quads[sample][corner] = self.vertices.len() as u32;
                 self.vertices.push(own);
             }
@@ -225,6 +241,39 @@ impl<'a> Builder<'a> {
             });
         }
         indices
+    }
+}
+
+/// A vertex moved to `2^-trim` of its distance from a centre `(u, v, w)`.
+fn drawn_towards(vertex: &Vertex, [u_px, v_px, w]: [f32; 3], trim: u8) -> Vertex {
+    let scale = 0.5_f32.powi(i32::from(trim));
+    let drawn = |from: f32, to: f32| to + scale * (from - to);
+    Vertex { u_px: drawn(vertex.u_px, u_px), v_px: drawn(vertex.v_px, v_px), w: drawn(vertex.w, w), ..*vertex }
+}
+
+/// How far the samples that share a vertex are trimmed.
+#[derive(Debug, Clone, Copy)]
+struct Extents {
+    least: u8,
+    most: u8,
+    /// Mean of their centres: u, v, w.
+    centre: [f32; 3],
+}
+
+impl Extents {
+    fn of(members: impl Iterator<Item = u32>, builder: &Builder<'_>) -> Extents {
+        let mut extents = Extents { least: u8::MAX, most: 0, centre: [0.0; 3] };
+        let mut count = 0.0;
+        for sample in members.filter(|&sample| sample != NONE).map(|sample| sample as usize) {
+            let trim = builder.trims[sample];
+            (extents.least, extents.most) = (extents.least.min(trim), extents.most.max(trim));
+            let (x, y) = builder.pixels[sample];
+            let centre = [x as f32 + 0.5, y as f32 + 0.5, builder.planes[sample].w];
+            extents.centre.iter_mut().zip(centre).for_each(|(sum, value)| *sum += value);
+            count += 1.0;
+        }
+        extents.centre = extents.centre.map(|sum| sum / count);
+        extents
     }
 }
 

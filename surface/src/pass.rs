@@ -14,7 +14,9 @@ use crate::mesh::Vertex;
 pub enum Smoothing {
     /// Constant over each quad.
     None,
-    /// The sample's own at its centre, the mean of the samples of one surface at its corners.
+    /// The sample's own at its centre, and from there on the slope that its corners show, which are means of the samples of one
+    /// surface; half of what the sample differs from them is left on its border. Against a mix of the sample and its corners
+    /// that ends on the border, FLIP over covered pixels falls by 5 % (nest of twigs), 6 % (street) and 15 % (room of pillars).
     #[default]
     Blended,
     /// Linear between the means at the corners.
@@ -33,7 +35,9 @@ struct ViewUniform {
     clip_shift: [f32; 2],
     near_m: f32,
     smoothing: u32,
-    padding: [f32; 2],
+    /// Its id, for what asks which sample it sees.
+    patch: u32,
+    padding: u32,
 }
 
 /// Texels a moving object takes in the texture of movers: three rows for points, three for normals.
@@ -45,19 +49,12 @@ const MOVERS_A_ROW: u32 = 64;
 
 /// Draws [`HeldSurfaces`] into a [`GBuffer`]; the nearest surface wins.
 #[derive(Debug)]
-pub struct SurfacePass {
-    gpu: Gpu,
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::RenderPipeline,
-}
+pub struct SurfacePass(Quads);
 
 impl SurfacePass {
     /// Compiles the pipeline.
     pub fn new(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
-        let module = gpu.shader("surface/quads.wgsl")?;
-        let layout = bind_group_layout(gpu);
-        let pipeline = pipeline(gpu, &module, &layout);
-        Ok(SurfacePass { gpu: gpu.clone(), layout, pipeline })
+        Ok(SurfacePass(Quads::new(gpu, "fragment", &[GBuffer::COLOUR, GBuffer::NORMAL_IDS, GBuffer::W])?))
     }
 
     /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.
@@ -69,14 +66,49 @@ impl SurfacePass {
         smoothing: Smoothing,
         target: &GBuffer,
     ) {
+        let views = &target.views;
+        let targets = [&views.colour, &views.normal_ids, &views.w];
+        self.0.encode(encoder, surfaces, camera, smoothing, &targets, &views.depth);
+    }
+}
+
+/// The pipeline that draws the quads of all patches with one of the fragment stages of `surface/quads.wgsl`.
+#[derive(Debug)]
+pub(crate) struct Quads {
+    gpu: Gpu,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl Quads {
+    pub(crate) fn new(gpu: &Gpu, fragment: &str, formats: &[wgpu::TextureFormat]) -> Result<Quads, SurfaceError> {
+        let module = gpu.shader("surface/quads.wgsl")?;
+        let layout = bind_group_layout(gpu);
+        let pipeline = pipeline(gpu, &module, &layout, fragment, formats);
+        Ok(Quads { gpu: gpu.clone(), layout, pipeline })
+    }
+
+    /// Clears the targets and draws everything held.
+    pub(crate) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        camera: &Pinhole,
+        smoothing: Smoothing,
+        targets: &[&wgpu::TextureView],
+        depth: &wgpu::TextureView,
+    ) {
         let stride = (size_of::<ViewUniform>() as u32)
             .next_multiple_of(self.gpu.device.limits().min_uniform_buffer_offset_alignment);
         let inputs = Inputs::new(surfaces, camera, smoothing, stride as usize);
         let group = (!inputs.views.is_empty()).then(|| self.bind(&inputs));
-        let mut pass = begin(encoder, target);
+        let mut pass = begin(encoder, targets, depth);
         let Some(group) = group else { return };
         pass.set_pipeline(&self.pipeline);
-        for (index, patch) in surfaces.patches().enumerate() {
+        for (index, (_, patch)) in surfaces.patches().enumerate() {
+            if !patch.may_be_seen_from(camera) {
+                continue;
+            }
             pass.set_bind_group(0, &group, &[index as u32 * stride]);
             pass.set_vertex_buffer(0, patch.vertices.slice(..));
             pass.set_index_buffer(patch.indices.slice(..), wgpu::IndexFormat::Uint32);
@@ -146,10 +178,11 @@ impl Inputs {
     fn new(surfaces: &HeldSurfaces, output: &Pinhole, smoothing: Smoothing, stride: usize) -> Inputs {
         let eye_from_world = output.world_from_eye.inverse().to_affine();
         let mut inputs = Inputs { views: vec![0; surfaces.patches().len() * stride], movers: Vec::new() };
-        for (index, patch) in surfaces.patches().enumerate() {
+        for (index, (id, patch)) in surfaces.patches().enumerate() {
             let world_from_patch = patch.camera.world_from_eye.to_affine();
             let first_mover = inputs.movers.len() as u32 / MOVER_TEXELS;
-            let view = view_uniform(patch, output, smoothing, eye_from_world * world_from_patch, first_mover);
+            let mut view = view_uniform(patch, output, smoothing, eye_from_world * world_from_patch, first_mover);
+            view.patch = id.0;
             inputs.views[index * stride..][..size_of::<ViewUniform>()].copy_from_slice(bytemuck::bytes_of(&view));
             for pose in &patch.objects {
                 let now = surfaces.poses_now().get(&pose.object).unwrap_or(&pose.world_from_object);
@@ -185,7 +218,8 @@ fn view_uniform(
             Smoothing::Blended => 1,
             Smoothing::Linear => 2,
         },
-        padding: [0.0; 2],
+        patch: 0,
+        padding: 0,
     }
 }
 
@@ -208,7 +242,11 @@ fn normal_rows(now_from_capture: DMat3) -> [[f32; 4]; 3] {
     })
 }
 
-fn begin<'a>(encoder: &'a mut wgpu::CommandEncoder, target: &GBuffer) -> wgpu::RenderPass<'a> {
+fn begin<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    targets: &[&wgpu::TextureView],
+    depth: &wgpu::TextureView,
+) -> wgpu::RenderPass<'a> {
     let clear = |view| {
         Some(wgpu::RenderPassColorAttachment {
             view,
@@ -217,12 +255,12 @@ fn begin<'a>(encoder: &'a mut wgpu::CommandEncoder, target: &GBuffer) -> wgpu::R
             ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
         })
     };
-    let views = &target.views;
+    let targets: Vec<_> = targets.iter().copied().map(clear).collect();
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("surfaces"),
-        color_attachments: &[clear(&views.colour), clear(&views.normal_ids), clear(&views.w)],
+        color_attachments: &targets,
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: &views.depth,
+            view: depth,
             depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         }),
@@ -260,7 +298,13 @@ fn bind_group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     })
 }
 
-fn pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, layout: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
+fn pipeline(
+    gpu: &Gpu,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::BindGroupLayout,
+    fragment: &str,
+    formats: &[wgpu::TextureFormat],
+) -> wgpu::RenderPipeline {
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("surfaces"),
         bind_group_layouts: &[Some(layout)],
@@ -268,7 +312,8 @@ fn pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, layout: &wgpu::BindGroupLayo
     });
     let attributes =
         wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32, 2 => Uint32, 3 => Uint32, 4 => Uint32, 5 => Uint32];
-    let target = |format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL });
+    let target = |&format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL });
+    let targets: Vec<_> = formats.iter().map(target).collect();
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("surfaces"),
         layout: Some(&pipeline_layout),
@@ -293,9 +338,9 @@ fn pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, layout: &wgpu::BindGroupLayo
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module,
-            entry_point: Some("fragment"),
+            entry_point: Some(fragment),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[target(GBuffer::COLOUR), target(GBuffer::NORMAL_IDS), target(GBuffer::W)],
+            targets: &targets,
         }),
         multiview_mask: None,
         cache: None,

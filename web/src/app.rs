@@ -24,6 +24,8 @@ const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
 const APPLY_BUDGET_S: f64 = 0.008;
 /// Seconds between two changes of the figures: readable, and cheap.
 const PANEL_INTERVAL_S: f64 = 0.25;
+/// What the held copy may take of the page's memory: three million samples; phones give a page about 1 GB.
+const BUDGET_BYTES: u64 = 256 << 20;
 /// Milliseconds between two turns of the network while the page is hidden and draws nothing.
 const HIDDEN_INTERVAL_MS: i32 = 1000;
 /// Devices lost in a row after which another interface is tried, and after which nothing more is.
@@ -79,7 +81,7 @@ pub async fn start() -> Result<(), String> {
     let decoder = Decoder::inline(Limits::default());
     let app = App {
         page: Page::new()?,
-        viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s()),
+        viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s()).with_budget(BUDGET_BYTES),
         url: wishes.url,
         socket: None,
         scene: String::new(),

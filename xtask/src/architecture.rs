@@ -47,16 +47,18 @@ fn check_imports() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Every `code span` of ARCHITECTURE.md that looks like a path must exist.
+/// Every `code span` of ARCHITECTURE.md that looks like a path must exist; names all that do not.
 fn check_paths() -> anyhow::Result<()> {
     let text = std::fs::read_to_string("ARCHITECTURE.md").context("reading ARCHITECTURE.md")?;
-    for span in text.split('`').skip(1).step_by(2) {
-        let is_path = span.contains('/')
+    let is_path = |span: &str| {
+        span.contains('/')
             && !span.starts_with(['/', '-', '.'])
-            && span.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c));
-        if is_path && !Path::new(span).exists() {
-            bail!("ARCHITECTURE.md names {span}, which does not exist");
-        }
+            && span.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c))
+    };
+    let missing: Vec<&str> =
+        text.split('`').skip(1).step_by(2).filter(|span| is_path(span) && !Path::new(span).exists()).collect();
+    if !missing.is_empty() {
+        bail!("ARCHITECTURE.md names what does not exist: {}", missing.join(", "));
     }
     Ok(())
 }

@@ -71,13 +71,13 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
         Command::Serve { scene, port, server_arguments } => serve(scene, port, &server_arguments),
         Command::Test { only } => test::run_all(&only),
-        Command::Report { arguments } => run_release("vantage-bench", "vantage-report", &arguments),
+        Command::Report { arguments } => report(&arguments),
         Command::View { arguments } => run_release("vantage-client", "vantage-view", &arguments),
         Command::Web { release } => {
             setup::install(&[Need::WasmTarget, Need::Clang])?;
             web::build(if release { web::Profile::Release } else { web::Profile::Fast }).map(|_| ())
         }
-        Command::Setup => setup::install(Need::ALL),
+        Command::Setup => setup::install(Need::USUAL),
     }
 }
 
@@ -92,6 +92,15 @@ fn serve(scene: Option<OsString>, port: u16, server_arguments: &[OsString]) -> a
         .args(["--port".into(), port.to_string(), "--web".into(), web_dir.display().to_string()])
         .args(server_arguments)
         .replace_this_process()
+}
+
+fn report(arguments: &[OsString]) -> anyhow::Result<()> {
+    if arguments.first().is_some_and(|topic| topic == "novel-views")
+        && let Err(error) = setup::install(&[Need::Ffmpeg])
+    {
+        println!("the report goes on without video: {error:#}");
+    }
+    run_release("vantage-bench", "vantage-report", arguments)
 }
 
 fn run_release(package: &str, binary: &str, arguments: &[OsString]) -> anyhow::Result<()> {

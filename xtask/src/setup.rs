@@ -19,11 +19,13 @@ pub enum Need {
     Chromium,
     /// Runs the script that drives the browser.
     Node,
+    /// Codes the video that a report compares with.
+    Ffmpeg,
 }
 
 impl Need {
-    /// All of them.
-    pub const ALL: &[Need] = &[Need::Vulkan, Need::WasmTarget, Need::Clang, Need::Chromium, Need::Node];
+    /// What building, serving and testing need.
+    pub const USUAL: &[Need] = &[Need::Vulkan, Need::WasmTarget, Need::Clang, Need::Chromium, Need::Node];
 
     fn is_met(self) -> bool {
         match self {
@@ -32,6 +34,7 @@ impl Need {
             Need::Clang => on_path("clang") && on_path("llvm-ar"),
             Need::Chromium => on_path("chromium") && has_fonts(),
             Need::Node => on_path("node") && on_path("npm"),
+            Need::Ffmpeg => on_path("ffmpeg"),
         }
     }
 
@@ -42,6 +45,7 @@ impl Need {
             Need::Clang => &["clang", "llvm"],
             Need::Chromium => &["chromium", "fonts-dejavu-core"],
             Need::Node => &["nodejs", "npm"],
+            Need::Ffmpeg => &["ffmpeg"],
         }
     }
 
@@ -52,6 +56,7 @@ impl Need {
             Need::Clang => "clang, for the C part of the web client",
             Need::Chromium => "Chromium, for the browser tests",
             Need::Node => "node and npm, for the browser tests",
+            Need::Ffmpeg => "ffmpeg, for the video that a report compares with",
         }
     }
 }

@@ -35,8 +35,8 @@ struct TopicArgs {
     /// A built-in scene or a scene file (glTF, GLB, OBJ, PLY); may be given several times. Default: the topic's own.
     #[arg(long, value_name = "FILE|NAME")]
     scene: Vec<String>,
-    /// A camera trace, one line `px py pz rx ry rz t_ms` a pose, for topics that follow one.
-    #[arg(long, value_name = "FILE")]
+    /// A camera trace, one line `px py pz rx ry rz t_ms` a pose, for topics that follow one; `auto`: one of the topic's own.
+    #[arg(long, value_name = "FILE|auto")]
     trace: Option<PathBuf>,
     /// Size of the output in pixels. Default: the topic's own.
     #[arg(long, value_name = "WxH", value_parser = options::size)]
@@ -52,7 +52,9 @@ struct TopicArgs {
 fn command() -> clap::Command {
     let compare = CompareArgs::augment_args(clap::Command::new("compare"));
     let render = RenderArgs::augment_args(clap::Command::new("render"));
-    let topic = |topic: &&dyn Topic| TopicArgs::augment_args(clap::Command::new(topic.name())).about(topic.about());
+    let topic = |topic: &&dyn Topic| {
+        topic.arguments(TopicArgs::augment_args(clap::Command::new(topic.name())).about(topic.about()))
+    };
     clap::Command::new("vantage-report")
         .about("Reports with figures, the truth of a scene, and scores of frames.")
         .after_help("Exit code: 0 done, 1 a run could not be made, 2 wrong arguments, 69 no graphics adapter.")
@@ -76,7 +78,7 @@ fn main() -> ExitCode {
         "render" => RenderArgs::from_arg_matches(matches).map_err(Into::into).and_then(|args| render(&args)),
         name => {
             let topic = topics::ALL.iter().find(|topic| topic.name() == name).expect("clap knows the topics only");
-            TopicArgs::from_arg_matches(matches).map_err(Into::into).and_then(|args| report(*topic, args))
+            TopicArgs::from_arg_matches(matches).map_err(Into::into).and_then(|args| report(*topic, args, matches))
         }
     };
     match outcome {
@@ -102,10 +104,10 @@ fn compare(args: &CompareArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn report(topic: &dyn Topic, args: TopicArgs) -> anyhow::Result<()> {
+fn report(topic: &dyn Topic, args: TopicArgs, matches: &clap::ArgMatches) -> anyhow::Result<()> {
     let out = args.out.unwrap_or_else(|| ["target", "report", topic.name()].iter().collect());
     let scenes = if args.scene.is_empty() { topic.default_scenes(args.quick) } else { args.scene };
-    let mut run = Run::new(scenes, out);
+    let mut run = Run::new(scenes, out).with_matches(matches.clone());
     (run.trace, run.size_px, run.quick) = (args.trace, args.size, args.quick);
     let report = run_topic(topic, &run)?;
     println!("{}", terminal_text(&report));

@@ -112,7 +112,8 @@ fn mean_flip(frame: &Picture, truth: &Path) -> Result<f64, PictureError> {
     Ok(errors.iter().map(|&error| f64::from(error)).sum::<f64>() / errors.len().max(1) as f64)
 }
 
-fn summarize(rows: &[FrameRow]) -> BTreeMap<&'static str, Spread> {
+/// The spread of every measure that has values.
+pub fn summarize(rows: &[FrameRow]) -> BTreeMap<&'static str, Spread> {
     let spread = |name, better| {
         let values: Vec<f64> = rows.iter().filter_map(|row| row.measure(name)).collect();
         Spread::of(&values, better)

@@ -30,6 +30,9 @@ pub fn page(report: &Report) -> String {
         let notes: String = report.notes.iter().map(|note| format!("<li>{}</li>\n", escape(note))).collect();
         body += &format!("<h2>How to read it</h2>\n<ul>\n{notes}</ul>\n");
     }
+    for (title, table) in &report.tables {
+        body += &format!("<h2>{}</h2>\n{}", escape(title), table.html());
+    }
     body += &figures(report, true);
     for (scene, table) in row_tables(&report.rows) {
         body += &format!("<h2>{}</h2>\n{}", escape(&scene), table.html());

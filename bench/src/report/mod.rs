@@ -15,6 +15,7 @@ use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::spread::Spread;
+use table::Table;
 
 /// Values by name, in the order in which they are to be read.
 #[derive(Debug, Clone, PartialEq)]
@@ -168,6 +169,9 @@ pub struct Report {
     pub settings: Fields<Value>,
     /// What the figures must reach.
     pub bars: Vec<Bar>,
+    /// Tables of the topic's own, with their titles; where there are any, the terminal shows them instead of all rows.
+    #[serde(skip)]
+    pub tables: Vec<(String, Table)>,
     /// The figures.
     pub rows: Vec<Row>,
     /// Plots and pictures, in order.
@@ -189,6 +193,7 @@ impl Report {
             scene: Vec::new(),
             settings: Fields::default(),
             bars: Vec::new(),
+            tables: Vec::new(),
             rows: Vec::new(),
             figures: Vec::new(),
             notes: Vec::new(),

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::anyhow;
+use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -47,6 +48,15 @@ pub struct Scatter {
     pub series: Vec<Series>,
 }
 
+/// How a [`Scatter`] is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Axes {
+    /// x grows by factors and begins near the smallest value, instead of at 0.
+    pub log_x: bool,
+    /// With the Pareto front.
+    pub front: bool,
+}
+
 /// One bar for each label, in groups of one colour.
 #[derive(Debug, Clone)]
 pub struct Bars {
@@ -73,7 +83,12 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 /// Draws a scatter plot with its Pareto front.
 pub fn draw_scatter(plot: &Scatter, path: &Path) -> anyhow::Result<()> {
-    scatter(plot, path).map_err(|error| anyhow!("{}: {error}", path.display()))
+    draw_curves(plot, Axes { log_x: false, front: true }, path)
+}
+
+/// Draws a scatter plot. Series of very many points are lines without marks.
+pub fn draw_curves(plot: &Scatter, axes: Axes, path: &Path) -> anyhow::Result<()> {
+    scatter(plot, axes, path).map_err(|error| anyhow!("{}: {error}", path.display()))
 }
 
 /// Draws horizontal bars.
@@ -83,19 +98,41 @@ pub fn draw_bars(plot: &Bars, path: &Path) -> anyhow::Result<()> {
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-fn scatter(plot: &Scatter, path: &Path) -> Outcome {
+fn scatter(plot: &Scatter, axes: Axes, path: &Path) -> Outcome {
     let points: Vec<(f64, f64)> = plot.series.iter().flat_map(|series| series.points.iter().copied()).collect();
-    let front = pareto_front(&points);
     let root = SVGBackend::new(path, SIZE_PX).into_drawing_area();
     root.fill(&WHITE)?;
     let (left, right) = root.split_horizontally(SIZE_PX.0 as i32 - LEGEND_PX);
     let (x_end, y_end) = (axis_end(points.iter().map(|p| p.0)), axis_end(points.iter().map(|p| p.1)));
-    let mut chart = ChartBuilder::on(&left)
-        .caption(&plot.title, (FONT, 17, &INK))
-        .margin(12)
-        .x_label_area_size(46)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..x_end, 0.0..y_end)?;
+    let mut builder = ChartBuilder::on(&left);
+    builder.caption(&plot.title, (FONT, 17, &INK)).margin(12).x_label_area_size(46).y_label_area_size(64);
+    let smallest = points.iter().map(|point| point.0).filter(|x| *x > 0.0).fold(x_end, f64::min);
+    if axes.log_x {
+        let x_axis = (smallest / 1.3..x_end * 1.2).log_scale();
+        draw_series(plot, axes, x_end, &left, builder.build_cartesian_2d(x_axis, 0.0..y_end)?)?;
+    } else {
+        draw_series(plot, axes, x_end, &left, builder.build_cartesian_2d(0.0..x_end, 0.0..y_end)?)?;
+    }
+    let names = plot.series.iter().map(|series| series.name.as_str());
+    legend(&right, names, axes.front.then_some("Pareto front"))?;
+    root.present()?;
+    Ok(())
+}
+
+/// Points of a series beyond which it is drawn as a line alone.
+const MAX_MARKS: usize = 40;
+
+/// The grid, the front, and every series.
+fn draw_series<X>(
+    plot: &Scatter,
+    axes: Axes,
+    x_end: f64,
+    area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
+    mut chart: ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, plotters::coord::types::RangedCoordf64>>,
+) -> Outcome
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
     chart
         .configure_mesh()
         .x_desc(&plot.x_label)
@@ -108,17 +145,18 @@ fn scatter(plot: &Scatter, path: &Path) -> Outcome {
         .x_label_formatter(&|value| short(*value))
         .y_label_formatter(&|value| short(*value))
         .draw()?;
-    chart.draw_series(std::iter::once(PathElement::new(stairs(&front, x_end), INK.mix(0.5).stroke_width(1))))?;
+    if axes.front {
+        let points: Vec<(f64, f64)> = plot.series.iter().flat_map(|series| series.points.iter().copied()).collect();
+        let stairs = stairs(&pareto_front(&points), x_end);
+        chart.draw_series(std::iter::once(PathElement::new(stairs, INK.mix(0.5).stroke_width(1))))?;
+    }
     for (index, series) in plot.series.iter().enumerate() {
         let colour = PALETTE[index % PALETTE.len()];
         chart.draw_series(std::iter::once(PathElement::new(series.points.clone(), colour.stroke_width(1))))?;
-        for &point in &series.points {
-            left.draw(&marker(index, chart.backend_coord(&point)))?;
+        for &point in series.points.iter().filter(|_| series.points.len() <= MAX_MARKS) {
+            area.draw(&marker(index, chart.backend_coord(&point)))?;
         }
     }
-    let names = plot.series.iter().map(|series| series.name.as_str());
-    legend(&right, names, Some("Pareto front"))?;
-    root.present()?;
     Ok(())
 }
 

@@ -1,4 +1,4 @@
-//! Progress on the terminal; silent where nobody watches.
+//! Progress on the terminal; where there is none, a line for each thing that is said.
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -23,7 +23,11 @@ impl Progress {
 
     /// Says what comes next.
     pub fn say(&self, what: impl Into<String>) {
-        self.bar.set_message(what.into());
+        let what = what.into();
+        if self.bar.is_hidden() {
+            eprintln!("{what}");
+        }
+        self.bar.set_message(what);
     }
 }
 

@@ -28,7 +28,9 @@ pub fn write_all(report: &Report, folder: &Path) -> anyhow::Result<()> {
 /// What the terminal shows: where it ran, the rows, the bars, the notes.
 pub fn terminal_text(report: &Report) -> String {
     let mut text = format!("{}: {}\nadapter: {}\ncpu: {}\n\n", report.topic, report.about, report.adapter, report.cpu);
-    for (heading, table) in row_tables(&report.rows) {
+    let rows: Vec<Row> =
+        report.rows.iter().filter(|row| report.tables.is_empty() || row.failed.is_some()).cloned().collect();
+    for (heading, table) in report.tables.iter().cloned().chain(row_tables(&rows)) {
         text += &format!("{heading}\n{}\n", table.text());
     }
     if !report.bars.is_empty() {

@@ -11,6 +11,7 @@ use client::window::{self, Renderer, WindowError};
 use gpu::GpuError;
 use network::Link;
 use protocol::message::Clock;
+use protocol::session::DEFAULT_BUDGET_BYTES;
 use surface::Corners;
 use vantage_client as client;
 
@@ -32,6 +33,9 @@ struct Arguments {
     /// Vertical field of view in degrees
     #[arg(long, default_value_t = 60.0, value_parser = field_of_view)]
     fov_y_deg: f64,
+    /// Memory for what is held, in MiB; what was least recently visible goes first
+    #[arg(long, default_value_t = DEFAULT_BUDGET_BYTES >> 20, value_name = "MIB")]
+    budget_mib: u64,
     /// Which graphics interface the window uses
     #[arg(long, value_enum, default_value_t)]
     renderer: RendererName,
@@ -116,11 +120,16 @@ impl Arguments {
         PictureOptions { corners, frame }
     }
 
+    fn budget_bytes(&self) -> u64 {
+        self.budget_mib.saturating_mul(1 << 20)
+    }
+
     fn window(&self) -> window::Options {
         window::Options {
             server: self.server.clone(),
             size_px: self.size.unwrap_or((1280, 720)),
             fov_y_rad: self.fov_y_deg.to_radians(),
+            budget_bytes: self.budget_bytes(),
             renderer: match self.renderer {
                 RendererName::Auto => Renderer::Auto,
                 RendererName::Vulkan => Renderer::Vulkan,
@@ -138,6 +147,7 @@ impl Arguments {
         options.out.clone_from(&self.out);
         options.size_px = self.size.unwrap_or(options.size_px);
         options.fov_y_rad = self.fov_y_deg.to_radians();
+        options.budget_bytes = self.budget_bytes();
         options.clock = match self.clock {
             ClockName::Wall => Clock::Wall,
             ClockName::Virtual => Clock::Virtual,

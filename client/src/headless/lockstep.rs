@@ -7,8 +7,8 @@ use network::LinkModel;
 use protocol::Limits;
 use protocol::message::Clock;
 
-use super::stage::{Moment, Stage};
-use super::{ANSWER_WITHIN_S, Drawn, FrameRow, HeadlessError, Options, Poses, view};
+use super::stage::{Moment, Ran, Stage};
+use super::{ANSWER_WITHIN_S, Drawn, HeadlessError, Options, Poses, view};
 use crate::pump::Pump;
 use crate::socket::Sockets;
 use crate::viewer::{Decoder, SocketEvent, Viewer};
@@ -22,6 +22,7 @@ struct Lockstep<'a> {
     up: LinkModel,
     down: LinkModel,
     patience_s: f64,
+    server_ms: Vec<f64>,
 }
 
 pub(super) fn run(
@@ -30,32 +31,46 @@ pub(super) fn run(
     url: &str,
     stage: &mut Stage,
     on_frame: &mut dyn FnMut(&Drawn<'_>),
-) -> Result<Vec<FrameRow>, HeadlessError> {
+) -> Result<Ran, HeadlessError> {
     let link = options.link.unwrap_or_default();
     let decoder = Decoder::inline(Limits::default());
     let mut run = Lockstep {
         pump: Pump::new(sockets, url, Arc::new(|| {})),
-        viewer: Viewer::new(&options.server, Clock::Virtual, options.view(), decoder, 0.0),
+        viewer: Viewer::new(&options.server, Clock::Virtual, options.view(), decoder, 0.0)
+            .with_budget(options.budget_bytes),
         up: LinkModel::new(link, options.seed),
         down: LinkModel::new(link, !options.seed),
         patience_s: options.patience_s,
+        server_ms: Vec::new(),
     };
     run.greet()?;
     let welcome = run.viewer.welcome().expect("an open session was welcomed").clone();
     let poses = Poses::new(options, &welcome);
-    let begin_s = if options.warm_up { run.warm_up(&poses, stage)? } else { 0.0 };
-    let mut rows = Vec::with_capacity(poses.count);
+    let warm_up = if options.warm_up { Some(run.warm_up(&poses, stage)?) } else { None };
+    let begin_s = warm_up.as_ref().map_or(0.0, |warm_up| warm_up.end_s);
+    let mut frames = Vec::with_capacity(poses.count);
     for frame in 0..poses.count {
         let real_begin_s = run.pump.now_s();
         let now_s = begin_s + poses.t_s(frame);
         let world_from_eye = poses.at(frame);
         let waited_s = run.step(world_from_eye, now_s, stage)?;
+        if !(options.drawn)(frame) {
+            run.viewer.drawn(now_s, None, None);
+            continue;
+        }
         let drawn = stage.draw(&run.viewer, &view(options, world_from_eye, &welcome))?;
         let frame_ms = (run.pump.now_s() - real_begin_s - waited_s) * 1e3;
         let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms };
-        rows.push(stage.record(&mut run.viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
+        frames.push(stage.record(&mut run.viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
     }
-    Ok(rows)
+    let first_picture_ms = warm_up.map(|warm_up| warm_up.first_picture_s * 1e3);
+    Ok(Ran { frames, first_picture_ms, server_ms: run.server_ms, traffic: run.pump.traffic().clone() })
+}
+
+/// When a warm-up had its first picture, and when it ended.
+struct WarmUp {
+    first_picture_s: f64,
+    end_s: f64,
 }
 
 impl Lockstep<'_> {
@@ -85,18 +100,18 @@ impl Lockstep<'_> {
         Ok(())
     }
 
-    /// Lets time pass at the first pose until something is held that was made for it; returns the time then. A server whose
-    /// first images are good for that pose too sends none, so a second after the first picture is the end in any case.
-    fn warm_up(&mut self, poses: &Poses, stage: &mut Stage) -> Result<f64, HeadlessError> {
+    /// Lets time pass at the first pose until something is held that was made for it. A server whose first images are good
+    /// for that pose too sends none, so a second after the first picture is the end in any case.
+    fn warm_up(&mut self, poses: &Poses, stage: &mut Stage) -> Result<WarmUp, HeadlessError> {
         let mut step = 0_u32;
         let mut first_picture_s = None;
         loop {
             let now_s = f64::from(step) / poses.fps;
             self.step(poses.at(0), now_s, stage)?;
             if self.viewer.has_picture() {
-                let since_s = now_s - *first_picture_s.get_or_insert(now_s);
-                if self.viewer.has_answer() || since_s >= ANSWER_WITHIN_S {
-                    return Ok(now_s);
+                let first_picture_s = *first_picture_s.get_or_insert(now_s);
+                if self.viewer.has_answer() || now_s - first_picture_s >= ANSWER_WITHIN_S {
+                    return Ok(WarmUp { first_picture_s, end_s: now_s });
                 }
             }
             if now_s > LONGEST_WARM_UP_S {
@@ -113,7 +128,7 @@ impl Lockstep<'_> {
         self.viewer.set_pose(world_from_eye, now_s);
         self.viewer.request_advance(now_s);
         self.flush(now_s);
-        let asked_s = self.pump.now_s();
+        let (asked_s, updates_before) = (self.pump.now_s(), self.update_messages());
         while self.viewer.advanced_to_s() < now_s {
             match self.pump.event_within(self.patience_s) {
                 Some(SocketEvent::Message(bytes)) => self.receive(bytes, now_s),
@@ -125,9 +140,16 @@ impl Lockstep<'_> {
             }
         }
         let waited_s = self.pump.now_s() - asked_s;
+        if self.update_messages() > updates_before {
+            self.server_ms.push(waited_s * 1e3);
+        }
         self.viewer.run_until(now_s);
         stage.take_in(&mut self.viewer, now_s);
         if self.viewer.is_open() { Ok(waited_s) } else { Err(self.trouble("the session ended")) }
+    }
+
+    fn update_messages(&self) -> u64 {
+        self.pump.traffic().received.get("update").map_or(0, |count| count.messages)
     }
 
     fn receive(&mut self, bytes: Vec<u8>, now_s: f64) {

@@ -58,6 +58,8 @@ pub struct Options {
     pub size_px: (u32, u32),
     /// Vertical field of view.
     pub fov_y_rad: f64,
+    /// What the held copy may take of this machine's memory.
+    pub budget_bytes: u64,
     /// Which clock to ask the server for.
     pub clock: Clock,
     /// Pictures a second of the trace's time.
@@ -70,6 +72,8 @@ pub struct Options {
     pub seed: u64,
     /// Holds frame 0 until the first update has arrived.
     pub warm_up: bool,
+    /// Which frames are drawn; the others pass by as undrawn, which on the virtual clock changes none that is drawn.
+    pub drawn: fn(usize) -> bool,
     /// How pictures are drawn.
     pub picture: PictureOptions,
     /// How long the server may take to answer, in seconds of real time.
@@ -85,12 +89,14 @@ impl Options {
             out: None,
             size_px: (640, 360),
             fov_y_rad: 60_f64.to_radians(),
+            budget_bytes: protocol::session::DEFAULT_BUDGET_BYTES,
             clock: Clock::Wall,
             fps: 60.0,
             frames: None,
             link: None,
             seed: 1,
             warm_up: true,
+            drawn: |_| true,
             picture: PictureOptions::default(),
             patience_s: 60.0,
         }

@@ -3,13 +3,15 @@
 use camera::Rigid;
 use serde::{Deserialize, Serialize};
 
+use crate::traffic::Traffic;
+
 /// `stats.json`: what was run, and a row a frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// What was run.
     #[serde(flatten)]
     pub header: Header,
-    /// In order.
+    /// Those that were drawn, in order.
     pub frames: Vec<FrameRow>,
 }
 
@@ -34,6 +36,13 @@ pub struct Header {
     pub update_interval_s: f64,
     /// Updates applied during the run.
     pub updates: u64,
+    /// On the run's clock, from the start until the first update was held, with a warm-up; `null` without.
+    pub first_picture_ms: Option<f64>,
+    /// Virtual clock: real milliseconds of each step in which the server sent an update, from asking for the step to having all
+    /// of it. Empty on the wall clock.
+    pub server_ms: Vec<f64>,
+    /// All messages of the run, those of the warm-up included.
+    pub traffic: Traffic,
     /// What the run was told.
     pub settings: Settings,
 }

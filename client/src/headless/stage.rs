@@ -7,6 +7,7 @@ use super::output::Writer;
 use super::report::{FrameRow, Header, RowMs, Settings, Summary};
 use super::{Drawn, HeadlessError, Options};
 use crate::picture::Picture;
+use crate::traffic::Traffic;
 use crate::viewer::Viewer;
 
 /// sRGB bytes are written as they are.
@@ -39,6 +40,14 @@ pub(super) struct Stage {
     writer: Option<Writer>,
     header: Option<Header>,
     updates: u64,
+}
+
+/// What a run knows of itself once it is over.
+pub(super) struct Ran {
+    pub frames: Vec<FrameRow>,
+    pub first_picture_ms: Option<f64>,
+    pub server_ms: Vec<f64>,
+    pub traffic: Traffic,
 }
 
 impl Stage {
@@ -144,6 +153,9 @@ impl Stage {
             near_m: welcome.near_m,
             update_interval_s: welcome.update_interval_s,
             updates: 0,
+            first_picture_ms: None,
+            server_ms: Vec::new(),
+            traffic: Traffic::default(),
             settings: Settings {
                 clock: format!("{:?}", options.clock).to_lowercase(),
                 fps: options.fps,
@@ -156,9 +168,11 @@ impl Stage {
     }
 
     /// Ends the run.
-    pub fn finish(self, frames: Vec<FrameRow>) -> Result<Summary, HeadlessError> {
+    pub fn finish(self, ran: Ran) -> Result<Summary, HeadlessError> {
         let header = self.header.ok_or_else(|| HeadlessError::Server("no frame was asked for".to_owned()))?;
-        let summary = Summary { header: Header { updates: self.updates, ..header }, frames };
+        let Ran { frames, first_picture_ms, server_ms, traffic } = ran;
+        let header = Header { updates: self.updates, first_picture_ms, server_ms, traffic, ..header };
+        let summary = Summary { header, frames };
         if let Some(writer) = self.writer {
             writer.finish(&summary)?;
         }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use protocol::Limits;
 use protocol::message::Clock;
 
-use super::stage::{Moment, Stage};
-use super::{ANSWER_WITHIN_S, Drawn, FrameRow, HeadlessError, Options, Poses, view};
+use super::stage::{Moment, Ran, Stage};
+use super::{ANSWER_WITHIN_S, Drawn, HeadlessError, Options, Poses, view};
 use crate::pump::Pump;
 use crate::socket::Sockets;
 use crate::viewer::{Decoder, Viewer};
@@ -20,16 +20,19 @@ pub(super) fn run(
     url: &str,
     stage: &mut Stage,
     on_frame: &mut dyn FnMut(&Drawn<'_>),
-) -> Result<Vec<FrameRow>, HeadlessError> {
+) -> Result<Ran, HeadlessError> {
     let decoder = Decoder::on_thread(Limits::default(), Arc::new(|| {})).map_err(HeadlessError::Thread)?;
-    let mut viewer = Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0);
+    let mut viewer =
+        Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0).with_budget(options.budget_bytes);
     let mut pump = Pump::new(sockets, url, Arc::new(|| {}));
     wait(options, &mut pump, &mut viewer, stage, Viewer::is_open)?;
     let welcome = viewer.welcome().expect("an open session was welcomed").clone();
     let poses = Poses::new(options, &welcome);
+    let mut first_picture_ms = None;
     if options.warm_up {
         viewer.set_pose(poses.at(0), pump.now_s());
         wait(options, &mut pump, &mut viewer, stage, Viewer::has_picture)?;
+        first_picture_ms = Some(pump.now_s() * 1e3);
         let last_s = pump.now_s() + ANSWER_WITHIN_S;
         while !viewer.has_answer() && pump.now_s() < last_s {
             pump.turn_until(&mut viewer, pump.now_s() + LOOK_INTERVAL_S);
@@ -38,7 +41,7 @@ pub(super) fn run(
         }
     }
     let begin_s = pump.now_s();
-    let mut rows = Vec::with_capacity(poses.count);
+    let mut frames = Vec::with_capacity(poses.count);
     for frame in 0..poses.count {
         pump.turn_until(&mut viewer, begin_s + poses.t_s(frame));
         let frame_begin_s = pump.now_s();
@@ -47,12 +50,16 @@ pub(super) fn run(
         pump.turn(&mut viewer);
         stage.take_in(&mut viewer, frame_begin_s);
         pump.turn(&mut viewer);
+        if !(options.drawn)(frame) {
+            viewer.drawn(frame_begin_s, None, None);
+            continue;
+        }
         let drawn = stage.draw(&viewer, &view(options, world_from_eye, &welcome))?;
         let now_s = pump.now_s();
         let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms: (now_s - frame_begin_s) * 1e3 };
-        rows.push(stage.record(&mut viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
+        frames.push(stage.record(&mut viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
     }
-    Ok(rows)
+    Ok(Ran { frames, first_picture_ms, server_ms: Vec::new(), traffic: pump.traffic().clone() })
 }
 
 /// Turns until `done`, or fails with what the viewer says is wrong. Reconnects meanwhile, as a person's viewer would.

@@ -15,7 +15,7 @@ mod tests;
 use camera::Rigid;
 use glam::DVec3;
 use protocol::message::{Clock, ViewSize, Welcome};
-use protocol::session::{ClientConfig, ClientEvent, ClientSession, SessionError};
+use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SessionError};
 use protocol::{Held, Limits, Update};
 
 use crate::connection::{Command, Connection, Ended};
@@ -75,6 +75,7 @@ pub struct Viewer {
     clock: Clock,
     limits: Limits,
     view: ViewSize,
+    budget_bytes: u64,
     connection: Connection,
     /// Counts sessions, so that what an earlier one left in the decoder is told apart.
     session_number: u64,
@@ -114,6 +115,7 @@ impl Viewer {
             clock,
             limits: Limits::default(),
             view,
+            budget_bytes: DEFAULT_BUDGET_BYTES,
             connection: Connection::new(address, now_s),
             session_number: 0,
             session: None,
@@ -130,6 +132,11 @@ impl Viewer {
             updates: 0,
             counters: Counters::default(),
         }
+    }
+
+    /// What the held copy may take of this machine's memory, in bytes, from the next session on.
+    pub fn with_budget(self, budget_bytes: u64) -> Viewer {
+        Viewer { budget_bytes, ..self }
     }
 
     /// Takes what the socket reports.
@@ -184,7 +191,8 @@ impl Viewer {
 
     fn begin_session(&mut self, now_s: f64) {
         self.session_number += 1;
-        self.session = Some(ClientSession::new(ClientConfig::new(self.clock, self.view), now_s));
+        let config = ClientConfig { budget_bytes: self.budget_bytes, ..ClientConfig::new(self.clock, self.view) };
+        self.session = Some(ClientSession::new(config, now_s));
         self.trips = RoundTrips::default();
         self.advanced_to_s = f64::NEG_INFINITY;
         self.bytes = 0;

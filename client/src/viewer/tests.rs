@@ -2,6 +2,7 @@
 
 use camera::{Camera, Pinhole, Rigid};
 use glam::DVec3;
+use protocol::codec::Coding;
 use protocol::message::{Clock, VERSION, ViewSize, Welcome};
 use protocol::session::{ServerConfig, ServerSession};
 use protocol::wire::encode_update;
@@ -58,7 +59,7 @@ impl Server {
     fn update(&mut self, edits: Vec<Edit>, scene_time_s: f64, now_s: f64) {
         let pose_seq = self.session.pose().map_or(0, |pose| pose.seq);
         let update = self.held.commit(edits, scene_time_s, pose_seq).expect("sound edits");
-        self.session.send_update(&encode_update(&update), now_s).expect("credit");
+        self.session.send_update(&encode_update(&update, Coding::default()), now_s).expect("credit");
     }
 }
 
@@ -181,7 +182,7 @@ fn a_damaged_update_begins_anew() {
     // The server's copy goes another way than the client was told.
     let wrong = server.held.commit(vec![Edit::Remove(PatchId(1))], 100.2, 0).expect("sound");
     let wrong = Update { digest: wrong.digest ^ 1, ..wrong };
-    server.session.send_update(&encode_update(&wrong), 0.2).expect("credit");
+    server.session.send_update(&encode_update(&wrong, Coding::default()), 0.2).expect("credit");
     exchange(&mut viewer, &mut server, 0.2);
     assert!(!viewer.advance(&mut followed, 0.2, 10.0));
     assert_eq!(viewer.held().sample_count(), 2, "nothing of it was applied");

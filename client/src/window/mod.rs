@@ -44,6 +44,8 @@ pub struct Options {
     pub size_px: (u32, u32),
     /// Vertical field of view.
     pub fov_y_rad: f64,
+    /// What the held copy may take of this machine's memory.
+    pub budget_bytes: u64,
     /// Graphics interface.
     pub renderer: Renderer,
     /// How pictures are drawn.
@@ -193,7 +195,7 @@ impl<'a> App<'a> {
         Ok(Running {
             screen,
             overlay,
-            viewer: Viewer::new(&options.server, Clock::Wall, view, decoder, 0.0),
+            viewer: Viewer::new(&options.server, Clock::Wall, view, decoder, 0.0).with_budget(options.budget_bytes),
             pump: Pump::new(self.sockets, &self.url, wake),
             controls: None,
             cursor_px: glam::DVec2::ZERO,

@@ -1,134 +1,135 @@
-//! The plane of base colours.
+//! Base colours as luma and chroma, exactly or in steps.
+//!
+//! Luma, orange and green differences are those of YCoCg-R (Malvar, Sullivan, YCoCg-R: A Color Space with RGB Reversibility and Low
+//! Dynamic Range, 2003), which gives every colour back. In steps, each is a multiple of its step, so a colour is moved by
+//! half a step at most *before* it is coded; what is coded then is exact again. So errors never add up, whatever is predicted
+//! from what, colours that were the same stay the same, and the sender holds what the receiver will.
 
-use super::channel::{ChannelReader, ChannelWriter};
-use super::neighbours::{Around, Neighbours, median_edge};
-use super::streams::{StreamIter, StreamWriter};
-use super::{CodecError, copy, tried};
+/// How often a colour is cut off at the faces of the cube before it stays; tested on every colour.
+const MOST_CUTS: usize = 2;
 
-/// Colours repeat: untextured surfaces.
-const COPY: u8 = 1;
-/// Textures: YCoCg-R, each channel predicted by [`median_edge`].
-const MEDIAN_EDGE: u8 = 2;
-/// As above, each channel predicted by a plane that is drawn towards the mean: fine, noisy textures.
-const SMOOTHED: u8 = 3;
-
-/// Luma, orange, green: lossless (Malvar, Sullivan, YCoCg-R: A Color Space with RGB Reversibility and Low Dynamic Range,
-/// 2003).
-fn luma_chroma([r, g, b]: [u8; 3]) -> [i16; 3] {
-    let [r, g, b] = [i16::from(r), i16::from(g), i16::from(b)];
-    let orange = r - b;
-    let middle = b + (orange >> 1);
-    let green = g - middle;
-    [middle + (green >> 1), orange, green]
+/// How exactly colours are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColourSteps {
+    /// As they are.
+    #[default]
+    Lossless,
+    /// Luma in steps of 2, chroma in steps of 4.
+    Fine,
+    /// Luma in steps of 4, chroma in steps of 8.
+    Coarse,
 }
 
-/// The inverse; damaged values wrap.
-fn rgb([luma, orange, green]: [i16; 3]) -> [u8; 3] {
-    let middle = luma.wrapping_sub(green >> 1);
-    let b = middle.wrapping_sub(orange >> 1);
-    [b.wrapping_add(orange) as u8, green.wrapping_add(middle) as u8, b as u8]
-}
+impl ColourSteps {
+    /// Every choice, the finest first.
+    pub const ALL: [ColourSteps; 3] = [ColourSteps::Lossless, ColourSteps::Fine, ColourSteps::Coarse];
 
-pub(super) fn write(colour: &[[u8; 3]], neighbours: &Neighbours, streams: &mut StreamWriter) -> u8 {
-    let keys: Vec<u32> = colour.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 0])).collect();
-    let copied = copy::encode(&keys, 3, neighbours);
-    let planes: Vec<[i16; 3]> = colour.iter().map(|&rgb| luma_chroma(rgb)).collect();
-    let estimate = |method| {
-        let tried = tried(colour.len());
-        let share = colour.len() as f64 / tried.len() as f64;
-        share * channels(method, &planes, neighbours, tried).iter().map(ChannelWriter::cost_bits).sum::<f64>()
-    };
-    let (median_edge_bits, smoothed_bits) = (estimate(MEDIAN_EDGE), estimate(SMOOTHED));
-    if copied.cost_bits() <= median_edge_bits.min(smoothed_bits) {
-        copied.write(streams);
-        return COPY;
-    }
-    let method = if median_edge_bits <= smoothed_bits { MEDIAN_EDGE } else { SMOOTHED };
-    channels(method, &planes, neighbours, 0..colour.len()).iter().for_each(|channel| channel.write(streams));
-    method
-}
-
-fn channels(
-    method: u8,
-    planes: &[[i16; 3]],
-    neighbours: &Neighbours,
-    ranks: std::ops::Range<usize>,
-) -> [ChannelWriter; 3] {
-    let mut channels = [0; 3].map(|_| ChannelWriter::starting_at(ranks.start, planes.len(), 16));
-    for rank in ranks {
-        let around = neighbours.around(rank);
-        let predicted = predict(method, planes, rank, around);
-        let mut extra = 0;
-        for (index, channel) in channels.iter_mut().enumerate() {
-            let code = channel.push(around, extra, predicted[index], planes[rank][index].into());
-            extra = u32::from(code) / 2;
+    /// Binary logarithms of the steps of luma and of both chromas.
+    fn shifts(self) -> [u32; 3] {
+        match self {
+            ColourSteps::Lossless => [0, 0, 0],
+            ColourSteps::Fine => [1, 2, 2],
+            ColourSteps::Coarse => [2, 3, 3],
         }
     }
-    channels
-}
 
-pub(super) fn read(
-    method: u8,
-    count: usize,
-    neighbours: &Neighbours,
-    streams: &mut StreamIter,
-) -> Result<Vec<[u8; 3]>, CodecError> {
-    match method {
-        COPY => {
-            let keys = copy::decode(count, 3, neighbours, streams)?;
-            Ok(keys.into_iter().map(|key| [key as u8, (key >> 8) as u8, (key >> 16) as u8]).collect())
+    /// The colour that a receiver gets for a colour. A colour that a receiver got is kept as it is.
+    pub fn settle(self, colour: [u8; 3]) -> [u8; 3] {
+        if self == ColourSteps::Lossless {
+            return colour;
         }
-        MEDIAN_EDGE | SMOOTHED => {
-            let mut channel = || ChannelReader::read(streams, count, 16);
-            let mut channels = [channel()?, channel()?, channel()?];
-            let mut planes: Vec<[i16; 3]> = Vec::with_capacity(count);
-            for rank in 0..count {
-                let around = neighbours.around(rank);
-                let predicted = predict(method, &planes, rank, around);
-                let (mut sample, mut extra) = ([0; 3], 0);
-                for ((value, channel), predicted) in sample.iter_mut().zip(&mut channels).zip(predicted) {
-                    let (code, found) = channel.next(around, extra, predicted)?;
-                    *value = found as i16;
-                    extra = u32::from(code) / 2;
-                }
-                planes.push(sample);
-            }
-            channels.into_iter().try_for_each(ChannelReader::finish)?;
-            Ok(planes.into_iter().map(rgb).collect())
+        let mut settled = self.rgb(self.codes(colour));
+        // At the faces of the cube a colour may be cut off, and then lie nearer to other steps.
+        for _ in 0..MOST_CUTS {
+            settled = self.rgb(self.codes(settled));
         }
-        _ => Err(CodecError::Damaged("colour predictor")),
+        settled
+    }
+
+    /// [`ColourSteps::settle`] for a plane. Neighbours of one colour are looked up once.
+    pub fn settle_all(self, colours: &mut [[u8; 3]]) {
+        if self == ColourSteps::Lossless {
+            return;
+        }
+        for colour in colours {
+            *colour = self.settle(*colour);
+        }
+    }
+
+    /// A colour in steps: luma, orange, green.
+    #[inline(always)]
+    pub(super) fn codes(self, [r, g, b]: [u8; 3]) -> [i16; 3] {
+        let [r, g, b] = [i16::from(r), i16::from(g), i16::from(b)];
+        let [luma, orange, green] = self.shifts();
+        if self == ColourSteps::Lossless {
+            // By lifting: the floors are undone by the same floors.
+            let orange = r - b;
+            let middle = b + (orange >> 1);
+            let green = g - middle;
+            return [middle + (green >> 1), orange, green];
+        }
+        // From the unrounded values: a floor before the rounding would darken every colour.
+        [round(r + 2 * g + b, luma + 2), round(r - b, orange), round(2 * g - r - b, green + 1)]
+    }
+
+    /// The colour of some codes; where they leave the cube, the nearest channel values inside.
+    #[inline(always)]
+    pub(super) fn rgb(self, codes: [i16; 3]) -> [u8; 3] {
+        let shifts = self.shifts();
+        let [luma, orange, green]: [i16; 3] = std::array::from_fn(|c| codes[c] << shifts[c]);
+        let middle = luma.wrapping_sub(green >> 1);
+        let b = middle.wrapping_sub(orange >> 1);
+        let rgb = [b.wrapping_add(orange), green.wrapping_add(middle), b];
+        rgb.map(|value| value.clamp(0, 255) as u8)
     }
 }
 
-/// Looks only at samples before `rank`.
-#[inline]
-fn predict(method: u8, planes: &[[i16; 3]], rank: usize, around: Around) -> [i32; 3] {
-    let at = |rank: usize, channel: usize| i32::from(planes[rank][channel]);
-    std::array::from_fn(|channel| match around {
-        Around::Nothing => 0,
-        Around::Anchor(anchor) => at(anchor, channel),
-        Around::Left => at(rank - 1, channel),
-        Around::Up(up) => at(up, channel),
-        Around::LeftUp(up) => (at(rank - 1, channel) + at(up, channel)) / 2,
-        Around::All(up) => {
-            let (left, above, corner) = (at(rank - 1, channel), at(up, channel), at(up - 1, channel));
-            match method {
-                SMOOTHED => (3 * (left + above) - 2 * corner + 2) >> 2,
-                _ => median_edge(left, above, corner),
-            }
-        }
-    })
+/// A value in steps of `2^shift`, halves to the even step, so that the mean is kept.
+#[inline(always)]
+fn round(value: i16, shift: u32) -> i16 {
+    (value + (1 << (shift - 1)) - 1 + (value >> shift & 1)) >> shift
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn every_colour() -> impl Iterator<Item = [u8; 3]> {
+        (0..1_u32 << 24).map(|code| [code as u8, (code >> 8) as u8, (code >> 16) as u8])
+    }
+
     #[test]
-    fn luma_and_chroma_are_reversible() {
-        for colour in (0..1 << 24).step_by(7) {
-            let [r, g, b, _] = u32::to_le_bytes(colour);
-            assert_eq!(rgb(luma_chroma([r, g, b])), [r, g, b]);
+    fn lossless_gives_every_colour_back() {
+        let steps = ColourSteps::Lossless;
+        assert!(every_colour().all(|colour| steps.rgb(steps.codes(colour)) == colour));
+    }
+
+    #[test]
+    fn what_a_receiver_got_is_kept() {
+        for steps in ColourSteps::ALL {
+            let changed = every_colour().map(|colour| steps.settle(colour)).find(|&c| steps.rgb(steps.codes(c)) != c);
+            assert_eq!(changed, None, "{steps:?}");
+        }
+    }
+
+    #[test]
+    fn colours_move_by_little_and_not_on_average() {
+        for (steps, most, mean_bound) in [(ColourSteps::Fine, 5, 0.1), (ColourSteps::Coarse, 10, 0.2)] {
+            let (mut furthest, mut sum, mut count, mut square) = (0, [0.0; 3], 0.0, 0.0);
+            for colour in every_colour().step_by(7) {
+                let settled = steps.settle(colour);
+                count += 1.0;
+                for channel in 0..3 {
+                    let moved = i32::from(settled[channel]) - i32::from(colour[channel]);
+                    furthest = furthest.max(moved.abs());
+                    sum[channel] += f64::from(moved);
+                    square += f64::from(moved * moved);
+                }
+            }
+            let psnr = 10.0 * (255.0 * 255.0 * 3.0 * count / square).log10();
+            eprintln!("{steps:?}: {furthest} {:?} {psnr}", sum.map(|s| s / count));
+            assert!(furthest <= most, "{steps:?} moves a channel by {furthest}");
+            assert!(sum.iter().all(|sum| (sum / count).abs() < mean_bound), "{steps:?} shifts the mean");
         }
     }
 }

@@ -1,21 +1,21 @@
 //! Bytes of patches.
 
 mod addresses;
-mod binary;
-mod channel;
+mod bits;
 mod colour;
-mod copy;
-mod depth;
+mod dense;
 mod header;
-mod mask;
-mod neighbours;
-mod normal;
+mod labels;
+mod outline;
 mod pack;
-mod planes;
-mod rans;
+mod packed;
+mod residual;
+mod samples;
+mod segments;
 mod streams;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
+pub use colour::ColourSteps;
 pub(crate) use header::{read_objects, write_objects};
 pub(crate) use pack::{Packer, Unpacker};
 
@@ -25,12 +25,35 @@ use crate::bytes::{EndsEarly, Reader, Writer};
 use crate::held::Patch;
 use crate::limits::Limits;
 
-/// What the coder optimizes for.
+/// What the coder optimizes for. Both are exact on the planes as they are given, and both ends know which it was from the bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Profile {
-    /// Speed: 2-D prediction, byte planes, zstd at level 1. Exactly lossless on the quantized planes.
-    #[default]
+    /// Speed: residuals of a 2-D prediction as byte planes, packed by zstd at level 1.
     Fast,
+    /// Size: residuals coded by an adaptive arithmetic coder with contexts.
+    #[default]
+    Dense,
+}
+
+/// How patches are coded; the sender chooses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Coding {
+    /// Speed or size.
+    pub profile: Profile,
+    /// How exactly colours are kept.
+    pub colour: ColourSteps,
+}
+
+impl Coding {
+    fn to_byte(self) -> u8 {
+        let colour = ColourSteps::ALL.iter().position(|&steps| steps == self.colour).expect("all are listed");
+        u8::from(self.profile == Profile::Dense) | (colour as u8) << 1
+    }
+
+    fn from_byte(byte: u8) -> Result<Coding, CodecError> {
+        let colour = ColourSteps::ALL.get(usize::from(byte >> 1)).ok_or(CodecError::Damaged("coding"))?;
+        Ok(Coding { profile: if byte & 1 == 1 { Profile::Dense } else { Profile::Fast }, colour: *colour })
+    }
 }
 
 /// Why the bytes of a patch or an update were refused. The sender, or what lies between, is at fault.
@@ -48,12 +71,12 @@ pub enum CodecError {
     Damaged(&'static str),
 }
 
-/// The bytes of a patch.
-pub fn encode_patch(patch: &Patch, profile: Profile) -> Vec<u8> {
-    let Profile::Fast = profile;
+/// The bytes of a patch. It comes back as it is if its colours are settled ([`ColourSteps::settle_all`]); a patch must be
+/// settled before it is held, so that both ends hold the same.
+pub fn encode_patch(patch: &Patch, coding: Coding) -> Vec<u8> {
     let mut out = Writer::default();
     header::write(patch, &mut out);
-    planes::write(&patch.image, &mut Packer::new(), &mut out);
+    samples::write(&patch.image, coding, &mut out);
     out.bytes
 }
 
@@ -61,15 +84,6 @@ pub fn encode_patch(patch: &Patch, profile: Profile) -> Vec<u8> {
 pub fn decode_patch(bytes: &[u8], limits: &Limits) -> Result<Patch, CodecError> {
     let mut bytes = Reader::new(bytes);
     let header = header::read(&mut bytes, limits)?;
-    let patch = planes::read(header, &mut Unpacker::new(), &mut bytes, limits)?;
+    let patch = samples::read(header, &mut bytes, limits)?;
     if bytes.remaining() == 0 { Ok(patch) } else { Err(CodecError::Damaged("bytes after the patch")) }
 }
-
-/// The ranks by which a predictor is chosen: all of a small plane, the middle of a large one.
-fn tried(count: usize) -> std::ops::Range<usize> {
-    let half = count.min(TRIED_SAMPLES) / 2;
-    count / 2 - half..(count / 2 + half).max(count.min(1))
-}
-
-/// Enough to tell predictors apart; an eighth of a 512x512 image.
-const TRIED_SAMPLES: usize = 32 * 1024;

@@ -1,5 +1,4 @@
-//! The byte streams of a patch: packed ones, then coded ones, which are dense already and stored as they are. First comes the
-//! length of each, then the packed ones in sections of one or more streams, then the coded ones.
+//! The byte streams of a patch. First comes the length of each, then all of them, packed in sections of one or more.
 //!
 //! Streams of one kind of symbol compress best alone, but a section costs some twenty bytes whatever it holds; so short
 //! streams share one. Which do, both ends know from the lengths.
@@ -16,8 +15,6 @@ const SECTION_BYTES: usize = 1024;
 pub(super) struct StreamWriter {
     lengths: Vec<usize>,
     bytes: Vec<u8>,
-    coded_lengths: Vec<usize>,
-    coded: Vec<u8>,
 }
 
 impl StreamWriter {
@@ -31,25 +28,16 @@ impl StreamWriter {
         self.bytes.extend(stream.iter().flat_map(|short| short.to_le_bytes()));
     }
 
-    /// A stream that the packer would only slow down.
-    pub fn push_coded(&mut self, stream: &[u8]) {
-        self.coded_lengths.push(stream.len());
-        self.coded.extend_from_slice(stream);
-    }
-
     pub fn write(self, packer: &mut Packer, out: &mut Writer) {
-        for lengths in [&self.lengths, &self.coded_lengths] {
-            out.u8(u8::try_from(lengths.len()).expect("a patch has two dozen streams"));
-            for &length in lengths {
-                out.varint(u32::try_from(length).expect("a stream is shorter than 4 GiB"));
-            }
+        out.u8(u8::try_from(self.lengths.len()).expect("a patch has a dozen streams"));
+        for &length in &self.lengths {
+            out.varint(u32::try_from(length).expect("a stream is shorter than 4 GiB"));
         }
         let mut start = 0;
         for length in sections(&self.lengths) {
             packer.pack(&self.bytes[start..start + length], out);
             start += length;
         }
-        out.bytes.extend_from_slice(&self.coded);
     }
 }
 
@@ -69,32 +57,25 @@ fn sections(lengths: &[usize]) -> impl Iterator<Item = usize> + '_ {
 }
 
 /// All streams of a patch, unpacked.
-pub(super) struct Streams<'a> {
+pub(super) struct Streams {
     lengths: Vec<usize>,
     bytes: Vec<u8>,
-    coded_lengths: Vec<usize>,
-    coded: &'a [u8],
 }
 
-impl<'a> Streams<'a> {
-    /// Unpacks all streams; the packed ones hold at most `limit` bytes together.
-    pub fn read(bytes: &mut Reader<'a>, unpacker: &mut Unpacker, limit: usize) -> Result<Streams<'a>, CodecError> {
+impl Streams {
+    /// Unpacks all streams; they hold at most `limit` bytes together.
+    pub fn read(bytes: &mut Reader, unpacker: &mut Unpacker, limit: usize) -> Result<Streams, CodecError> {
         let lengths = read_lengths(bytes, limit)?;
-        let coded_lengths = read_lengths(bytes, usize::MAX)?;
         let mut unpacked = Vec::new();
         for section in sections(&lengths) {
             unpacker.unpack_onto(bytes, section, &mut unpacked)?;
         }
-        let coded = bytes.take(coded_lengths.iter().sum())?;
-        Ok(Streams { lengths, bytes: unpacked, coded_lengths, coded })
+        Ok(Streams { lengths, bytes: unpacked })
     }
 
     /// The streams in order.
     pub fn iter(&self) -> StreamIter<'_> {
-        StreamIter {
-            packed: Cut { lengths: self.lengths.iter(), rest: &self.bytes },
-            coded: Cut { lengths: self.coded_lengths.iter(), rest: self.coded },
-        }
+        StreamIter { lengths: self.lengths.iter(), rest: &self.bytes }
     }
 }
 
@@ -110,29 +91,18 @@ fn read_lengths(bytes: &mut Reader, limit: usize) -> Result<Vec<usize>, CodecErr
     }
 }
 
-/// Gives streams in order, packed and coded ones each in their own.
+/// Gives streams in order.
 pub(super) struct StreamIter<'a> {
-    packed: Cut<'a>,
-    coded: Cut<'a>,
-}
-
-struct Cut<'a> {
     lengths: std::slice::Iter<'a, usize>,
     rest: &'a [u8],
 }
 
-impl<'a> Cut<'a> {
-    fn next(&mut self) -> Result<&'a [u8], CodecError> {
+impl<'a> StreamIter<'a> {
+    pub fn next(&mut self) -> Result<&'a [u8], CodecError> {
         let length = *self.lengths.next().ok_or(CodecError::Damaged("number of streams"))?;
         let (stream, rest) = self.rest.split_at(length);
         self.rest = rest;
         Ok(stream)
-    }
-}
-
-impl<'a> StreamIter<'a> {
-    pub fn next(&mut self) -> Result<&'a [u8], CodecError> {
-        self.packed.next()
     }
 
     /// The next stream, which holds `length` bytes.
@@ -141,12 +111,7 @@ impl<'a> StreamIter<'a> {
         if stream.len() == length { Ok(stream) } else { Err(CodecError::Damaged("length of a stream")) }
     }
 
-    /// The next stream of [`StreamWriter::push_coded`].
-    pub fn next_coded(&mut self) -> Result<&'a [u8], CodecError> {
-        self.coded.next()
-    }
-
     pub fn is_empty(&self) -> bool {
-        self.packed.lengths.as_slice().is_empty() && self.coded.lengths.as_slice().is_empty()
+        self.lengths.as_slice().is_empty()
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::digest::{Digest, EMPTY};
-use super::{Edit, Held, HeldError, HeldPatch, ObjectPose, Patch, PatchId, Update};
-use crate::image::{DepthImage, Mask};
+use super::{Draft, Edit, Held, HeldError, HeldPatch, ObjectPose, Patch, PatchId, Update};
+use crate::image::{DepthImage, Mask, Ranks};
 use crate::limits::Limits;
 
 /// What an update changes, before it counts.
@@ -35,32 +35,55 @@ impl Held {
     /// samples, planes must fit their masks, everything must be finite and within `limits`, and the digest must come out as
     /// the update says.
     pub fn apply_within(&mut self, update: &Update, limits: &Limits) -> Result<(), HeldError> {
-        let changes = self.stage(update.number, update.scene_time_s, &update.edits, limits)?;
-        if changes.digest != update.digest {
+        let clears = matches!(update.edits.first(), Some(Edit::Clear));
+        let follows = if clears { update.number > self.number } else { update.number == self.number + 1 };
+        if !follows {
+            return Err(HeldError::Number { held: self.number, update: update.number });
+        }
+        if !update.scene_time_s.is_finite() {
+            return Err(HeldError::NotFinite("scene time"));
+        }
+        let changes = self.stage(&update.edits, limits)?;
+        let digest = sealed(changes.digest, update.number);
+        if digest != update.digest {
             return Err(HeldError::Digest { number: update.number });
         }
-        self.take_over(changes, update.number, update.scene_time_s);
+        self.take_over(changes);
+        self.finish(update.number, update.scene_time_s, digest);
         Ok(())
     }
 
     /// Makes the next update from edits and applies it: the server's side of [`Held::apply`], which fills in number and digest.
     pub fn commit(&mut self, edits: Vec<Edit>, scene_time_s: f64, pose_seq: u64) -> Result<Update, HeldError> {
-        let number = self.number + 1;
-        let changes = self.stage(number, scene_time_s, &edits, &Limits::default())?;
-        let digest = changes.digest;
-        self.take_over(changes, number, scene_time_s);
-        Ok(Update { number, scene_time_s, pose_seq, edits, digest })
+        let changes = self.stage(&edits, &Limits::default())?;
+        self.take_over(changes);
+        self.seal(Draft { edits }, scene_time_s, pose_seq)
     }
 
-    fn stage(&self, number: u64, scene_time_s: f64, edits: &[Edit], limits: &Limits) -> Result<Changes, HeldError> {
-        let clears = matches!(edits.first(), Some(Edit::Clear));
-        let follows = if clears { number > self.number } else { number == self.number + 1 };
-        if !follows {
-            return Err(HeldError::Number { held: self.number, update: number });
+    /// Applies one edit of an update in the making at once, so that the next one can be chosen by what is held then. The
+    /// update is complete after [`Held::seal`]; a refused edit changes nothing.
+    pub fn edit(&mut self, edit: Edit, draft: &mut Draft) -> Result<(), HeldError> {
+        if matches!(edit, Edit::Clear) && !draft.edits.is_empty() {
+            return Err(HeldError::LateClear);
         }
+        let changes = self.stage(std::slice::from_ref(&edit), &Limits::default())?;
+        self.take_over(changes);
+        draft.edits.push(edit);
+        Ok(())
+    }
+
+    /// Numbers the update whose edits are in `draft`, and gives it its digest.
+    pub fn seal(&mut self, draft: Draft, scene_time_s: f64, pose_seq: u64) -> Result<Update, HeldError> {
         if !scene_time_s.is_finite() {
             return Err(HeldError::NotFinite("scene time"));
         }
+        let number = self.number + 1;
+        let digest = sealed(self.digest(), number);
+        self.finish(number, scene_time_s, digest);
+        Ok(Update { number, scene_time_s, pose_seq, edits: draft.edits, digest })
+    }
+
+    fn stage(&self, edits: &[Edit], limits: &Limits) -> Result<Changes, HeldError> {
         let mut staged = Staged::new(self, limits);
         for (index, edit) in edits.iter().enumerate() {
             if matches!(edit, Edit::Clear) && index > 0 {
@@ -68,7 +91,6 @@ impl Held {
             }
             staged.edit(edit)?;
         }
-        staged.digest.number(number);
         Ok(Changes {
             cleared: staged.cleared,
             patches: staged.patches,
@@ -82,9 +104,9 @@ impl Held {
         })
     }
 
-    fn take_over(&mut self, changes: Changes, number: u64, scene_time_s: f64) {
+    fn take_over(&mut self, changes: Changes) {
         if changes.cleared {
-            *self = Held::default();
+            *self = Held { number: self.number, scene_time_s: self.scene_time_s, ..Held::default() };
         }
         for (id, patch) in changes.patches {
             match patch {
@@ -103,8 +125,12 @@ impl Held {
         self.samples = changes.samples;
         self.pixels = changes.pixels;
         self.digest = Some(changes.digest);
+    }
+
+    fn finish(&mut self, number: u64, scene_time_s: f64, digest: u64) {
         self.number = number;
         self.scene_time_s = scene_time_s;
+        self.digest = Some(digest);
     }
 
     /// The running digest over every edit so far; equal at both ends after the same updates.
@@ -116,6 +142,13 @@ impl Held {
     pub fn sample_count(&self) -> usize {
         self.samples
     }
+}
+
+/// The digest of an update: of its edits, then of its number.
+fn sealed(digest: u64, number: u64) -> u64 {
+    let mut digest = Digest(digest);
+    digest.number(number);
+    digest.0
 }
 
 /// [`Staged`] without its hold on the base.
@@ -278,29 +311,6 @@ impl HeldPatch {
 fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
     let mut keep = keep.iter();
     values.retain(|_| *keep.next().expect("one flag a sample"));
-}
-
-/// How many samples lie before each word of a mask, so that an address finds its place in the planes at once.
-struct Ranks(Vec<u32>);
-
-impl Ranks {
-    fn new(mask: &Mask) -> Ranks {
-        let ranks = mask.words().iter().scan(0, |before, word| {
-            let rank = *before;
-            *before += word.count_ones();
-            Some(rank)
-        });
-        Ranks(ranks.collect())
-    }
-
-    /// The place of a pixel's sample, `None` where the pixel holds none.
-    fn of(&self, mask: &Mask, x: u16, y: u16) -> Option<usize> {
-        mask.get(u32::from(x), u32::from(y)).then(|| {
-            let bit = usize::from(y) * mask.size_px().0 as usize + usize::from(x);
-            let below = mask.words()[bit / 64] & ((1 << (bit % 64)) - 1);
-            self.0[bit / 64] as usize + below.count_ones() as usize
-        })
-    }
 }
 
 fn pixels(mask: &Mask) -> usize {

@@ -33,16 +33,21 @@ pub struct ClientConfig {
     pub clock: Clock,
     /// The output.
     pub view: ViewSize,
+    /// What the held copy may take, in bytes.
+    pub budget_bytes: u64,
     /// Caps on what the server sends.
     pub limits: Limits,
     /// Without a word from the server for this long, it is gone. Several pings.
     pub silence_s: f64,
 }
 
+/// What a held copy may take where nobody says: six million samples.
+pub const DEFAULT_BUDGET_BYTES: u64 = 512 << 20;
+
 impl ClientConfig {
     /// The usual limits.
     pub fn new(clock: Clock, view: ViewSize) -> ClientConfig {
-        ClientConfig { clock, view, limits: Limits::default(), silence_s: 20.0 }
+        ClientConfig { clock, view, budget_bytes: DEFAULT_BUDGET_BYTES, limits: Limits::default(), silence_s: 20.0 }
     }
 }
 
@@ -122,7 +127,12 @@ struct Ping {
 impl ClientSession {
     /// Begins with Hello.
     pub fn new(config: ClientConfig, now_s: f64) -> ClientSession {
-        let hello = ClientMessage::Hello { version: VERSION, clock: config.clock, view: config.view };
+        let hello = ClientMessage::Hello {
+            version: VERSION,
+            clock: config.clock,
+            view: config.view,
+            budget_bytes: config.budget_bytes,
+        };
         ClientSession {
             config,
             state: State::Greeting,

@@ -40,7 +40,7 @@ mod flow;
 mod rate;
 mod server;
 
-pub use client::{ClientConfig, ClientEvent, ClientSession, ReceivedUpdate};
+pub use client::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, ReceivedUpdate};
 pub use server::{ClientPose, SendError, ServerConfig, ServerEvent, ServerSession};
 
 use thiserror::Error;

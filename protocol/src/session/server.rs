@@ -141,6 +141,7 @@ pub struct ServerSession {
     bulk: VecDeque<Vec<u8>>,
     events: VecDeque<ServerEvent>,
     view: Option<ViewSize>,
+    budget_bytes: u64,
     pose: Option<ClientPose>,
     flow: Flow,
     must_clear: bool,
@@ -172,6 +173,7 @@ impl ServerSession {
             bulk: VecDeque::new(),
             events: VecDeque::new(),
             view: None,
+            budget_bytes: 0,
             pose: None,
             flow: Flow::default(),
             must_clear: false,
@@ -210,7 +212,8 @@ impl ServerSession {
             return Err(SessionError::TooMany("messages"));
         }
         match (self.state, envelope.message) {
-            (State::Greeting, ClientMessage::Hello { version, clock, view }) => {
+            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes }) => {
+                self.budget_bytes = budget_bytes;
                 self.greet(version, clock, view, envelope.at_s, now_s)
             }
             (State::Greeting, _) => Err(SessionError::Unexpected("a message before Hello")),
@@ -426,6 +429,11 @@ impl ServerSession {
             self.advanced_to_s = to_s;
             self.say(ServerMessage::Advanced { to_s }, to_s);
         }
+    }
+
+    /// What the client's copy may take of its memory, in bytes; 0 before Hello.
+    pub fn budget_bytes(&self) -> u64 {
+        self.budget_bytes
     }
 
     /// The client's output; `None` before Hello.

@@ -1,4 +1,5 @@
 use camera::{Camera, Pinhole};
+use glam::DVec2;
 use protocol::{DepthImage, DepthScale, Mask};
 
 /// One image as it comes from the GPU: planes of a value a pixel, row-major.
@@ -89,6 +90,26 @@ impl Capture {
             }
         }
         mask
+    }
+
+    /// The part of `size_px` that begins at `origin`, which must lie inside: the same eye, a smaller image.
+    pub fn cropped(&self, origin: (u32, u32), size_px: (u32, u32)) -> Capture {
+        let camera = Pinhole {
+            width_px: size_px.0,
+            height_px: size_px.1,
+            centre_px: self.camera.centre_px - DVec2::new(origin.0.into(), origin.1.into()),
+            ..self.camera
+        };
+        let width = self.camera.width_px as usize;
+        let rows = (origin.1..origin.1 + size_px.1).map(|y| y as usize * width + origin.0 as usize);
+        let rows = rows.map(|first| first..first + size_px.0 as usize);
+        Capture {
+            camera,
+            ids: rows.clone().flat_map(|row| &self.ids[row]).copied().collect(),
+            colour: rows.clone().flat_map(|row| &self.colour[row]).copied().collect(),
+            depth: rows.flat_map(|row| &self.depth[row]).copied().collect(),
+            gpu_s: self.gpu_s,
+        }
     }
 
     /// All samples.

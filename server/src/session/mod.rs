@@ -22,7 +22,7 @@ use scene::Scene;
 use tokio::sync::{Semaphore, watch};
 
 use crate::config::Config;
-use crate::frame::{ClientCopy, Stage};
+use crate::frame::{Client, Stage};
 use crate::imager::Imager;
 use crate::plan::{self, Rules};
 use crate::start;
@@ -75,7 +75,7 @@ impl Shared {
         };
         let stats = Arc::new(Stats::default());
         let adapter = imager.adapter();
-        let stage = Stage::new(scene.clone(), rules, imager);
+        let stage = Stage::new(scene.clone(), rules, config.discretization, imager).coded_by(config.coding);
         let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
         Ok(Shared { config, scene, adapter, stats, worker, places, rules, welcome, stopped, started: Instant::now() })
@@ -175,7 +175,7 @@ struct Connection<'a> {
     /// Read by the worker when this session's turn comes.
     viewer: Arc<Mutex<Viewer>>,
     /// Away while a turn is taken.
-    copy: Option<Box<ClientCopy>>,
+    client: Option<Box<Client>>,
     /// The client asked to begin anew while the copy was away.
     start_anew: bool,
 }
@@ -202,7 +202,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
         outlet: Outlet::start(outgoing, limits.stall),
         stopped: shared.stopped.clone(),
         viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome.start_world_from_eye, scene_time_s))),
-        copy: Some(Box::default()),
+        client: Some(Box::default()),
         start_anew: false,
     };
     tracing::info!(%peer, "connected");
@@ -233,6 +233,8 @@ impl Connection<'_> {
             ServerEvent::Opened => {
                 if let Some(view) = self.session.view() {
                     viewer.view = view;
+                    let budget_bytes = self.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
+                    self.client.iter_mut().for_each(|client| client.budget_bytes = budget_bytes);
                     tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }
             }
@@ -246,8 +248,8 @@ impl Connection<'_> {
             ServerEvent::Acked { .. } => viewer.round_trip_s = self.session.round_trip_s().unwrap_or(0.0),
             ServerEvent::Restart => {
                 tracing::info!(peer = %self.peer, "the client's copy is broken: starting anew");
-                match &mut self.copy {
-                    Some(copy) => copy.start_anew(),
+                match &mut self.client {
+                    Some(client) => client.start_anew(),
                     None => self.start_anew = true,
                 }
             }
@@ -262,35 +264,34 @@ impl Connection<'_> {
     /// Whether a turn at the worker would bring anything now.
     fn wants_turn(&self, now_s: f64) -> bool {
         self.session.can_send_update()
-            && self
-                .copy
-                .as_ref()
-                .is_some_and(|copy| plan::plan(&self.shared.rules, &self.viewer(), now_s, copy.coverage()).is_some())
+            && self.client.as_ref().is_some_and(|client| {
+                plan::plan(&self.shared.rules, &self.viewer(), now_s, client.focus.as_ref()).is_some()
+            })
     }
 
-    /// Takes the copy back from the worker and sends what was made.
+    /// Takes the client's account back from the worker and sends what was made.
     fn served(&mut self, served: Served, now_s: f64) {
-        let Served { mut copy, update } = served;
+        let Served { mut client, update } = served;
         if std::mem::take(&mut self.start_anew) {
             // What was made builds on a copy that the client no longer has.
-            copy.start_anew();
-        } else if let Some(Made { update, reason, samples, images, encode }) = update {
+            client.start_anew();
+        } else if let Some(Made { update, reason, counts, look, encode }) = update {
             let bytes = update.bytes.len();
             match self.session.send_update(&update, now_s) {
                 Ok(()) => {
                     self.shared.stats.updates.fetch_add(1, Ordering::Relaxed);
                     tracing::debug!(
-                        peer = %self.peer, reason = reason.name(), number = update.number, samples, bytes,
-                        images_ms = images.as_millis() as u64, encode_ms = encode.as_millis() as u64, "update"
+                        peer = %self.peer, reason = reason.name(), number = update.number, ?counts, bytes,
+                        look_ms = look.as_millis() as u64, encode_ms = encode.as_millis() as u64, "update"
                     );
                 }
                 Err(error) => {
                     tracing::warn!(peer = %self.peer, "update {} not sent: {error}", update.number);
-                    copy.start_anew();
+                    client.start_anew();
                 }
             }
         }
-        self.copy = Some(copy);
+        self.client = Some(client);
     }
 
     /// Says why, in the log and to the client.

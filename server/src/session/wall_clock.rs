@@ -65,8 +65,8 @@ impl<'a> Connection<'a> {
             let viewer = *viewer.lock().unwrap_or_else(PoisonError::into_inner);
             (viewer, started.elapsed().as_secs_f64())
         });
-        let copy = self.copy.take()?;
-        Some(Box::pin(shared.worker.serve(copy, look)))
+        let client = self.client.take()?;
+        Some(Box::pin(shared.worker.serve(client, look)))
     }
 
     fn until(&self, at_s: f64) -> Duration {

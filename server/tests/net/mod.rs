@@ -10,13 +10,15 @@ use glam::{DAffine3, DVec3};
 use protocol::message::{Clock, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, SessionError};
 use protocol::wire::{UpdateHead, decode_update};
-use protocol::{DepthImage, DepthScale, Held, Lighting, Mask, Material, limits::Limits};
+use protocol::{Held, Lighting, Material, limits::Limits};
 use scene::model::Animation;
 use scene::{Bounds, Instance, Scene, Snapshot};
+use surface::{AddressTexel, AddressView, HeldSurfaces};
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
-use vantage_server::discretize::DepthPrecision;
+use vantage_server::account::Account;
+use vantage_server::discretize::{Capture, Discretization};
 use vantage_server::imager::{Imager, ImagerError};
 use vantage_server::{Config, Running};
 
@@ -48,7 +50,7 @@ pub fn room(moves: bool) -> Scene {
     }
 }
 
-/// Pictures that depend on the eye alone and compress badly, so that sets have the size of real ones.
+/// Pictures that depend on the eye alone and compress badly, so that updates have the size of real ones.
 pub struct NoiseImager {
     pub delay: Duration,
 }
@@ -66,19 +68,37 @@ impl Imager for NoiseImager {
         Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false }
     }
 
-    fn images(&mut self, _: &Snapshot, views: &[Pinhole], _: DepthPrecision) -> Result<Vec<DepthImage>, ImagerError> {
+    fn captures(&mut self, _: &Snapshot, views: &[Pinhole], _: Discretization) -> Result<Vec<Capture>, ImagerError> {
         std::thread::sleep(self.delay);
         Ok(views.iter().map(noise).collect())
     }
+
+    fn new_surfaces(&self) -> Option<HeldSurfaces> {
+        None
+    }
+
+    /// A copy shows a view's noise where a patch was taken from that very view, else nothing.
+    fn copy_view(&mut self, account: &Account, view: &Pinhole) -> Result<AddressView, ImagerError> {
+        let size_px = (view.width_px, view.height_px);
+        let held = account.held().patches.values().find(|held| held.patch.image.camera == Camera::Pinhole(*view));
+        let Some(held) = held else { return Ok(AddressView::empty(size_px)) };
+        let image = &held.patch.image;
+        let texel = |((x, y), index): ((u32, u32), usize)| AddressTexel {
+            patch: held.patch.id.0,
+            pixel: x | y << 16,
+            normal_object: u32::from(u16::from_le_bytes(image.normal[index])) | u32::from(image.object[index]) << 16,
+            w_bits: image.depth_scale.w(image.depth[index]).to_bits(),
+        };
+        Ok(AddressView { size_px, texels: image.mask.occupied().zip(0..).map(texel).collect() })
+    }
 }
 
-fn noise(view: &Pinhole) -> DepthImage {
-    let mut mask = Mask::empty(view.width_px, view.height_px);
-    let pixels = (0..view.height_px).flat_map(|y| (0..view.width_px).map(move |x| (x, y)));
-    pixels.clone().for_each(|(x, y)| mask.set(x, y, true));
+/// A wall that fills every view, its inverse depths noise between 0.1 and 0.7.
+fn noise(view: &Pinhole) -> Capture {
+    let count = view.width_px as usize * view.height_px as usize;
     let seed = view.world_from_eye.translation.to_array().map(f64::to_bits).iter().fold(1, |a, b| a ^ b) | 1;
     let mut state = seed;
-    let depth: Vec<u16> = pixels
+    let codes: Vec<u16> = (0..count)
         .map(|_| {
             state ^= state << 13;
             state ^= state >> 7;
@@ -86,20 +106,17 @@ fn noise(view: &Pinhole) -> DepthImage {
             state as u16
         })
         .collect();
-    let count = depth.len();
-    DepthImage {
-        camera: Camera::Pinhole(*view),
-        depth_scale: DepthScale { w_min: 0.1, w_step: 1e-5 },
-        mask,
-        normal: vec![[127, 127]; count],
-        colour: depth.iter().map(|code| [*code as u8, (*code >> 8) as u8, 7]).collect(),
-        object: vec![0; count],
-        material: vec![0; count],
-        depth,
+    let normal = u32::from(u16::from_le_bytes([127, 127])) << 16;
+    Capture {
+        camera: *view,
+        ids: (1..=count as u32).map(|triangle| [triangle, normal]).collect(),
+        colour: codes.iter().map(|code| [*code as u8, (*code >> 8) as u8, 7, 0]).collect(),
+        depth: codes.iter().map(|&code| (0.1 + f32::from(code) * 1e-5) * view.near_m as f32).collect(),
+        gpu_s: None,
     }
 }
 
-/// A server with small sets: 2 images of 32x32.
+/// A server that looks twice, in images of 32x32.
 pub fn config() -> Config {
     Config { port: 0, images: 2, image_size_px: 32, update_hz: 20.0, web: "/nowhere".into(), ..Config::default() }
 }

@@ -19,13 +19,16 @@ struct View {
     near_m: f32,
     // See SMOOTHING_*.
     smoothing: u32,
-    padding_0: f32,
-    padding_1: f32,
+    // Its id.
+    patch_id: u32,
+    padding: u32,
 }
 
 const SMOOTHING_NONE: u32 = 0u;
 const SMOOTHING_BLENDED: u32 = 1u;
 const SMOOTHING_LINEAR: u32 = 2u;
+// Sine of the angle between two steps on the screen, in the patch's image, below which f32 cannot tell them from parallel.
+const EDGE_ON: f32 = 1e-3;
 
 @group(0) @binding(0) var<uniform> view: View;
 // A slot of six texels a moving object, MOVERS_A_ROW slots a row: three rows of `eye_from_patch` for it, then three of the world's turn since capture, for normals.
@@ -99,28 +102,66 @@ fn vertex(in: VertexIn) -> Corner {
     return out;
 }
 
-// How much of the sample itself there is at a point of its quad: 1 at its centre, 0 on its border.
-fn share_of_sample(in: Corner) -> f32 {
+// 1 at the centre of the quad, 0 on its border.
+fn tent(in: Corner) -> f32 {
+    let pixel = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u));
+    let sides = clamp(1.0 - abs(2.0 * (in.image_px - pixel) - 1.0), vec2f(0.0), vec2f(1.0));
+    return sides.x * sides.y;
+}
+
+// The way to the quad's centre in steps to the right and down on the screen; none where the quad is seen edge-on. Over a
+// triangle everything is linear in the patch's image, so these steps lead exactly there.
+fn steps_to_centre(in: Corner) -> vec2f {
+    let right = dpdx(in.image_px);
+    let down = dpdy(in.image_px);
+    let determinant = right.x * down.y - right.y * down.x;
+    let centre = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u)) + 0.5;
+    let way = centre - in.image_px;
+    let steps = vec2f(way.x * down.y - way.y * down.x, right.x * way.y - right.y * way.x) / determinant;
+    return select(vec2f(0.0), steps, abs(determinant) > EDGE_ON * length(right) * length(down));
+}
+
+struct Look {
+    // sRGB-encoded; may lie outside of [0, 1], which the target clamps.
+    colour: vec3f,
+    normal: vec3f,
+}
+
+fn look(in: Corner) -> Look {
+    let steps = steps_to_centre(in);
+    let colour_at_centre = in.colour + steps.x * dpdx(in.colour) + steps.y * dpdy(in.colour);
+    let normal_at_centre = in.normal + steps.x * dpdx(in.normal) + steps.y * dpdy(in.normal);
+    let quad_colour = unpack4x8unorm(in.quad_colour_material).xyz;
     if view.smoothing == SMOOTHING_NONE {
-        return 1.0;
+        return Look(quad_colour, in.quad_normal);
     }
     if view.smoothing == SMOOTHING_LINEAR {
-        return 0.0;
+        return Look(in.colour, in.normal);
     }
-    let pixel = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u));
-    let tent = clamp(1.0 - abs(2.0 * (in.image_px - pixel) - 1.0), vec2f(0.0), vec2f(1.0));
-    return tent.x * tent.y;
+    // How much of what the sample differs from its corners shows: all at the centre, half on the border.
+    let share = mix(0.5, 1.0, sqrt(tent(in)));
+    return Look(
+        in.colour + share * (quad_colour - colour_at_centre),
+        in.normal + share * (in.quad_normal - normal_at_centre),
+    );
 }
 
 @fragment
 fn fragment(in: Corner) -> Surface {
-    let share = share_of_sample(in);
-    let quad_colour = unpack4x8unorm(in.quad_colour_material).xyz;
-    let normal = mix(in.normal, in.quad_normal, share);
+    let shown = look(in);
     let material = in.quad_colour_material >> 24u;
     var out: Surface;
-    out.colour = vec4f(mix(in.colour, quad_colour, share), 1.0);
-    out.normal_ids = vec2u(octahedral_code_fine(normal), in.quad_object | (material << 16u));
+    out.colour = vec4f(shown.colour, 1.0);
+    out.normal_ids = vec2u(octahedral_code_fine(shown.normal), in.quad_object | (material << 16u));
     out.w = in.clip.z / view.near_m;
     return out;
+}
+
+// Which sample is seen: the twin of `surface::AddressTexel`.
+@fragment
+fn address(in: Corner) -> @location(0) vec4u {
+    // Without slopes: a comparison of surfaces wants the steadier normal.
+    let normal = octahedral_code(mix(in.normal, in.quad_normal, tent(in)));
+    let w = in.clip.z / view.near_m;
+    return vec4u(view.patch_id, in.quad_pixel, normal | (in.quad_object << 16u), bitcast<u32>(w));
 }

@@ -3,14 +3,18 @@
 //! Seeded eyes in the region that a set of images was made for look at the scene through the client's own library; the
 //! plain renderer gives the truth. Methods differ in the images (non-redundant or conventional, of the same views) and in
 //! where the corners of a sample's quad come from (Xie, Wang, Popescu 2016, Alg. 4, and the averaged corners of `surface`).
+//!
+//! One more row shows what sampling alone costs: a conventional image from the very eye, as wide and as large as image 0 of the
+//! product's set. Nothing is hidden from it, so all of its errors come from drawing samples on another grid of pixels.
 
-mod cover;
+pub(crate) mod cover;
 mod eyes;
 mod output;
 
 use anyhow::Context;
 use client::frame::Options;
 use gpu::Gpu;
+use protocol::codec::Coding;
 use protocol::{DepthImage, Look};
 use rayon::prelude::*;
 use server::discretize::{Discretization, Discretizer, TexelTest};
@@ -42,17 +46,48 @@ const QUICK_EYES: usize = 6;
 const CURVE_STRIDE: usize = 4;
 const SEED: u64 = 1;
 
+/// What a run of the topic measures.
+#[derive(Debug, Clone, Copy)]
+struct Settings {
+    size_px: (u32, u32),
+    eyes: usize,
+    /// Side of the images of the product's set.
+    image_px: u32,
+    /// Whether other sizes and counts of images are measured too.
+    curves: bool,
+}
+
+impl Settings {
+    fn of(run: &Run) -> Settings {
+        Settings {
+            size_px: run.size_px.unwrap_or(OUTPUT_PX),
+            eyes: if run.quick { QUICK_EYES } else { EYES },
+            image_px: IMAGE_PX,
+            curves: !run.quick,
+        }
+    }
+
+    fn product(&self) -> SetPlan {
+        SetPlan { discretization: Discretization::NonRedundant, images: IMAGES, image_px: self.image_px }
+    }
+}
+
 /// A method at a setting.
 #[derive(Debug, Clone, Copy)]
 struct Method {
     plan: SetPlan,
     corners: Corners,
+    /// Whether the images are made for the eye's own place rather than for the region's middle.
+    from_the_eye: bool,
     /// Every `stride`-th eye.
     stride: usize,
 }
 
 impl Method {
     fn name(&self) -> String {
+        if self.from_the_eye {
+            return "floor: one conventional image from the eye itself".to_owned();
+        }
         let images = match self.plan.discretization {
             Discretization::NonRedundant => "non-redundant",
             Discretization::Conventional => "conventional",
@@ -66,27 +101,35 @@ impl Method {
     }
 
     /// What the server and the client do by themselves: the bars are about it.
-    fn is_product(&self) -> bool {
-        let product = SetPlan { discretization: Discretization::NonRedundant, images: IMAGES, image_px: IMAGE_PX };
-        self.plan == product && self.corners == Corners::Averaged
+    fn is_product(&self, settings: &Settings) -> bool {
+        self.plan == settings.product() && self.corners == Corners::Averaged
     }
 }
 
-/// All methods at the product's setting, then, in a full run, other sizes and counts of images with averaged corners.
-fn methods(quick: bool) -> Vec<Method> {
+/// All methods at the product's setting and the floor, then, where curves are wanted, other sizes and counts of images with
+/// averaged corners.
+fn methods(settings: &Settings) -> Vec<Method> {
     let both = [Discretization::NonRedundant, Discretization::Conventional];
     let plan = |discretization, images, image_px| SetPlan { discretization, images, image_px };
     let mut methods: Vec<Method> = both
         .into_iter()
         .flat_map(|d| [Corners::Averaged, Corners::OffsetImage, Corners::OwnPlane].map(|corners| (d, corners)))
-        .map(|(d, corners)| Method { plan: plan(d, IMAGES, IMAGE_PX), corners, stride: 1 })
+        .map(|(d, corners)| Method {
+            plan: plan(d, IMAGES, settings.image_px),
+            corners,
+            from_the_eye: false,
+            stride: 1,
+        })
         .collect();
-    if !quick {
-        let settings = [(1, 512), (2, 512), (8, 512), (4, 256), (4, 768)];
-        methods.extend(both.into_iter().flat_map(|d| settings.map(|(images, image_px)| (d, images, image_px))).map(
+    let floor = plan(Discretization::Conventional, 1, settings.image_px);
+    methods.push(Method { plan: floor, corners: Corners::Averaged, from_the_eye: true, stride: 1 });
+    if settings.curves {
+        let others = [(1, 512), (2, 512), (8, 512), (4, 256), (4, 768)];
+        methods.extend(both.into_iter().flat_map(|d| others.map(|(images, image_px)| (d, images, image_px))).map(
             |(d, images, image_px)| Method {
                 plan: plan(d, images, image_px),
                 corners: Corners::Averaged,
+                from_the_eye: false,
                 stride: CURVE_STRIDE,
             },
         ));
@@ -131,35 +174,30 @@ impl Topic for Reconstruction {
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
-        let gpu = run.gpu(report)?.clone();
-        let size_px = run.size_px.unwrap_or(OUTPUT_PX);
-        let count = if run.quick { QUICK_EYES } else { EYES };
-        output::describe(report, size_px, count);
-        for name in &run.scenes {
-            if let Err(error) = scene(&gpu, name, size_px, count, run, report) {
-                report.rows.push(Row::failed(&scene_label(name), "all", &error));
-            }
-        }
-        Ok(())
+        measure(&Settings::of(run), run, report)
     }
 }
 
-fn scene(
-    gpu: &Gpu,
-    name: &str,
-    size_px: (u32, u32),
-    count: usize,
-    run: &Run,
-    report: &mut Report,
-) -> anyhow::Result<()> {
+fn measure(settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let gpu = run.gpu(report)?.clone();
+    output::describe(report, settings);
+    for name in &run.scenes {
+        if let Err(error) = scene(&gpu, name, settings, run, report) {
+            report.rows.push(Row::failed(&scene_label(name), "all", &error));
+        }
+    }
+    Ok(())
+}
+
+fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let mut stage = Stage::new(gpu, load_scene(name, 1.0)?, Look::Default).with_context(|| name.to_owned())?;
     let label = stage.scene.name.clone();
     let mut discretizer = Discretizer::new(&stage.renderer, TexelTest::default())?;
-    let mut view = ClientView::new(gpu, size_px)?;
-    let methods = methods(run.quick);
-    let frames: usize = methods.iter().map(|method| count.div_ceil(method.stride)).sum();
+    let mut view = ClientView::new(gpu, settings.size_px)?;
+    let methods = methods(settings);
+    let frames: usize = methods.iter().map(|method| settings.eyes.div_ceil(method.stride)).sum();
     let progress = Progress::new(format!("{label}: choosing eyes"), 2 * frames as u64);
-    let eyes = eyes::choose(&mut stage, count, size_px, SEED)?;
+    let eyes = eyes::choose(&mut stage, settings.eyes, settings.size_px, SEED)?;
     for method in methods {
         progress.say(format!("{label}: {}", method.name()));
         let mut shown = Vec::new();
@@ -175,7 +213,7 @@ fn scene(
             })
             .collect::<anyhow::Result<_>>()?;
         let row = output::row(&label, &method, &found);
-        if method.is_product() {
+        if method.is_product(settings) {
             bars(&label, &row, report);
             let worst = found.iter().max_by(|a, b| {
                 let flip = |found: &Found| found.scores.flip_covered.unwrap_or(0.0);
@@ -200,7 +238,8 @@ fn show(
     method: &Method,
 ) -> anyhow::Result<Shown> {
     stage.show(0.0, eye.middle.translation)?;
-    let (views, precision) = sets::planned(&stage.scene, eye.middle, &eye.output, &method.plan);
+    let middle = if method.from_the_eye { eye.output.world_from_eye } else { eye.middle };
+    let (views, precision) = sets::planned(&stage.scene, middle, &eye.output, &method.plan);
     let set = sets::make(stage, discretizer, &views, method.plan.discretization, precision)?;
     let offsets = if method.corners == Corners::OffsetImage {
         let views = sets::offset_views(&views);
@@ -226,7 +265,7 @@ fn judge(shown: &Shown, eye: &Eye) -> anyhow::Result<Found> {
         shares: shares(&shown.verdicts, &eye.truth).context("an eye that sees nothing")?,
         scores: score(&shown.drawn, &picture(&eye.truth), None)?,
         times_ms: shown.times_ms,
-        encoded_bytes: sets::encoded(&shown.images).iter().map(Vec::len).sum::<usize>() as f64,
+        encoded_bytes: sets::encoded(&shown.images, Coding::default()).iter().map(Vec::len).sum::<usize>() as f64,
         raw_bytes: shown.images.iter().map(DepthImage::raw_bytes).sum::<usize>() as f64,
         samples: shown.images.iter().map(DepthImage::sample_count).sum::<usize>() as f64,
     })
@@ -241,5 +280,39 @@ fn bars(label: &str, row: &Row, report: &mut Report) {
         let found = row.error.get(name).map(|spread| spread.mean);
         let what = format!("{label}: {}, mean", name.trim_end_matches("_share").replace('_', " "));
         report.bars.push(Bar::at_most(what, at_most, found, unit));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::scratch_folder;
+
+    #[test]
+    fn a_scene_is_measured_by_every_method() {
+        let out = scratch_folder("reconstruction");
+        let run = Run::new(vec!["pillars".to_owned()], out.clone());
+        let mut report = Report::new("reconstruction", "");
+        let settings = Settings { size_px: (96, 64), eyes: 1, image_px: 96, curves: false };
+        measure(&settings, &run, &mut report).expect("a GPU adapter, software or not");
+        assert!(!report.has_failures(), "{:?}", report.rows);
+        let figure = |row: &Row, path: &str| row.figure(path).expect(path);
+        assert_eq!(report.rows.len(), methods(&settings).len());
+        for row in &report.rows {
+            // A closed room seen from within the region of its images: little is missing, whatever the method.
+            assert!(figure(row, "error.holes_share.mean") < 0.05, "{}: {:?}", row.method, row.error);
+            assert!(figure(row, "error.flip_covered.mean") < 0.2, "{}: {:?}", row.method, row.error);
+        }
+        let samples = |method: &str| {
+            let row = report.rows.iter().find(|row| row.method.starts_with(method)).expect(method);
+            figure(row, "counts.samples")
+        };
+        assert!(samples("non-redundant, averaged") < 0.8 * samples("conventional, averaged"));
+        assert!(samples("floor") < 0.3 * samples("conventional, averaged"), "one image of four");
+        assert_eq!(report.bars.len(), 3, "one set of bars for the product");
+        for figure in &report.figures {
+            assert!(out.join(&figure.file).exists(), "{}", figure.file);
+        }
+        std::fs::remove_dir_all(out).expect("was written");
     }
 }

@@ -163,3 +163,32 @@ fn plots(run: &Run, report: &mut Report) -> anyhow::Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::scratch_folder;
+
+    #[test]
+    fn every_stage_of_a_scene_is_timed() {
+        let out = scratch_folder("timing");
+        let mut run = Run::new(vec!["pillars".to_owned()], out.clone());
+        (run.size_px, run.quick) = (Some((96, 64)), true);
+        let mut report = Report::new("timing", "");
+        Timing.run(&run, &mut report).expect("a GPU adapter, software or not");
+        assert!(!report.has_failures(), "{:?}", report.rows);
+        let [conventional, non_redundant, first_picture] = &report.rows[..] else { panic!("{:?}", report.rows) };
+        for stage in ["image", "readback", "encode", "decode", "build_4_images", "frame_4_images"] {
+            let median = |row: &Row| row.figure(&format!("time_ms.{stage}.median")).expect(stage);
+            assert!(median(conventional) > 0.0 && median(non_redundant) > 0.0, "{stage}");
+        }
+        let figure = |row: &Row, path: &str| row.figure(path).expect(path);
+        assert!(figure(non_redundant, "counts.samples") < figure(conventional, "counts.samples"));
+        assert!(figure(first_picture, "error.holes_share.worst") <= 0.02);
+        assert_eq!(report.bars.len(), 2, "the codec's");
+        for figure in &report.figures {
+            assert!(out.join(&figure.file).exists(), "{}", figure.file);
+        }
+        std::fs::remove_dir_all(out).expect("was written");
+    }
+}

@@ -3,7 +3,7 @@
 use camera::Pinhole;
 use client::frame::Options;
 use gpu::Gpu;
-use protocol::codec::decode_patch;
+use protocol::codec::{Coding, decode_patch};
 use protocol::{DepthImage, Limits};
 use serde_json::json;
 use server::discretize::{Discretization, Discretizer, TexelTest};
@@ -103,7 +103,7 @@ fn images(
 fn codec(images: &[DepthImage], repeats: usize, total: &mut CodecTotal, row: &mut Row) -> anyhow::Result<()> {
     let (mut encode_ms, mut decode_ms, mut patches) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..=repeats {
-        let (ms, encoded) = timed(|| Ok(sets::encoded(images)))?;
+        let (ms, encoded) = timed(|| Ok(sets::encoded(images, Coding::default())))?;
         encode_ms.push(ms);
         patches = encoded;
         let decode = || {

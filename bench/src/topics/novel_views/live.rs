@@ -1,0 +1,90 @@
+//! One run of the real system: a server on a loopback port, a proxy that counts what crosses, and the headless viewer.
+
+use std::sync::Arc;
+
+use client::headless::{self, FrameRow, Summary, Way};
+use gpu::Gpu;
+use network::{Link, Proxy};
+use protocol::message::Clock;
+use server::Config;
+use server::imager::GpuImager;
+use tokio::runtime::Runtime;
+
+use super::setup::{CLIENT_HZ, Replay, SERVER_HZ};
+use crate::compare::Picture;
+
+/// How the server samples and what lies between it and the viewer.
+#[derive(Debug, Clone, Copy)]
+pub struct Operation {
+    /// Images a set.
+    pub images: usize,
+    /// An image has as many pixels as a square of this side.
+    pub image_px: u32,
+    /// The network.
+    pub link: Link,
+    /// Which clock to run on.
+    pub clock: Clock,
+    /// Which pictures are drawn.
+    pub drawn: fn(usize) -> bool,
+}
+
+/// A picture that the viewer showed.
+pub struct Shown {
+    /// What the viewer says of it.
+    pub row: FrameRow,
+    /// Its covered pixels are those with a sample, filled or not.
+    pub picture: Picture,
+}
+
+/// What a run gave.
+pub struct Lived {
+    /// The pictures that were drawn.
+    pub shown: Vec<Shown>,
+    /// The viewer's statistics.
+    pub summary: Summary,
+    /// All bytes that crossed the socket from the opening of its connection on, with those of HTTP and websocket frames: from
+    /// the client, and to it.
+    pub socket_bytes: (u64, u64),
+}
+
+/// Runs the whole of a replay. The server begins at the trace's first pose, and the trace at the first set's arrival: all of
+/// its bytes count.
+pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<Lived> {
+    // A device of its own, as a server has.
+    let server_gpu = pollster::block_on(Gpu::new_headless())?;
+    let config = Config {
+        port: 0,
+        clock: operation.clock,
+        look: replay.look,
+        images: operation.images,
+        image_size_px: operation.image_px,
+        update_hz: SERVER_HZ,
+        ..Config::default()
+    };
+    let mut scene = replay.scene.clone();
+    scene.start = super::start_of(&replay.trace);
+    let imager = Box::new(GpuImager::new(&server_gpu, &scene, &config)?);
+    let runtime = Runtime::new()?;
+    let server = runtime.block_on(server::serve(config, Arc::new(scene), imager))?;
+    let counter = runtime.block_on(Proxy::start(([127, 0, 0, 1], 0).into(), server.addr, Link::default()))?;
+
+    let mut options =
+        headless::Options::new(format!("ws://{}", counter.local_addr()), Way::Trace(replay.trace.clone()));
+    options.clock = operation.clock;
+    options.size_px = replay.size_px;
+    options.fov_y_rad = replay.fov_y_rad;
+    options.fps = CLIENT_HZ;
+    options.link = Some(operation.link);
+    options.drawn = operation.drawn;
+    let (width_px, height_px) = replay.size_px;
+    let mut shown = Vec::new();
+    let summary = headless::run_on(gpu, &options, &mut |drawn| {
+        shown.push(Shown { row: drawn.row.clone(), picture: Picture::from_rgba(width_px, height_px, drawn.rgba) });
+    });
+    let socket_bytes = counter.forwarded_bytes();
+    runtime.block_on(async {
+        counter.shutdown().await;
+        server.stop().await;
+    });
+    Ok(Lived { shown, summary: summary?, socket_bytes })
+}

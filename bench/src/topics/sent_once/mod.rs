@@ -1,0 +1,202 @@
+//! Topic `sent-once`: what a walk costs when only what a viewer lacks is sent, beside sending every view anew.
+//!
+//! A viewer walks a loop for ten seconds and the same way back, at 1.4 m/s with ten updates a second, served by the real
+//! stage without a network: the same views, size and codec for both methods. Holes and FLIP are those of the client's own
+//! library, drawing the copy that was decoded from the bytes, at the eye's true place one update later.
+
+mod walk;
+
+use std::sync::Arc;
+
+use client::frame::Options;
+use gpu::Gpu;
+use protocol::Look;
+use scene::Scene;
+use server::account::Counts;
+use server::discretize::Discretization;
+
+use crate::client_view::ClientView;
+use crate::compare::score;
+use crate::report::plot::{Scatter, Series, draw_scatter};
+use crate::report::progress::Progress;
+use crate::report::{Bar, Report, Row};
+use crate::spread::{Better, Spread};
+use crate::stage::{Stage, load_scene, picture};
+use crate::topic::{Run, Topic, scene_label};
+use crate::topics::reconstruction::cover;
+use walk::{Loop, Tick, UPDATE_HZ, Walker};
+
+/// See the module.
+pub struct SentOnce;
+
+/// Seconds on the way out, and as many on the way back.
+const HALF_S: f64 = 10.0;
+const QUICK_HALF_S: f64 = 2.0;
+/// Seconds of standing before and after the walk.
+const STAND_S: f64 = 1.0;
+/// Server views: pixels of a side, where `--size` gives none.
+const IMAGES_PX: [u32; 2] = [256, 512];
+/// Every so many ticks the client's view is judged.
+const JUDGED_EVERY: usize = 5;
+
+impl Topic for SentOnce {
+    fn name(&self) -> &'static str {
+        "sent-once"
+    }
+
+    fn about(&self) -> &'static str {
+        "What a walk out and back costs when only what the viewer lacks is sent, beside sending every view anew: samples, \
+         bytes, holes, FLIP and the server's time, update by update."
+    }
+
+    fn default_scenes(&self, quick: bool) -> Vec<String> {
+        let scenes: &[&str] = if quick { &["urban"] } else { &["urban", "pillars", "tree"] };
+        scenes.iter().map(|&name| name.to_owned()).collect()
+    }
+
+    fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+        let gpu = run.gpu(report)?.clone();
+        let half_s = if run.quick { QUICK_HALF_S } else { HALF_S };
+        let sizes_px = match run.size_px {
+            Some((side_px, _)) => vec![side_px],
+            None if run.quick => IMAGES_PX[..1].to_vec(),
+            None => IMAGES_PX.to_vec(),
+        };
+        describe(report, half_s);
+        let progress = Progress::new("sent-once", (run.scenes.len() * sizes_px.len()) as u64);
+        for name in &run.scenes {
+            let label = scene_label(name);
+            for &image_px in &sizes_px {
+                progress.say(format!("walking in {label}, {image_px} px"));
+                if let Err(error) = scene(&gpu, name, image_px, half_s, run, report) {
+                    report.rows.push(Row::failed(&label, "walk", &error));
+                }
+                progress.step();
+            }
+        }
+        Ok(())
+    }
+}
+
+fn describe(report: &mut Report, half_s: f64) {
+    report.settings.set("walk", format!("{half_s} s out and {half_s} s back, {UPDATE_HZ} updates a second"));
+    report.notes = [
+        "samples_share: samples sent over the first hits of the same views, which is what sending each anew would cost; the \
+         set that a viewer gets before the walk is counted on both sides.",
+        "back_share: bytes on the way back over bytes on the way out.",
+        "holes, false cover and FLIP: at the eye's true place one update later, on the way; anew: the same with every view sent \
+         whole and nothing kept.",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+}
+
+/// What a walk came to.
+struct Walked {
+    ticks: Vec<Tick>,
+    holes: Vec<f64>,
+    false_cover: Vec<f64>,
+    flip: Vec<f64>,
+}
+
+fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let label = scene_label(name);
+    let scene = Arc::new(load_scene(name, 1.0)?);
+    let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
+    let once = walked(gpu, &scene, image_px, Discretization::NonRedundant, half_s, &mut truths)?;
+    let anew = walked(gpu, &scene, image_px, Discretization::Conventional, half_s, &mut truths)?;
+    let row = row(&label, &format!("sent once, {image_px} px"), &once, half_s);
+    let at_most = if label == "tree" { 0.16 } else { 0.10 };
+    let bar =
+        |what: &str, at_most, found| Bar::at_most(format!("{label}, {image_px} px: {what}"), at_most, found, "share");
+    report.bars.push(bar("samples sent of anew", at_most, row.figure("counts.samples_share")));
+    report.bars.push(bar("bytes back of out", 0.5, row.figure("counts.back_share")));
+    report.rows.push(row);
+    report.rows.push(self::row(&label, &format!("anew, {image_px} px"), &anew, half_s));
+    let series = |name: &str, walked: &Walked| Series {
+        name: name.to_owned(),
+        points: walked.ticks.iter().enumerate().map(|(i, t)| (i as f64 / UPDATE_HZ, t.bytes as f64 / 1000.0)).collect(),
+    };
+    let path =
+        run.figure(report, format!("{label}-{image_px}.svg"), format!("{label}: kilobytes an update along the walk"));
+    let plot = Scatter {
+        title: format!("{label}, views of {image_px}²: bytes along the walk"),
+        x_label: "seconds".to_owned(),
+        y_label: "kB an update".to_owned(),
+        series: vec![series("sent once", &once), series("anew", &anew)],
+    };
+    draw_scatter(&plot, &path)
+}
+
+fn walked(
+    gpu: &Gpu,
+    scene: &Arc<Scene>,
+    image_px: u32,
+    method: Discretization,
+    half_s: f64,
+    truths: &mut Stage,
+) -> anyhow::Result<Walked> {
+    let way = Loop::of(scene);
+    let near_m = server::start::near_m(scene);
+    let mut walker = Walker::new(gpu, scene.clone(), image_px, method)?;
+    let mut view = ClientView::new(gpu, (image_px, image_px))?;
+    let mut walked = Walked { ticks: Vec::new(), holes: Vec::new(), false_cover: Vec::new(), flip: Vec::new() };
+    let steps = ((2.0 * half_s + 2.0 * STAND_S) * UPDATE_HZ).round() as usize;
+    let pose = |step: usize| way.at((step as f64 / UPDATE_HZ - STAND_S).clamp(0.0, 2.0 * half_s), half_s);
+    for step in 0..steps {
+        let now_s = step as f64 / UPDATE_HZ;
+        walked.ticks.push(walker.tick(pose(step), now_s)?);
+        if step % JUDGED_EVERY == JUDGED_EVERY - 1 {
+            let output = walker.output(pose(step + 1), near_m);
+            truths.show(now_s, output.world_from_eye.translation)?;
+            let truth = truths.truth(&output)?;
+            let drawn = view.frame(&walker.set, &output, Options::default())?;
+            let verdicts = cover::verdicts(&truth, &drawn.w, &output, &[]);
+            let Some(shares) = cover::shares(&verdicts, &truth) else { continue };
+            walked.holes.push(shares.holes);
+            walked.false_cover.push(shares.false_cover);
+            walked.flip.extend(score(&drawn.picture, &picture(&truth), None)?.flip_covered);
+        }
+    }
+    Ok(walked)
+}
+
+fn row(label: &str, method: &str, walked: &Walked, half_s: f64) -> Row {
+    let mut row = Row::new(label, method);
+    let ticks = &walked.ticks;
+    let sum = |of: fn(&Counts) -> usize| ticks.iter().map(|tick| of(&tick.counts)).sum::<usize>() as f64;
+    let at = |s: f64| (((STAND_S + s) * UPDATE_HZ).round() as usize).min(ticks.len());
+    let bytes = |ticks: &[Tick]| ticks.iter().map(|tick| tick.bytes).sum::<usize>() as f64;
+    let (standing, out) = (bytes(&ticks[..at(0.0)]), bytes(&ticks[at(0.0)..at(half_s)]));
+    let back = bytes(&ticks[at(half_s)..at(2.0 * half_s)]);
+    row.counts.set("samples_share", sum(|counts| counts.added) / sum(|counts| counts.anew).max(1.0));
+    row.counts.set("back_share", back / out.max(1.0));
+    row.counts.set("added", sum(|counts| counts.added));
+    row.counts.set("border", sum(|counts| counts.border));
+    row.counts.set("deleted", sum(|counts| counts.deleted));
+    row.counts.set("trimmed", sum(|counts| counts.trimmed));
+    row.counts.set("anew", sum(|counts| counts.anew));
+    row.counts.set("held", ticks.last().map_or(0.0, |tick| tick.held as f64));
+    row.counts.set("patches", ticks.last().map_or(0.0, |tick| tick.patches as f64));
+    row.bytes.set("standing", standing);
+    row.bytes.set("out", out);
+    row.bytes.set("back", back);
+    row.bytes.set("after", bytes(&ticks[at(2.0 * half_s)..]));
+    for (name, values) in
+        [("holes_share", &walked.holes), ("false_cover_share", &walked.false_cover), ("flip_covered", &walked.flip)]
+    {
+        if let Some(spread) = Spread::of(values, Better::Lower) {
+            row.error.set(name, spread);
+        }
+        if let (Some(first), Some(last)) = (values.first(), values.last()) {
+            row.error.set(format!("{name}_start"), Spread::single(*first));
+            row.error.set(format!("{name}_end"), Spread::single(*last));
+        }
+    }
+    let ms = |of: fn(&Tick) -> f64| Spread::of(&ticks.iter().map(of).collect::<Vec<_>>(), Better::Lower);
+    if let (Some(look), Some(build)) = (ms(|tick| tick.look_ms), ms(|tick| tick.build_ms)) {
+        row.time_ms.set("look", look);
+        row.time_ms.set("build", build);
+    }
+    row
+}

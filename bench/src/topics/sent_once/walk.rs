@@ -1,0 +1,170 @@
+//! A viewer who walks a loop and the same way back, served by the real stage, tick by tick, without a network.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::time::Instant;
+
+use camera::{Pinhole, Rigid};
+use glam::{DQuat, DVec3};
+use gpu::Gpu;
+use protocol::message::ViewSize;
+use protocol::{Held, Limits, wire};
+use scene::Scene;
+use server::account::Counts;
+use server::discretize::Discretization;
+use server::frame::{Client, Stage};
+use server::imager::GpuImager;
+use server::plan::Rules;
+use server::viewer::Viewer;
+use surface::HeldSurfaces;
+
+use crate::client_view::HeldSet;
+
+/// Pace of a walking person.
+pub const PACE_M_S: f64 = 1.4;
+/// Ticks a second.
+pub const UPDATE_HZ: f64 = 10.0;
+/// The head turns by this much to both sides of the way, once in four seconds.
+const SWING_RAD: f64 = 0.3;
+/// A walker's loop stays within this distance of its middle.
+const LOOP_RADIUS_M: f64 = 2.2;
+
+/// A loop in a scene: a circle on the ground, or around an object, looked along or at.
+#[derive(Debug, Clone, Copy)]
+pub struct Loop {
+    centre_world: DVec3,
+    radius_m: f64,
+    turn_rad_s: f64,
+    walk: bool,
+    start_angle: f64,
+}
+
+impl Loop {
+    /// The loop of a scene: in a scene to walk in from the place where a viewer begins, else around the object as seen from
+    /// there, at a pace that takes a third of a round in ten seconds.
+    pub fn of(scene: &Scene) -> Loop {
+        let start = server::start::start_pose(scene);
+        let forward = start.transform_vector(DVec3::Z);
+        if scene.walk {
+            let extent = scene.bounds.max - scene.bounds.min;
+            let radius_m = LOOP_RADIUS_M.min(extent.x.min(extent.z) / 6.0);
+            let right = forward.cross(DVec3::Y).normalize_or(DVec3::X);
+            let centre_world = start.translation - right * radius_m;
+            let out = right;
+            let start_angle = out.x.atan2(out.z);
+            return Loop { centre_world, radius_m, turn_rad_s: PACE_M_S / radius_m, walk: true, start_angle };
+        }
+        let centre = scene.bounds.centre();
+        let out = start.translation - centre;
+        Loop {
+            centre_world: DVec3::new(centre.x, start.translation.y, centre.z),
+            radius_m: DVec3::new(out.x, 0.0, out.z).length(),
+            turn_rad_s: TAU / 30.0,
+            walk: false,
+            start_angle: out.x.atan2(out.z),
+        }
+    }
+
+    /// The eye at `t_s` of a walk of `half_s` out and as long back.
+    pub fn at(&self, t_s: f64, half_s: f64) -> Rigid {
+        let out_s = if t_s <= half_s { t_s } else { 2.0 * half_s - t_s };
+        let angle = self.start_angle + self.turn_rad_s * out_s;
+        let out = DVec3::new(angle.sin(), 0.0, angle.cos());
+        let eye = self.centre_world + out * self.radius_m;
+        if !self.walk {
+            return Rigid::look_at(eye, self.centre_world);
+        }
+        let along = DVec3::new(angle.cos(), 0.0, -angle.sin());
+        let swing = DQuat::from_rotation_y(SWING_RAD * (TAU * out_s / 4.0).sin());
+        Rigid::look_along(eye, swing * along)
+    }
+}
+
+/// What one tick cost.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Tick {
+    /// Samples.
+    pub counts: Counts,
+    /// Coded, with everything.
+    pub bytes: usize,
+    /// Wall time of the server's look, without coding.
+    pub look_ms: f64,
+    /// Wall time of building what changed of the client's surfaces.
+    pub build_ms: f64,
+    /// Samples held afterwards.
+    pub held: usize,
+    /// Patches held afterwards.
+    pub patches: usize,
+}
+
+/// A server's stage and one client of it, whose copy is decoded from the bytes.
+pub struct Walker {
+    stage: Stage,
+    client: Client,
+    viewer: Viewer,
+    /// The client's own copy, with its surfaces.
+    pub set: HeldSet,
+    tick: u64,
+    last: Option<Rigid>,
+}
+
+impl Walker {
+    /// A client of `scene` whose server views have `image_px`² pixels and about 90 degrees.
+    pub fn new(gpu: &Gpu, scene: Arc<Scene>, image_px: u32, method: Discretization) -> anyhow::Result<Walker> {
+        let rules = Rules {
+            images: 4,
+            image_size_px: image_px,
+            update_interval_s: 1.0 / UPDATE_HZ,
+            near_m: server::start::near_m(&scene),
+            margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
+            animated: scene.is_animated(),
+        };
+        let imager = Box::new(GpuImager::new(gpu, &scene, &server::Config::default())?);
+        let start = server::start::start_pose(&scene);
+        // With a turn's margin of 0.1 on each side the images see 90 degrees.
+        let view = ViewSize { width_px: image_px, height_px: image_px, fov_y_rad: TAU / 4.0 - 0.2 };
+        Ok(Walker {
+            stage: Stage::new(scene, rules, method, imager),
+            client: Client::default(),
+            viewer: Viewer::at_start(view, start, 0.0),
+            set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },
+            tick: 0,
+            last: None,
+        })
+    }
+
+    /// One tick with the eye at `pose`, at scene time `now_s`.
+    pub fn tick(&mut self, pose: Rigid, now_s: f64) -> anyhow::Result<Tick> {
+        self.tick += 1;
+        let velocity = self.last.map_or(DVec3::ZERO, |last| (pose.translation - last.translation) * UPDATE_HZ);
+        if self.last != Some(pose) {
+            self.viewer.hear(self.tick, now_s, pose, velocity, now_s);
+        }
+        self.last = Some(pose);
+        let started = Instant::now();
+        let made = self.stage.update(&self.viewer, &mut self.client, now_s)?;
+        let look_ms = started.elapsed().as_secs_f64() * 1000.0;
+        let mut tick = Tick { look_ms, ..Tick::default() };
+        if let Some(made) = made {
+            let encoded = wire::encode_update(&made.update, made.coding);
+            let update = wire::decode_update(&encoded.bytes, &Limits::default())?;
+            let HeldSet { held, surfaces, build_ms } = &mut self.set;
+            held.apply(&update)?;
+            let started = Instant::now();
+            surfaces.apply(held, &update);
+            *build_ms = started.elapsed().as_secs_f64() * 1000.0;
+            tick.build_ms = *build_ms;
+            (tick.counts, tick.bytes) = (made.counts, encoded.bytes.len());
+        } else {
+            tick.counts = self.client.account.counts();
+        }
+        (tick.held, tick.patches) = (self.set.held.sample_count(), self.set.held.patches.len());
+        Ok(tick)
+    }
+
+    /// What a viewer sees from `pose`: 90 degrees less the margin, as large as the server's views.
+    pub fn output(&self, pose: Rigid, near_m: f64) -> Pinhole {
+        let view = self.viewer.view;
+        Pinhole::symmetric(pose, (view.width_px, view.height_px), view.fov_y_rad, near_m)
+    }
+}

@@ -1,0 +1,49 @@
+//! The topic `novel-views` from end to end, as small as it goes: a real server, real sockets, three pictures, no ffmpeg.
+
+use clap::Command;
+use vantage_bench::report::Report;
+use vantage_bench::topic::{Run, Topic, run_topic};
+use vantage_bench::topics::novel_views::NovelViews;
+
+fn report_of(line: &[&str], out: &std::path::Path) -> Report {
+    let matches =
+        NovelViews.arguments(Command::new("novel-views")).get_matches_from(["novel-views"].iter().chain(line));
+    let mut run = Run::new(vec!["teapots".to_owned()], out.to_owned()).with_matches(matches);
+    (run.size_px, run.quick) = (Some((64, 36)), true);
+    run_topic(&NovelViews, &run).expect("the topic runs")
+}
+
+#[test]
+fn three_pictures_are_replayed_and_every_byte_counts() {
+    let out = std::env::temp_dir().join(format!("vantage-novel-views-{}", std::process::id()));
+    let line = ["--frames", "3", "--image-size", "64", "--images", "2", "--no-sweeps", "--ffmpeg", "/nowhere/ffmpeg"];
+    let report = report_of(&line, &out);
+    assert!(!report.has_failures(), "{:?}", report.rows);
+
+    let [ours, video] = report.rows.as_slice() else { panic!("a row of ours and one of video: {:?}", report.rows) };
+    let figure = |path: &str| ours.figure(path).unwrap_or_else(|| panic!("no {path}"));
+    assert_eq!(figure("counts.frames"), 2.0, "two of three are drawn");
+    let flip = figure("error.flip.worst");
+    assert!(flip > 0.0 && flip < 0.2, "FLIP {flip}");
+    assert!(figure("error.holes_share.mean") < 0.02);
+    assert!(figure("time_ms.server_update.median") > 0.0 && figure("time_ms.frame.median") > 0.0);
+    // Half a round trip of 100 ms with its jitter, and the frame's own grid.
+    let first_picture_ms = figure("counts.first_picture_ms");
+    assert!((40.0..=80.0).contains(&first_picture_ms), "{first_picture_ms} ms");
+
+    let kinds: f64 = ours.bytes.0.iter().map(|(_, bytes_per_s)| bytes_per_s).sum();
+    assert!((kinds * 8.0 / 1e6 - figure("counts.mbit_s")).abs() < 1e-9, "the kinds of bytes add up to all of them");
+    for kind in ["up_hello_per_s", "up_pose_per_s", "up_ack_per_s", "down_welcome_per_s", "down_update_per_s"] {
+        assert!(figure(&format!("bytes.{kind}")) > 0.0, "{kind}");
+    }
+    let framing = figure("bytes.framing_per_s") * 3.0 / 60.0;
+    assert!((200.0..4000.0).contains(&framing), "{framing} bytes of HTTP and websocket frames");
+    let state = video.parameters.get("state").and_then(|state| state.as_str());
+    assert_eq!(state, Some("not measured: ffmpeg is not installed"));
+
+    for file in ["novel-views.json", "novel-views.csv", "index.html", "bytes-teapots.svg", "frames-teapots.svg"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    assert!(report.figures.iter().any(|figure| figure.file.ends_with(".png") && out.join(&figure.file).is_file()));
+    std::fs::remove_dir_all(out).expect("was written");
+}

@@ -1,0 +1,251 @@
+//! The samples of a patch: a byte that names the coder, the mask, a method for each plane, and what the methods need.
+//!
+//! Everything that is decided or learned travels in one stream of decisions ([`super::bits`]). The fast coder leaves the
+//! residuals to zstd ([`super::packed`]); the dense one codes them by decisions too ([`super::dense`]).
+
+use super::bits::{BitReader, BitWriter, Bits};
+use super::colour::ColourSteps;
+use super::header::Header;
+use super::labels::{self, Label};
+use super::pack::{Packer, Unpacker};
+use super::residual::{self, Predictor, Range};
+use super::segments::{Segment, leading, segments};
+use super::streams::{StreamIter, StreamWriter, Streams};
+use super::{CodecError, Coding, Profile, dense, outline, packed};
+use crate::bytes::{Reader, Writer};
+use crate::held::Patch;
+use crate::image::{DepthImage, Mask};
+use crate::limits::Limits;
+
+/// Patches of fewer samples are always coded densely: zstd's tables would outweigh them.
+const SMALL: usize = 8192;
+/// Bytes that the streams of the fast coder unpack to at most, a sample: for each of six channels a symbol and a residual
+/// that does not fit one.
+const STREAM_BYTES_PER_SAMPLE: usize = 6 * 3;
+
+/// How a plane is coded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Method {
+    /// One value.
+    Constant,
+    /// Few values, see [`labels`].
+    Labels,
+    /// See [`residual`].
+    Residual(Predictor),
+}
+
+impl Method {
+    fn code(self, bits: &mut impl Bits) -> Result<Method, CodecError> {
+        let place = |predictor| Predictor::ALL.iter().position(|&p| p == predictor).expect("all are listed") as u32;
+        let code = match self {
+            Method::Constant => 0,
+            Method::Labels => 1,
+            Method::Residual(predictor) => 2 + place(predictor),
+        };
+        match bits.raw(code, 3) {
+            0 => Ok(Method::Constant),
+            1 => Ok(Method::Labels),
+            code => {
+                let predictor = Predictor::ALL.get(code as usize - 2);
+                predictor.map(|&predictor| Method::Residual(predictor)).ok_or(CodecError::Damaged("method"))
+            }
+        }
+    }
+}
+
+/// Codes a plane of one value or of labels; gives the predictor where it is neither, and residuals follow.
+fn plane<T: Label, B: Bits>(
+    bits: &mut B,
+    method: Method,
+    values: &mut [T],
+    segments: &[Segment],
+) -> Result<Option<Predictor>, CodecError> {
+    match method.code(bits)? {
+        Method::Constant => {
+            let mut value = values[0].to_bytes();
+            for byte in &mut value[..T::BYTES] {
+                *byte = bits.raw((*byte).into(), 8) as u8;
+            }
+            values.fill(T::from_bytes(value));
+            Ok(None)
+        }
+        Method::Labels => labels::code(bits, values, segments).map(|()| None),
+        Method::Residual(predictor) => Ok(Some(predictor)),
+    }
+}
+
+/// As [`plane`], for planes that have no residuals.
+fn label_plane<T: Label, B: Bits>(bits: &mut B, values: &mut [T], segments: &[Segment]) -> Result<(), CodecError> {
+    match plane(bits, constant_or_labels(values), values, segments)? {
+        None => Ok(()),
+        Some(_) => Err(CodecError::Damaged("method of ids")),
+    }
+}
+
+fn constant_or_labels<T: Label>(values: &[T]) -> Method {
+    if leading(values, values[0]) == values.len() { Method::Constant } else { Method::Labels }
+}
+
+/// Writes residuals by one of the coders.
+struct Writing {
+    profile: Profile,
+    bits: BitWriter,
+    streams: StreamWriter,
+}
+
+impl Writing {
+    /// A plane that is `values` as numbers and may be coded as `labels`.
+    fn plane<T: Label, const N: usize>(
+        &mut self,
+        labels: &[T],
+        values: &[[i16; N]],
+        segments: &[Segment],
+        range: Range,
+    ) -> Result<(), CodecError> {
+        let method = self.choose(labels, values, segments, range);
+        if let Some(predictor) = plane(&mut self.bits, method, &mut labels.to_vec(), segments)? {
+            self.residuals(&mut residual::residuals(values, segments, predictor, range), segments);
+        }
+        Ok(())
+    }
+
+    fn choose<T: Label, const N: usize>(
+        &self,
+        labels: &[T],
+        values: &[[i16; N]],
+        segments: &[Segment],
+        range: Range,
+    ) -> Method {
+        /// An exception costs a hundred nanoseconds; the fast coder takes labels only where there are few, as a share.
+        const FEW: f64 = 0.06;
+        /// Contexts take off at least so much of what residuals cost without.
+        const CONTEXT_GAIN: f64 = 0.85;
+        /// An exception is cheaper than this only where most are alike.
+        const EXCEPTION_BITS: f64 = 5.0;
+        if constant_or_labels(labels) == Method::Constant {
+            return Method::Constant;
+        }
+        let some = residual::some_segments(segments);
+        let share = some.iter().map(|segment| f64::from(segment.count)).sum::<f64>() / labels.len() as f64;
+        let costs =
+            Predictor::ALL.map(|predictor| (predictor, residual::cost_bits(values, &some, predictor, range) / share));
+        let (predictor, bits) = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are predictors");
+        let bits = bits * CONTEXT_GAIN;
+        let exceptions = labels::exceptions(labels, segments) as f64;
+        let few = self.profile == Profile::Dense || exceptions < FEW * labels.len() as f64;
+        if few && exceptions * EXCEPTION_BITS < bits {
+            let mut trial = BitWriter::new();
+            labels::code(&mut trial, &mut labels.to_vec(), segments).expect("planes in memory are sound");
+            if ((trial.finish().len() * 8) as f64) < bits {
+                return Method::Labels;
+            }
+        }
+        Method::Residual(predictor)
+    }
+
+    fn residuals<const N: usize>(&mut self, residuals: &mut [[i16; N]], segments: &[Segment]) {
+        match self.profile {
+            Profile::Dense => dense::code(&mut self.bits, residuals, segments),
+            Profile::Fast => packed::write(residuals, &mut self.streams),
+        }
+    }
+}
+
+pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
+    let profile = if image.sample_count() < SMALL { Profile::Dense } else { coding.profile };
+    out.u8(Coding { profile, ..coding }.to_byte());
+    let mut writing = Writing { profile, bits: BitWriter::new(), streams: StreamWriter::default() };
+    outline::code(&mut writing.bits, &mut image.mask.clone()).expect("the frame of a mask fits it");
+    if image.sample_count() > 0 {
+        write_planes(image, coding.colour, &mut writing).expect("planes in memory are sound");
+    }
+    out.varint_block(&writing.bits.finish());
+    if profile == Profile::Fast {
+        writing.streams.write(&mut Packer::new(), out);
+    }
+}
+
+fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) -> Result<(), CodecError> {
+    label_plane(&mut writing.bits, &mut image.object.clone(), &segments(&image.mask, None))?;
+    let segments = segments(&image.mask, Some(&image.object));
+    label_plane(&mut writing.bits, &mut image.material.clone(), &segments)?;
+    let normal: Vec<[i16; 2]> = image.normal.iter().map(|code| code.map(i16::from)).collect();
+    writing.plane(&image.normal, &normal, &segments, Range::Byte)?;
+    let depth: Vec<[i16; 1]> = image.depth.iter().map(|&code| [code as i16]).collect();
+    writing.plane(&image.depth, &depth, &segments, Range::Short)?;
+    let colour: Vec<[i16; 3]> = image.colour.iter().map(|&colour| steps.codes(colour)).collect();
+    writing.plane(&image.colour, &colour, &segments, Range::Short)
+}
+
+/// Reads residuals by one of the coders.
+struct Reading<'a> {
+    bits: BitReader<'a>,
+    /// `None` for the dense coder.
+    streams: Option<StreamIter<'a>>,
+}
+
+impl Reading<'_> {
+    /// A plane, where it is coded by residuals; else it is in `labels` already.
+    fn plane<T: Label, const N: usize>(
+        &mut self,
+        labels: &mut [T],
+        segments: &[Segment],
+        range: Range,
+    ) -> Result<Option<Vec<[i16; N]>>, CodecError> {
+        let Some(predictor) = plane(&mut self.bits, Method::Constant, labels, segments)? else { return Ok(None) };
+        let mut values = vec![[0; N]; labels.len()];
+        match &mut self.streams {
+            None => dense::code(&mut self.bits, &mut values, segments),
+            Some(streams) => packed::read(&mut values, streams)?,
+        }
+        residual::restore(&mut values, segments, predictor, range);
+        Ok(Some(values))
+    }
+}
+
+pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Result<Patch, CodecError> {
+    let coding = Coding::from_byte(bytes.u8()?)?;
+    let (width_px, height_px) = header.camera.size_px();
+    if width_px as usize * height_px as usize > limits.update_pixels {
+        return Err(CodecError::TooMuch("pixels"));
+    }
+    let mut bits = BitReader::new(bytes.varint_block()?);
+    let mut mask = Mask::empty(width_px, height_px);
+    outline::code(&mut bits, &mut mask)?;
+    let count = mask.count();
+    if count > limits.update_samples {
+        return Err(CodecError::TooMuch("samples"));
+    }
+    let streams = match coding.profile {
+        Profile::Fast => Some(Streams::read(bytes, &mut Unpacker::new(), count * STREAM_BYTES_PER_SAMPLE)?),
+        Profile::Dense => None,
+    };
+    let mut reading = Reading { bits, streams: streams.as_ref().map(Streams::iter) };
+    let Header { id, purpose, capture_time_s, objects, camera, depth_scale } = header;
+    let (depth, normal, colour) = (vec![0; count], vec![[0; 2]; count], vec![[0; 3]; count]);
+    let (object, material) = (vec![0; count], vec![0; count]);
+    let mut image = DepthImage { camera, depth_scale, mask, depth, normal, colour, object, material };
+    if count > 0 {
+        read_planes(&mut image, coding.colour, &mut reading)?;
+    }
+    if reading.streams.is_some_and(|streams| !streams.is_empty()) {
+        return Err(CodecError::Damaged("number of streams"));
+    }
+    Ok(Patch { id, purpose, capture_time_s, objects, image })
+}
+
+fn read_planes(image: &mut DepthImage, steps: ColourSteps, reading: &mut Reading) -> Result<(), CodecError> {
+    label_plane(&mut reading.bits, &mut image.object, &segments(&image.mask, None))?;
+    let segments = segments(&image.mask, Some(&image.object));
+    label_plane(&mut reading.bits, &mut image.material, &segments)?;
+    if let Some(values) = reading.plane::<_, 2>(&mut image.normal, &segments, Range::Byte)? {
+        image.normal.iter_mut().zip(&values).for_each(|(normal, value)| *normal = value.map(|value| value as u8));
+    }
+    if let Some(values) = reading.plane::<_, 1>(&mut image.depth, &segments, Range::Short)? {
+        image.depth.iter_mut().zip(&values).for_each(|(depth, value)| *depth = value[0] as u16);
+    }
+    if let Some(values) = reading.plane::<_, 3>(&mut image.colour, &segments, Range::Short)? {
+        image.colour.iter_mut().zip(&values).for_each(|(colour, &value)| *colour = steps.rgb(value));
+    }
+    Ok(())
+}

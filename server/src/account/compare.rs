@@ -1,0 +1,387 @@
+//! A view of the scene beside the same view of what the client holds: what is lacking, and what covers falsely.
+//!
+//! Both are planes of one camera, so everything happens in the image. A surface is `w` at a pixel's centre with a normal; on
+//! its plane `w` at another pixel is `w (n.r') / (n.r)` (Xie, Wang, Popescu 2016, §4), with the rays `r` and `r'`.
+//!
+//! - A hit is **held** where the copy shows the same object there, its plane within the tolerance of [`AccountRules`], and its
+//!   normal or triangle the same. While the viewer moves, and where the scene itself is discontinuous, a held surface of one
+//!   of the eight pixels around may stand for it: outlines are rounded to pixels in both, and each view rounds its own way.
+//! - A hit is held **too coarsely** where the scene is now sampled `density_factor` times more densely: the held sample is
+//!   replaced, wherever this view shows it.
+//! - A held sample **covers falsely** where it lies in front of the hit, or where there is none, and no hit around is on it.
+//! - A sample of a deforming object that no longer lies on its object is **stale**.
+//!
+//! What covers falsely is never sent behind: the next look, after it was trimmed, tells whether anything lacks there.
+
+use glam::{DVec3, Vec3};
+use protocol::image::octahedral_normal;
+use protocol::{Mask, PatchId};
+use rayon::prelude::*;
+use surface::{AddressTexel, AddressView};
+
+use super::rules::AccountRules;
+use crate::discretize::Capture;
+
+/// The address of a held sample: patch, x, y.
+pub type Address = (PatchId, u16, u16);
+
+/// What is known of held samples beside what a view shows of them.
+pub trait Samples: Sync {
+    /// Step of the coded inverse depths of a patch, 1/m.
+    fn w_step(&self, patch: PatchId) -> f32;
+    /// Samples an area where it was captured, in 1/m²: see [`density`]; infinite for an unknown address.
+    fn density(&self, address: Address) -> f32;
+    /// The triangle it was captured from.
+    fn triangle(&self, address: Address) -> u32;
+    /// Whether an object deforms, and did since the copy was last compared.
+    fn deforms(&self, object: u16) -> bool;
+}
+
+/// A point of a surface as one pixel shows it.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    w: f32,
+    normal: Vec3,
+    object: u16,
+    triangle: u32,
+    /// Step of its coding.
+    w_step: f32,
+}
+
+/// Two views of one camera.
+pub struct Comparison<'a, S> {
+    rules: AccountRules,
+    samples: &'a S,
+    copy: &'a AddressView,
+    width: i32,
+    height: i32,
+    focal_px: f32,
+    /// `ray_world = right * x' + down * y' + forward`.
+    axes: [Vec3; 3],
+    centre_px: [f32; 2],
+    truth: Vec<Option<Point>>,
+    held: Vec<Option<Point>>,
+}
+
+/// What is to be taken back. Addresses ascend by patch, then row by row.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Retraction {
+    /// Cover falsely: their extent is to be halved.
+    pub false_cover: Vec<Address>,
+    /// No longer true at all: to be deleted.
+    pub stale: Vec<Address>,
+}
+
+/// What is to be sent.
+#[derive(Debug)]
+pub struct Lacking {
+    /// The pixels to send, border included.
+    pub send: Mask,
+    /// Pixels whose hit is not held, or too coarsely; without the border.
+    pub missing: usize,
+    /// Held samples that what is sent replaces; ascending as in [`Retraction`].
+    pub replaced: Vec<Address>,
+}
+
+impl Lacking {
+    /// Every hit of a view.
+    pub fn all(capture: &Capture) -> Lacking {
+        let send = capture.mask();
+        Lacking { missing: send.count(), send, replaced: Vec::new() }
+    }
+}
+
+/// Why a hit is to be sent, or is not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    /// Nothing is there, it is held, or it cannot be seen behind what covers it.
+    Leave,
+    /// Not held.
+    Missing,
+    /// Held by the sample that is seen there, too coarsely.
+    Coarse,
+    /// The same object is held at this very place with another normal.
+    Turned,
+}
+
+impl<'a, S: Samples> Comparison<'a, S> {
+    /// `truth` and `copy` are of one camera and size.
+    pub fn new(truth: &Capture, copy: &'a AddressView, samples: &'a S, rules: AccountRules) -> Comparison<'a, S> {
+        let camera = truth.camera;
+        let rotation = camera.world_from_eye.rotation;
+        let hit = |index: usize| {
+            (truth.ids[index][0] != 0).then(|| Point {
+                w: truth.w(index),
+                normal: octahedral_normal(truth.normal_code(index)),
+                object: truth.object(index),
+                triangle: truth.ids[index][0],
+                w_step: 0.0,
+            })
+        };
+        let held = |texel: &AddressTexel| {
+            let address = texel.address()?;
+            Some(Point {
+                w: texel.w(),
+                normal: octahedral_normal(texel.normal_code()),
+                object: texel.object(),
+                triangle: samples.triangle(address),
+                w_step: samples.w_step(address.0),
+            })
+        };
+        Comparison {
+            rules,
+            samples,
+            copy,
+            width: camera.width_px as i32,
+            height: camera.height_px as i32,
+            focal_px: camera.focal_px as f32,
+            axes: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (rotation * axis).as_vec3()),
+            centre_px: camera.centre_px.as_vec2().to_array(),
+            truth: (0..truth.ids.len()).into_par_iter().with_min_len(4096).map(hit).collect(),
+            held: copy.texels.par_iter().with_min_len(4096).map(held).collect(),
+        }
+    }
+
+    /// What covers falsely, and what is stale.
+    pub fn retraction(&self) -> Retraction {
+        let rows = (0..self.height).into_par_iter().map(|y| {
+            let mut row = Retraction::default();
+            for x in 0..self.width {
+                let (Some(held), Some(address)) = (self.held_at(x, y), self.copy.texels[self.at(x, y)].address())
+                else {
+                    continue;
+                };
+                if self.samples.deforms(held.object) {
+                    if !self.is_held_at(x, y, x, y) {
+                        row.stale.push(address);
+                    }
+                } else if self.covers_falsely(x, y, &held) {
+                    row.false_cover.push(address);
+                }
+            }
+            row
+        });
+        let mut all = rows.reduce(Retraction::default, |mut a, b| {
+            a.false_cover.extend(b.false_cover);
+            a.stale.extend(b.stale);
+            a
+        });
+        ascending(&mut all.false_cover);
+        ascending(&mut all.stale);
+        all
+    }
+
+    /// What is to be sent.
+    pub fn lacking(&self) -> Lacking {
+        let mut verdicts: Vec<Verdict> = (0..self.height)
+            .into_par_iter()
+            .flat_map_iter(|y| (0..self.width).map(move |x| self.verdict(x, y)))
+            .collect();
+        let replaced = self.replaced(&mut verdicts);
+        let missing = verdicts.iter().filter(|&&verdict| verdict != Verdict::Leave).count();
+        let send = self.with_border(&verdicts);
+        Lacking { send, missing, replaced }
+    }
+
+    fn verdict(&self, x: i32, y: i32) -> Verdict {
+        let Some(hit) = self.truth_at(x, y) else { return Verdict::Leave };
+        let Some(held) = self.held_at(x, y) else {
+            let stands_in =
+                self.rules.outlines_stand_in && self.ends_in_nothing(x, y) && self.is_held_around(x, y, &hit);
+            return if stands_in { Verdict::Leave } else { Verdict::Missing };
+        };
+        if self.is_in_place(&hit, &held, 0, 0, x, y) {
+            if !self.is_same_way(&hit, &held) {
+                return if self.is_held_around(x, y, &hit) { Verdict::Leave } else { Verdict::Turned };
+            }
+            return if self.is_coarse(x, y, &hit) { Verdict::Coarse } else { Verdict::Leave };
+        }
+        let stands_in =
+            || self.rules.outlines_stand_in && self.is_outline(x, y, &hit) && self.is_held_around(x, y, &hit);
+        if held.w > hit.w || stands_in() {
+            return Verdict::Leave;
+        }
+        Verdict::Missing
+    }
+
+    /// Settles what happens to the held samples in the place of what is sent. One that is too coarse goes, and all of its
+    /// pixels are sent; one that is turned goes only where all of its pixels are sent anyway, else it stays and they are not.
+    fn replaced(&self, verdicts: &mut [Verdict]) -> Vec<Address> {
+        let seen_at = |index: usize| self.copy.texels[index].address();
+        let mut coarse: Vec<Address> = indices_of(verdicts, Verdict::Coarse).filter_map(seen_at).collect();
+        ascending(&mut coarse);
+        if !coarse.is_empty() {
+            for (index, verdict) in verdicts.iter_mut().enumerate() {
+                let replaced = seen_at(index).is_some_and(|address| is_among(&coarse, address));
+                if replaced && *verdict == Verdict::Leave && self.is_own(index) {
+                    *verdict = Verdict::Coarse;
+                }
+            }
+        }
+        let mut turned: Vec<Address> = indices_of(verdicts, Verdict::Turned).filter_map(seen_at).collect();
+        ascending(&mut turned);
+        if !turned.is_empty() {
+            let mut kept: Vec<Address> = indices_of(verdicts, Verdict::Leave).filter_map(seen_at).collect();
+            ascending(&mut kept);
+            turned.retain(|address| !is_among(&kept, *address));
+            for (index, verdict) in verdicts.iter_mut().enumerate() {
+                let stays = seen_at(index).is_some_and(|address| !is_among(&turned, address));
+                if *verdict == Verdict::Turned && stays {
+                    *verdict = Verdict::Leave;
+                }
+            }
+        }
+        coarse.extend(turned);
+        ascending(&mut coarse);
+        coarse
+    }
+
+    fn is_own(&self, index: usize) -> bool {
+        let (x, y) = (index as i32 % self.width, index as i32 / self.width);
+        self.is_held_at(x, y, x, y)
+    }
+
+    fn with_border(&self, verdicts: &[Verdict]) -> Mask {
+        let mut send = Mask::empty(self.width as u32, self.height as u32);
+        let radius = self.rules.border_px as i32;
+        for y in 0..self.height {
+            for x in 0..self.width {
+                let verdict = verdicts[self.at(x, y)];
+                let Some(hit) = self.truth_at(x, y).filter(|_| verdict != Verdict::Leave) else { continue };
+                for (dx, dy) in square(radius) {
+                    if self
+                        .truth_at(x + dx, y + dy)
+                        .is_some_and(|other| self.is_one_surface(&hit, &other, x, y, dx, dy))
+                    {
+                        send.set((x + dx) as u32, (y + dy) as u32, true);
+                    }
+                }
+            }
+        }
+        send
+    }
+
+    fn at(&self, x: i32, y: i32) -> usize {
+        (y * self.width + x) as usize
+    }
+
+    fn is_inside(&self, x: i32, y: i32) -> bool {
+        x >= 0 && y >= 0 && x < self.width && y < self.height
+    }
+
+    fn truth_at(&self, x: i32, y: i32) -> Option<Point> {
+        self.is_inside(x, y).then(|| self.truth[self.at(x, y)]).flatten()
+    }
+
+    fn held_at(&self, x: i32, y: i32) -> Option<Point> {
+        self.is_inside(x, y).then(|| self.held[self.at(x, y)]).flatten()
+    }
+
+    /// The ray of a pixel's centre in the axes of the world.
+    fn ray(&self, x: i32, y: i32) -> Vec3 {
+        let across = (x as f32 + 0.5 - self.centre_px[0]) / self.focal_px;
+        let down = (y as f32 + 0.5 - self.centre_px[1]) / self.focal_px;
+        self.axes[0] * across + self.axes[1] * down + self.axes[2]
+    }
+
+    /// `w` of a point's plane `(dx, dy)` pixels from its own pixel `(x, y)`; its own `w` where the plane is seen edge-on.
+    fn w_on_plane(&self, point: &Point, x: i32, y: i32, dx: i32, dy: i32) -> f32 {
+        if (dx, dy) == (0, 0) {
+            return point.w;
+        }
+        let (here, there) = (point.normal.dot(self.ray(x, y)), point.normal.dot(self.ray(x + dx, y + dy)));
+        let w = point.w * there / here;
+        if w > 0.0 && w.is_finite() { w } else { point.w }
+    }
+
+    /// How far apart in `w` two points of one surface may be at a pixel.
+    fn tolerance(&self, a: &Point, b: &Point, x: i32, y: i32) -> f32 {
+        let ray = self.ray(x, y);
+        let facing = a.normal.dot(ray).abs().max(b.normal.dot(ray).abs());
+        let footprint = a.w / self.focal_px;
+        let off_plane = self.rules.off_plane_footprints / facing;
+        footprint * off_plane.min(self.rules.along_ray_footprints) + a.w_step.max(b.w_step)
+    }
+
+    /// Whether the hit of pixel `(x, y)` lies on the held surface seen `(dx, dy)` pixels from it.
+    fn is_in_place(&self, hit: &Point, held: &Point, dx: i32, dy: i32, x: i32, y: i32) -> bool {
+        hit.object == held.object && {
+            let w = self.w_on_plane(held, x + dx, y + dy, -dx, -dy);
+            (hit.w - w).abs() <= self.tolerance(hit, held, x, y)
+        }
+    }
+
+    fn is_same_way(&self, hit: &Point, held: &Point) -> bool {
+        hit.triangle == held.triangle || hit.normal.dot(held.normal) >= self.rules.normal_cos
+    }
+
+    fn is_held_at(&self, x: i32, y: i32, held_x: i32, held_y: i32) -> bool {
+        let (Some(hit), Some(held)) = (self.truth_at(x, y), self.held_at(held_x, held_y)) else { return false };
+        self.is_in_place(&hit, &held, held_x - x, held_y - y, x, y) && self.is_same_way(&hit, &held)
+    }
+
+    /// Whether one of the nine pixels around shows a held surface that the hit lies on.
+    fn is_held_around(&self, x: i32, y: i32, hit: &Point) -> bool {
+        !self.samples.deforms(hit.object) && square(1).any(|(dx, dy)| self.is_held_at(x, y, x + dx, y + dy))
+    }
+
+    fn is_one_surface(&self, a: &Point, b: &Point, x: i32, y: i32, dx: i32, dy: i32) -> bool {
+        a.object == b.object && {
+            let w = self.w_on_plane(a, x, y, dx, dy);
+            (b.w - w).abs() <= self.tolerance(a, b, x, y).max(2.0 * a.w / self.focal_px)
+        }
+    }
+
+    /// Whether the scene is discontinuous at a pixel: a hit around is of another surface, or turned, or there is none.
+    fn is_outline(&self, x: i32, y: i32, hit: &Point) -> bool {
+        square(1).filter(|&(dx, dy)| self.is_inside(x + dx, y + dy)).any(|(dx, dy)| {
+            match self.truth_at(x + dx, y + dy) {
+                None => true,
+                Some(other) => {
+                    !self.is_one_surface(hit, &other, x, y, dx, dy)
+                        || hit.normal.dot(other.normal) < self.rules.normal_cos
+                }
+            }
+        })
+    }
+
+    fn ends_in_nothing(&self, x: i32, y: i32) -> bool {
+        square(1).any(|(dx, dy)| self.is_inside(x + dx, y + dy) && self.truth_at(x + dx, y + dy).is_none())
+    }
+
+    fn is_coarse(&self, x: i32, y: i32, hit: &Point) -> bool {
+        let Some(address) = self.copy.texels[self.at(x, y)].address() else { return false };
+        let density = density(self.focal_px, hit.w, hit.normal.dot(self.ray(x, y)));
+        density > self.rules.density_factor * self.samples.density(address)
+    }
+
+    fn covers_falsely(&self, x: i32, y: i32, held: &Point) -> bool {
+        let in_front = self.truth_at(x, y).is_none_or(|hit| held.w > hit.w + self.tolerance(&hit, held, x, y));
+        in_front
+            && !square(1).any(|(dx, dy)| {
+                self.truth_at(x + dx, y + dy).is_some_and(|hit| self.is_in_place(&hit, held, -dx, -dy, x + dx, y + dy))
+            })
+    }
+}
+
+/// Samples an area: `f² |n.r| w²`, with the ray `r = (x', y', 1)`, from the area `z² / (f² |n.r|)` that a pixel covers.
+pub fn density(focal_px: f32, w: f32, facing: f32) -> f32 {
+    focal_px * focal_px * facing.abs() * w * w
+}
+
+fn square(radius: i32) -> impl Iterator<Item = (i32, i32)> {
+    (-radius..=radius).flat_map(move |dy| (-radius..=radius).map(move |dx| (dx, dy)))
+}
+
+fn indices_of(verdicts: &[Verdict], wanted: Verdict) -> impl Iterator<Item = usize> {
+    verdicts.iter().enumerate().filter(move |&(_, &verdict)| verdict == wanted).map(|(index, _)| index)
+}
+
+fn ascending(addresses: &mut Vec<Address>) {
+    addresses.sort_unstable_by_key(|&(patch, x, y)| (patch, y, x));
+    addresses.dedup();
+}
+
+fn is_among(ascending: &[Address], (patch, x, y): Address) -> bool {
+    ascending.binary_search_by_key(&(patch, y, x), |&(patch, x, y)| (patch, y, x)).is_ok()
+}

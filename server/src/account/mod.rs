@@ -1,0 +1,386 @@
+//! The account of one client: the server's copy of what it holds, and the edits that bring it up to date.
+//!
+//! What the client holds counts as sampled. For each view of a plan the copy is drawn as the client would draw it
+//! ([`surface::AddressPass`]) and laid beside the scene ([`compare`]): what covers falsely is trimmed, what is stale deleted,
+//! the copy is drawn again, and what is then still missing or too coarse is sent. So a viewer pays only for surface that
+//! comes into view for the first time, or must get finer, or deformed.
+//!
+//! The copy is exact: it takes each edit as the client will, after coding, and both fold it into the same digest. Trims and
+//! deletes go over the wire; a client never derives them from its own pictures, as GPUs differ.
+//!
+//! A trim never removes a sample, whose centre is a true hit on an object that did not deform: its extent shrinks, at most
+//! to `2^-`[`Edit::MAX_TRIM`], so taking back comes to an end.
+
+pub mod compare;
+mod record;
+mod rules;
+
+pub use rules::AccountRules;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use camera::Camera;
+use protocol::codec::ColourSteps;
+use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
+use protocol::{DepthImage, Lighting, Mask, Material};
+use rayon::prelude::*;
+use surface::{AddressView, HeldSurfaces};
+
+use crate::discretize::{Capture, DepthPrecision};
+use compare::{Address, Lacking, Retraction, Samples};
+use record::Record;
+
+/// What one sample costs a client, in bytes: 12 of planes with its extent, 1.4 vertices of 32 and six indices of 4.
+pub const BYTES_PER_SAMPLE: u64 = 81;
+/// A copy over its budget shrinks to this share of it, so that it is not evicted from at every update.
+const EVICT_TO: f64 = 0.9;
+
+/// See the module.
+#[derive(Debug, Default)]
+pub struct Account {
+    held: Held,
+    /// Draws the copy; `None` before the first update, and with an imager that has no GPU.
+    surfaces: Option<HeldSurfaces>,
+    /// Patches that `surfaces` draws as they were, see [`Account::refresh`].
+    changed: BTreeSet<PatchId>,
+    records: BTreeMap<PatchId, Record>,
+    last_patch: u32,
+    draft: Draft,
+    /// Objects that deformed since the last update.
+    deformed: Vec<bool>,
+    /// Counts updates in the making: what the copy showed when.
+    look: u32,
+    broken: bool,
+    counts: Counts,
+}
+
+/// What the edits of an update did, in samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Added.
+    pub added: usize,
+    /// Of these, only border.
+    pub border: usize,
+    /// Deleted: replaced by finer ones, or stale.
+    pub deleted: usize,
+    /// Extents halved.
+    pub trimmed: usize,
+    /// Evicted.
+    pub evicted: usize,
+    /// First hits looked at: what sending each view anew would have cost.
+    pub anew: usize,
+}
+
+impl Counts {
+    /// Whether nothing had to be changed.
+    pub fn is_still(&self) -> bool {
+        self.added + self.deleted + self.trimmed + self.evicted == 0
+    }
+}
+
+/// What the scene is at the time of an update, beside its surfaces.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// How exactly colours are kept.
+    pub colour: ColourSteps,
+    /// Scene time.
+    pub time_s: f64,
+    /// What the material codes mean.
+    pub materials: &'a [Material],
+    /// The lights.
+    pub lighting: &'a Lighting,
+    /// Where the moving rigid objects are; ids ascend.
+    pub moving: &'a [ObjectPose],
+    /// By object: whether it deforms with time.
+    pub deforms: &'a [bool],
+}
+
+impl Account {
+    /// What draws the copy, from the first update on.
+    pub fn draw_with(&mut self, surfaces: impl FnOnce() -> Option<HeldSurfaces>) {
+        if self.surfaces.is_none() {
+            self.surfaces = surfaces();
+        }
+    }
+
+    /// The copy.
+    pub fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// What draws it.
+    pub fn surfaces(&self) -> Option<&HeldSurfaces> {
+        self.surfaces.as_ref()
+    }
+
+    /// The client's copy is broken: the next update starts anew. The old picture stays on its screen until then.
+    pub fn start_anew(&mut self) {
+        self.broken = true;
+    }
+
+    /// Begins an update: tables, lights and moved objects where they changed. Deforming objects count as deformed where the
+    /// scene's time advanced.
+    pub fn begin(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
+        self.look += 1;
+        self.counts = Counts::default();
+        self.draft = Draft::default();
+        if std::mem::take(&mut self.broken) {
+            self.held.edit(Edit::Clear, &mut self.draft)?;
+            self.records.clear();
+            self.changed.clear();
+            self.surfaces.iter_mut().for_each(HeldSurfaces::clear);
+        }
+        let advanced = now.time_s != self.held.scene_time_s;
+        self.deformed = if advanced { now.deforms.to_vec() } else { Vec::new() };
+        if self.held.materials != now.materials {
+            self.held.edit(Edit::Materials(now.materials.to_vec()), &mut self.draft)?;
+        }
+        if self.held.lighting.as_ref() != Some(now.lighting) {
+            self.held.edit(Edit::Light(Box::new(now.lighting.clone())), &mut self.draft)?;
+        }
+        let differs = |pose: &&ObjectPose| self.held.poses_now.get(&pose.object) != Some(&pose.world_from_object);
+        let moved: Vec<ObjectPose> = now.moving.iter().filter(differs).copied().collect();
+        if !moved.is_empty() {
+            self.held.edit(Edit::Move(moved), &mut self.draft)?;
+            self.surfaces.iter_mut().for_each(|surfaces| surfaces.set_poses(&self.held.poses_now));
+        }
+        Ok(())
+    }
+
+    /// Removes everything, to be sent anew.
+    pub fn forget(&mut self) -> Result<(), HeldError> {
+        for id in self.held.patches.keys().copied().collect::<Vec<_>>() {
+            self.held.edit(Edit::Remove(id), &mut self.draft)?;
+        }
+        self.records.clear();
+        self.changed.clear();
+        if let Some(surfaces) = &mut self.surfaces {
+            surfaces.clear();
+            surfaces.set_poses(&self.held.poses_now);
+        }
+        Ok(())
+    }
+
+    /// Takes back what covers falsely, by halving its extent, and what is stale, by deleting it. Whether the copy changed.
+    pub fn retract(&mut self, retraction: &Retraction) -> Result<bool, HeldError> {
+        let mut trims: BTreeMap<PatchId, Vec<(u16, u16, u8)>> = BTreeMap::new();
+        for &(patch, x, y) in &retraction.false_cover {
+            let Some(record) = self.records.get_mut(&patch) else { continue };
+            // Once an update: a sample that two views of one plan see covering falsely shrinks by one step.
+            if let Some(extent) = record.trim(x, y, self.look) {
+                trims.entry(patch).or_default().push((x, y, extent));
+            }
+        }
+        let changed = !trims.is_empty() || !retraction.stale.is_empty();
+        for (patch, trims) in trims {
+            self.counts.trimmed += trims.len();
+            self.held.edit(Edit::Trim(patch, trims), &mut self.draft)?;
+            self.changed.insert(patch);
+        }
+        self.delete(&retraction.stale)?;
+        self.counts.deleted += retraction.stale.len();
+        Ok(changed)
+    }
+
+    /// Adds what is lacking of a view, and deletes what that replaces.
+    pub fn add(
+        &mut self,
+        capture: &Capture,
+        lacking: &Lacking,
+        precision: DepthPrecision,
+        now: &Surroundings<'_>,
+    ) -> Result<(), HeldError> {
+        let added = lacking.send.count();
+        self.counts.added += added;
+        self.counts.border += added - lacking.missing;
+        self.counts.deleted += lacking.replaced.len();
+        self.delete(&lacking.replaced)?;
+        let Some((mask, origin)) = cropped(&lacking.send) else { return Ok(()) };
+        let cropped = capture.cropped(origin, mask.size_px());
+        let mut image = cropped.depth_image_of(mask.clone(), precision);
+        now.colour.settle_all(&mut image.colour);
+        self.last_patch += 1;
+        let id = PatchId(self.last_patch);
+        let Camera::Pinhole(camera) = image.camera;
+        let patch = Patch {
+            id,
+            purpose: Purpose::Eye,
+            capture_time_s: now.time_s,
+            objects: objects_in(&image, now.moving),
+            image,
+        };
+        let triangles = mask.occupied().map(|(x, y)| cropped.triangle_at(x as i32, y as i32)).collect();
+        self.records.insert(id, Record::new(&patch.image, &camera, triangles, self.look));
+        self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
+        self.changed.insert(id);
+        Ok(())
+    }
+
+    /// Marks what a view shows of the copy as in use.
+    pub fn mark_seen(&mut self, view: &AddressView) {
+        let mut last: Option<(PatchId, &mut Record)> = None;
+        for (patch, x, y) in view.texels.iter().filter_map(surface::AddressTexel::address) {
+            if last.as_ref().is_none_or(|(id, _)| *id != patch) {
+                last = self.records.get_mut(&patch).map(|record| (patch, record));
+            }
+            if let Some((_, record)) = &mut last {
+                record.see(x, y, self.look);
+            }
+        }
+    }
+
+    /// Deletes the samples of deformed objects that no view of this update showed in their place.
+    pub fn expire(&mut self) -> Result<(), HeldError> {
+        if !self.deformed.contains(&true) {
+            return Ok(());
+        }
+        let (deformed, look) = (&self.deformed, self.look);
+        let mut stale = Vec::new();
+        for (id, held) in &self.held.patches {
+            let (image, Some(record)) = (&held.patch.image, self.records.get(id)) else { continue };
+            for ((x, y), object) in image.mask.occupied().zip(&image.object) {
+                let (x, y) = (x as u16, y as u16);
+                if deformed.get(usize::from(*object)) == Some(&true) && record.seen(x, y) != Some(look) {
+                    stale.push((*id, x, y));
+                }
+            }
+        }
+        self.counts.deleted += stale.len();
+        self.delete(&stale)
+    }
+
+    /// Deletes what was least recently seen, until the copy fits `budget_bytes` with some room. What this update showed stays.
+    pub fn evict(&mut self, budget_bytes: u64) -> Result<(), HeldError> {
+        let budget = (budget_bytes / BYTES_PER_SAMPLE) as usize;
+        let held = self.held.sample_count();
+        if held <= budget {
+            return Ok(());
+        }
+        let excess = held - (budget as f64 * EVICT_TO) as usize;
+        let mut by_look: BTreeMap<u32, usize> = BTreeMap::new();
+        for (id, held) in &self.held.patches {
+            let Some(record) = self.records.get(id) else { continue };
+            for (x, y) in held.patch.image.mask.occupied() {
+                *by_look.entry(record.seen(x as u16, y as u16).unwrap_or(0)).or_default() += 1;
+            }
+        }
+        let mut sum = 0;
+        let Some(last) = by_look
+            .iter()
+            .take_while(|&(&look, _)| look < self.look)
+            .find_map(|(&look, &count)| {
+                sum += count;
+                (sum >= excess).then_some(look)
+            })
+            .or_else(|| self.look.checked_sub(1))
+        else {
+            return Ok(());
+        };
+        let mut evicted = Vec::new();
+        for (id, held) in &self.held.patches {
+            let Some(record) = self.records.get(id) else { continue };
+            let addresses = held.patch.image.mask.occupied().map(|(x, y)| (x as u16, y as u16));
+            evicted.extend(addresses.filter(|&(x, y)| record.seen(x, y) <= Some(last)).map(|(x, y)| (*id, x, y)));
+        }
+        self.counts.evicted += evicted.len();
+        self.delete(&evicted)
+    }
+
+    /// Ends the update; `None` where there is nothing to say: nothing changed, and no animated scene moved on.
+    pub fn seal(&mut self, scene_time_s: f64, pose_seq: u64, animated: bool) -> Result<Option<Update>, HeldError> {
+        let draft = std::mem::take(&mut self.draft);
+        let moved_on = animated && scene_time_s != self.held.scene_time_s;
+        if draft.edits().is_empty() && !moved_on && self.held.number > 0 {
+            return Ok(None);
+        }
+        self.held.seal(draft, scene_time_s, pose_seq).map(Some)
+    }
+
+    /// Updates that were begun.
+    pub fn looks(&self) -> usize {
+        self.look as usize
+    }
+
+    /// What the edits of the update did so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Notes the first hits of a view, as what sending it anew would have cost.
+    pub fn count_anew(&mut self, capture: &Capture) {
+        self.counts.anew += capture.ids.iter().filter(|ids| ids[0] != 0).count();
+    }
+
+    /// Deletes samples; `addresses` ascend. A patch left without any is removed.
+    fn delete(&mut self, addresses: &[Address]) -> Result<(), HeldError> {
+        for of_patch in addresses.chunk_by(|a, b| a.0 == b.0) {
+            let id = of_patch[0].0;
+            let Some(held) = self.held.patches.get(&id) else { continue };
+            if held.patch.image.sample_count() == of_patch.len() {
+                self.held.edit(Edit::Remove(id), &mut self.draft)?;
+                self.records.remove(&id);
+                self.changed.insert(id);
+            } else {
+                let pixels: Vec<(u16, u16)> = of_patch.iter().map(|&(_, x, y)| (x, y)).collect();
+                if !self.changed.contains(&id) {
+                    self.surfaces.iter_mut().for_each(|surfaces| surfaces.delete(id, &pixels));
+                }
+                self.held.edit(Edit::Delete(id, pixels), &mut self.draft)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings what draws the copy up to date; call it before the copy is drawn.
+    pub fn refresh(&mut self) {
+        let changed = std::mem::take(&mut self.changed);
+        let Some(surfaces) = &mut self.surfaces else { return };
+        let mesh = |id: PatchId| (id, self.held.patches.get(&id).map(|patch| (patch, surfaces.mesh(patch, None))));
+        let meshes: Vec<_> = changed.into_par_iter().map(mesh).collect();
+        for (id, mesh) in meshes {
+            match mesh {
+                Some((patch, mesh)) => surfaces.place(patch, &mesh),
+                None => surfaces.remove(id),
+            }
+        }
+    }
+}
+
+impl Samples for Account {
+    fn w_step(&self, patch: PatchId) -> f32 {
+        self.held.patches.get(&patch).map_or(0.0, |held| held.patch.image.depth_scale.w_step)
+    }
+
+    fn density(&self, (patch, x, y): Address) -> f32 {
+        self.records.get(&patch).and_then(|record| record.density(x, y)).unwrap_or(f32::INFINITY)
+    }
+
+    fn triangle(&self, (patch, x, y): Address) -> u32 {
+        self.records.get(&patch).and_then(|record| record.triangle(x, y)).unwrap_or(0)
+    }
+
+    fn deforms(&self, object: u16) -> bool {
+        self.deformed.get(usize::from(object)) == Some(&true)
+    }
+}
+
+/// The smallest mask that holds all of a mask's samples, and where it begins; `None` without any.
+fn cropped(mask: &Mask) -> Option<(Mask, (u32, u32))> {
+    let (first, last) = mask.occupied().fold(None, |bounds: Option<([u32; 2], [u32; 2])>, (x, y)| {
+        let (low, high) = bounds.unwrap_or(([x, y], [x, y]));
+        Some(([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]))
+    })?;
+    let mut crop = Mask::empty(last[0] - first[0] + 1, last[1] - first[1] + 1);
+    mask.occupied().for_each(|(x, y)| crop.set(x - first[0], y - first[1], true));
+    Some((crop, (first[0], first[1])))
+}
+
+/// The moving objects that have a sample in an image.
+fn objects_in(image: &DepthImage, moving: &[ObjectPose]) -> Vec<ObjectPose> {
+    if moving.is_empty() {
+        return Vec::new();
+    }
+    let mut seen = vec![false; usize::from(u16::MAX) + 1];
+    image.object.iter().for_each(|&object| seen[usize::from(object)] = true);
+    moving.iter().copied().filter(|pose| seen[usize::from(pose.object)]).collect()
+}

@@ -1,0 +1,77 @@
+use camera::Pinhole;
+use protocol::image::{Ranks, octahedral_normal};
+use protocol::{DepthImage, Edit, Mask};
+
+use super::compare::density;
+
+/// What the server knows of a patch's samples beside what the client holds: by the places that they had when the patch was
+/// added, so that deletes change nothing here.
+#[derive(Debug)]
+pub(super) struct Record {
+    mask: Mask,
+    ranks: Ranks,
+    samples: Vec<Sample>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    /// Samples an area, see [`density`].
+    density: f32,
+    triangle: u32,
+    /// The last look that showed it.
+    seen: u32,
+    /// The look that last trimmed it; 0 never.
+    trimmed: u32,
+    extent: u8,
+}
+
+impl Record {
+    /// Of an image's samples, captured and seen by look number `look`.
+    pub fn new(image: &DepthImage, camera: &Pinhole, triangles: Vec<u32>, look: u32) -> Record {
+        let samples = image.mask.occupied().enumerate().zip(triangles).map(|((index, (x, y)), triangle)| {
+            let ray_eye = camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let ray_world = camera.world_from_eye.transform_vector(ray_eye).as_vec3();
+            let facing = octahedral_normal(image.normal[index]).dot(ray_world);
+            let density = density(camera.focal_px as f32, image.depth_scale.w(image.depth[index]), facing);
+            Sample { density, triangle, seen: look, trimmed: 0, extent: 0 }
+        });
+        Record { ranks: Ranks::new(&image.mask), samples: samples.collect(), mask: image.mask.clone() }
+    }
+
+    fn sample(&self, x: u16, y: u16) -> Option<&Sample> {
+        self.ranks.of(&self.mask, x, y).map(|rank| &self.samples[rank])
+    }
+
+    fn sample_mut(&mut self, x: u16, y: u16) -> Option<&mut Sample> {
+        self.ranks.of(&self.mask, x, y).map(|rank| &mut self.samples[rank])
+    }
+
+    pub fn density(&self, x: u16, y: u16) -> Option<f32> {
+        self.sample(x, y).map(|sample| sample.density)
+    }
+
+    pub fn triangle(&self, x: u16, y: u16) -> Option<u32> {
+        self.sample(x, y).map(|sample| sample.triangle)
+    }
+
+    pub fn seen(&self, x: u16, y: u16) -> Option<u32> {
+        self.sample(x, y).map(|sample| sample.seen)
+    }
+
+    pub fn see(&mut self, x: u16, y: u16, look: u32) {
+        if let Some(sample) = self.sample_mut(x, y) {
+            sample.seen = look;
+        }
+    }
+
+    /// Halves an extent, once a look; the new extent's code, or `None` where it stays as it is.
+    pub fn trim(&mut self, x: u16, y: u16, look: u32) -> Option<u8> {
+        let sample = self.sample_mut(x, y)?;
+        if sample.extent == Edit::MAX_TRIM || sample.trimmed == look {
+            return None;
+        }
+        sample.extent += 1;
+        sample.trimmed = look;
+        Some(sample.extent)
+    }
+}
