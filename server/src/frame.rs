@@ -18,11 +18,9 @@ use crate::imager::{Imager, ImagerError};
 use crate::plan::{Focus, Plan, Reason, Rules, plan};
 use crate::viewer::Viewer;
 
-/// Looks at which a still viewer's views are completed at most: the last ones would only trade a few samples of nearly equal
-/// density and depth for each other. Trims come to an end after four.
-const MOST_SETTLING_LOOKS: usize = 8;
-/// A copy holds this many views' pixels at least.
-const LEAST_VIEWS_HELD: u64 = 3;
+/// Views' pixels that a copy has room for beyond those of one plan, so that eviction never takes what the plan just sent: it
+/// would be sent again for ever.
+const SPARE_VIEWS: u64 = 1;
 
 /// Why an update could not be made.
 #[derive(Debug, Error)]
@@ -104,7 +102,7 @@ impl Stage {
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
     pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
-        let rules = Rules { image_size_px: self.image_size_px(client.budget_bytes), ..self.rules };
+        let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
         let Some(plan) = plan(&rules, viewer, now_s, client.focus.as_ref()) else {
             return Ok(None);
         };
@@ -150,14 +148,12 @@ impl Stage {
             }
         }
         client.account.expire()?;
-        client.account.evict(client.budget_bytes)?;
+        let budget_bytes = self.budget_bytes(client);
+        client.account.evict(budget_bytes)?;
         let counts = client.account.counts();
         let looks = client.focus.map_or(0, |focus| focus.looks) + 1;
-        let before = client.focus.map_or(0, |focus| focus.settling);
-        let settling = if plan.reason == Reason::Settling { before + 1 } else { 0 };
-        let settled =
-            counts.is_still() || self.method == Discretization::Conventional || settling >= MOST_SETTLING_LOOKS;
-        client.focus = Some(Focus { coverage: plan.coverage, settled, looks, settling });
+        let settled = counts.is_still() || self.method == Discretization::Conventional;
+        client.focus = Some(Focus { coverage: plan.coverage, settled, looks });
         let update = client.account.seal(now.time_s, pose_seq, self.rules.animated)?;
         Ok(update.map(|update| Made { reason: plan.reason, update, coding: self.coding, counts }))
     }
@@ -178,7 +174,8 @@ impl Stage {
         account.refresh();
         let mut copy = self.imager.copy_view(account, view)?;
         let rules = AccountRules { outlines_stand_in: plan.reason.is_passing(), ..self.account_rules };
-        let comparison = Comparison::new(capture, &copy, account, rules);
+        let peers = account.captured_by(&plan.views);
+        let comparison = Comparison::new(capture, &copy, account, &peers, rules);
         let (mut retraction, mut lacking) = (comparison.retraction(), comparison.lacking());
         if plan.reason.is_passing() && !account.looks().is_multiple_of(rules.trim_every) {
             retraction.false_cover.clear();
@@ -189,7 +186,7 @@ impl Stage {
         if account.retract(&retraction)? && look_again {
             account.refresh();
             copy = self.imager.copy_view(account, view)?;
-            lacking = Comparison::new(capture, &copy, account, rules).lacking();
+            lacking = Comparison::new(capture, &copy, account, &peers, rules).lacking();
         }
         account.mark_seen(&copy);
         let least = if is_own { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
@@ -199,12 +196,20 @@ impl Stage {
         Ok(())
     }
 
-    /// The size of images for a client's budget: one that holds less than a few views' pixels would be sent for ever what was
-    /// evicted just before, so its views are coarser.
-    fn image_size_px(&self, budget_bytes: u64) -> u32 {
-        let pixels = budget_bytes / BYTES_PER_SAMPLE / LEAST_VIEWS_HELD;
-        let side_px = pixels.isqrt().clamp((*Config::IMAGE_SIZES_PX.start()).into(), u32::MAX.into()) as u32;
-        side_px.min(self.rules.image_size_px)
+    /// What a client's copy may cost it: never less than a plan's views of the least size.
+    fn budget_bytes(&self, client: &Client) -> u64 {
+        let least_px = u64::from(*Config::IMAGE_SIZES_PX.start()).pow(2);
+        client.budget_bytes.max(self.views_held() * least_px * BYTES_PER_SAMPLE)
+    }
+
+    /// The size of images for a client's budget.
+    fn image_size_px(&self, client: &Client) -> u32 {
+        let pixels = self.budget_bytes(client) / BYTES_PER_SAMPLE / self.views_held();
+        pixels.isqrt().min(self.rules.image_size_px.into()) as u32
+    }
+
+    fn views_held(&self) -> u64 {
+        self.rules.images as u64 + SPARE_VIEWS
     }
 
     fn snapshot(&self, time_s: f64) -> Arc<Snapshot> {

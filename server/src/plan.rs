@@ -37,6 +37,9 @@ const MAX_ASPECT: f64 = 4.0;
 const SIZE_STEP_PX: f64 = 4.0;
 /// How far a sample may be shifted on the screen by the coding of its depth.
 const PARALLAX_ERROR_PX: f64 = 0.1;
+/// The same for the own view of a viewer who stands still: nothing but what rounding needs, so that most pixels lie where the
+/// viewer looks. Views from the rim keep the turn's margin.
+const STILL_MARGIN_RAD: f64 = 0.01;
 /// A view that turned by less than this did not turn: two pixels of a view of 640.
 const LEAST_TURN_RAD: f64 = 0.004;
 
@@ -136,8 +139,6 @@ pub struct Focus {
     pub settled: bool,
     /// Looks so far.
     pub looks: usize,
-    /// Of these, the last ones in a row for [`Reason::Settling`].
-    pub settling: usize,
 }
 
 /// Where to look.
@@ -160,7 +161,7 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
     let reason = reason(rules, last, &wanted)?;
     let all = region_views(&wanted, rules);
     let views = match reason {
-        Reason::First | Reason::Resized | Reason::Settling => all,
+        Reason::First | Reason::Resized | Reason::Settling => still_views(all, &wanted),
         Reason::Moved | Reason::Turned | Reason::Animated => {
             let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
@@ -204,16 +205,20 @@ fn wanted_coverage(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s
 /// Size and half fields of images that cover a view and turns of `turn_rad` around it. The size depends on the view alone,
 /// so that the GPU's targets serve every set; its shape is that of a resting viewer's field, so that no row is wasted.
 fn field(rules: &Rules, half_view: DVec2, turn_rad: f64) -> ((u32, u32), DVec2) {
-    let widen = |half: f64, turn_rad: f64| (half.atan() + turn_rad).min(MAX_HALF_FIELD_RAD).max(half.atan()).tan();
-    let widened = |turn_rad: f64| DVec2::new(widen(half_view.x, turn_rad), widen(half_view.y, turn_rad));
-    let rest = widened(TURN_MARGIN_RAD);
+    let rest = widened(half_view, TURN_MARGIN_RAD);
     let aspect = (rest.x / rest.y).clamp(1.0 / MAX_ASPECT, MAX_ASPECT);
     let whole = |size_px: f64| ((size_px / SIZE_STEP_PX).round() * SIZE_STEP_PX).max(SIZE_STEP_PX);
     let side_px = f64::from(rules.image_size_px);
     let width_px = whole(side_px * aspect.sqrt());
     let size_px = DVec2::new(width_px, whole(side_px * side_px / width_px));
-    let focal_px = (size_px / 2.0 / widened(turn_rad)).min_element();
+    let focal_px = (size_px / 2.0 / widened(half_view, turn_rad)).min_element();
     ((size_px.x as u32, size_px.y as u32), size_px / 2.0 / focal_px)
+}
+
+/// Tangents of half fields, wider by `margin_rad` on each side.
+fn widened(half_view: DVec2, margin_rad: f64) -> DVec2 {
+    let widen = |half: f64| (half.atan() + margin_rad).min(MAX_HALF_FIELD_RAD).max(half.atan()).tan();
+    DVec2::new(widen(half_view.x), widen(half_view.y))
 }
 
 fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reason> {
@@ -240,6 +245,15 @@ fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reas
 fn half_view(view: ViewSize) -> DVec2 {
     let half_y = (view.fov_y_rad / 2.0).tan();
     DVec2::new(half_y * f64::from(view.width_px) / f64::from(view.height_px), half_y)
+}
+
+/// The same views, of which the own one is no wider than the output.
+fn still_views(mut views: Vec<Pinhole>, coverage: &Coverage) -> Vec<Pinhole> {
+    let half_field = widened(half_view(coverage.view), STILL_MARGIN_RAD);
+    if let Some(own) = views.first_mut() {
+        own.focal_px = (own.centre_px / half_field).min_element().max(own.focal_px);
+    }
+    views
 }
 
 /// The cameras of a set: the middle of the region, then a ring on its rim, across the view, where motion uncovers most.
@@ -284,7 +298,7 @@ mod tests {
     }
 
     fn settled(coverage: Coverage) -> Focus {
-        Focus { coverage, settled: true, looks: 1, settling: 0 }
+        Focus { coverage, settled: true, looks: 1 }
     }
 
     #[test]
@@ -324,7 +338,7 @@ mod tests {
         let coverage = first(&viewer, 0.0);
         let eyes: Vec<DVec3> = (0..RIM_VIEWS)
             .map(|looks| {
-                let last = Focus { coverage, settled: true, looks, settling: 0 };
+                let last = Focus { coverage, settled: true, looks };
                 let plan = plan(&rules, &viewer, 0.1, Some(&last)).expect("the scene moved on");
                 assert_eq!((plan.reason, plan.views.len()), (Reason::Animated, 2));
                 plan.views[1].world_from_eye.translation

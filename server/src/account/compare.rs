@@ -13,6 +13,9 @@
 //!
 //! What covers falsely is never sent behind: the next look, after it was trimmed, tells whether anything lacks there.
 
+use std::collections::BTreeSet;
+
+use camera::Pinhole;
 use glam::{DVec3, Vec3};
 use protocol::image::octahedral_normal;
 use protocol::{Mask, PatchId};
@@ -31,6 +34,11 @@ pub trait Samples: Sync {
     fn w_step(&self, patch: PatchId) -> f32;
     /// Samples an area where it was captured, in 1/m²: see [`density`]; infinite for an unknown address.
     fn density(&self, address: Address) -> f32;
+    /// Where its centre is now, in world space, if it is of `object`.
+    fn centre_world(&self, address: Address, object: u16) -> Option<DVec3>;
+    /// By pixel of a view: the triangle of the sample that is held from this very camera, and was not carried elsewhere since;
+    /// 0 where there is none.
+    fn from_camera(&self, camera: &Pinhole) -> Vec<u32>;
     /// The triangle it was captured from.
     fn triangle(&self, address: Address) -> u32;
     /// Whether an object deforms, and did since the copy was last compared.
@@ -53,6 +61,7 @@ pub struct Comparison<'a, S> {
     rules: AccountRules,
     samples: &'a S,
     copy: &'a AddressView,
+    camera: Pinhole,
     width: i32,
     height: i32,
     focal_px: f32,
@@ -61,6 +70,10 @@ pub struct Comparison<'a, S> {
     centre_px: [f32; 2],
     truth: Vec<Option<Point>>,
     held: Vec<Option<Point>>,
+    /// See [`Samples::from_camera`].
+    sent: Vec<u32>,
+    /// Patches that other views of the plan captured: they are not replaced.
+    peers: &'a BTreeSet<PatchId>,
 }
 
 /// What is to be taken back. Addresses ascend by patch, then row by row.
@@ -105,8 +118,14 @@ enum Verdict {
 }
 
 impl<'a, S: Samples> Comparison<'a, S> {
-    /// `truth` and `copy` are of one camera and size.
-    pub fn new(truth: &Capture, copy: &'a AddressView, samples: &'a S, rules: AccountRules) -> Comparison<'a, S> {
+    /// `truth` and `copy` are of one camera and size; `peers` are the patches captured by views of the same plan.
+    pub fn new(
+        truth: &Capture,
+        copy: &'a AddressView,
+        samples: &'a S,
+        peers: &'a BTreeSet<PatchId>,
+        rules: AccountRules,
+    ) -> Comparison<'a, S> {
         let camera = truth.camera;
         let rotation = camera.world_from_eye.rotation;
         let hit = |index: usize| {
@@ -132,6 +151,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
             rules,
             samples,
             copy,
+            camera,
             width: camera.width_px as i32,
             height: camera.height_px as i32,
             focal_px: camera.focal_px as f32,
@@ -139,6 +159,8 @@ impl<'a, S: Samples> Comparison<'a, S> {
             centre_px: camera.centre_px.as_vec2().to_array(),
             truth: (0..truth.ids.len()).into_par_iter().with_min_len(4096).map(hit).collect(),
             held: copy.texels.par_iter().with_min_len(4096).map(held).collect(),
+            sent: samples.from_camera(&camera),
+            peers,
         }
     }
 
@@ -188,52 +210,86 @@ impl<'a, S: Samples> Comparison<'a, S> {
         let Some(held) = self.held_at(x, y) else {
             let stands_in =
                 self.rules.outlines_stand_in && self.ends_in_nothing(x, y) && self.is_held_around(x, y, &hit);
-            return if stands_in { Verdict::Leave } else { Verdict::Missing };
+            return if stands_in || self.was_sent(x, y, &hit) { Verdict::Leave } else { Verdict::Missing };
         };
         if self.is_in_place(&hit, &held, 0, 0, x, y) {
-            if !self.is_same_way(&hit, &held) {
-                return if self.is_held_around(x, y, &hit) { Verdict::Leave } else { Verdict::Turned };
+            if self.is_same_way(&hit, &held) {
+                return if self.is_coarse(x, y, &hit) { Verdict::Coarse } else { Verdict::Leave };
             }
-            return if self.is_coarse(x, y, &hit) { Verdict::Coarse } else { Verdict::Leave };
+            let leave = self.is_held_around(x, y, &hit) || self.was_sent(x, y, &hit);
+            return if leave { Verdict::Leave } else { Verdict::Turned };
         }
         let stands_in =
             || self.rules.outlines_stand_in && self.is_outline(x, y, &hit) && self.is_held_around(x, y, &hit);
-        if held.w > hit.w || stands_in() {
+        if held.w > hit.w || self.was_sent(x, y, &hit) || stands_in() {
             return Verdict::Leave;
         }
         Verdict::Missing
     }
 
-    /// Settles what happens to the held samples in the place of what is sent. One that is too coarse goes, and all of its
-    /// pixels are sent; one that is turned goes only where all of its pixels are sent anyway, else it stays and they are not.
+    /// Whether the hit is held already, from this very camera: what then shows in its place lies nearer than coding and drawing
+    /// can tell apart, as where two objects touch, and sending it again would not change that.
+    fn was_sent(&self, x: i32, y: i32, hit: &Point) -> bool {
+        self.sent[self.at(x, y)] == hit.triangle
+    }
+
+    /// Settles what happens to the held samples in the place of what is sent. One that is too coarse goes where this view sees
+    /// its centre, and all of its pixels are sent; else it stays and they are not: another view of the same plan may need it,
+    /// and would send it again for ever. One that is turned must moreover have all of its pixels sent anyway. Views of one
+    /// plan are about equally fine, and see both sides of an edge each: they do not replace what another of them sent.
     fn replaced(&self, verdicts: &mut [Verdict]) -> Vec<Address> {
-        let seen_at = |index: usize| self.copy.texels[index].address();
-        let mut coarse: Vec<Address> = indices_of(verdicts, Verdict::Coarse).filter_map(seen_at).collect();
-        ascending(&mut coarse);
-        if !coarse.is_empty() {
-            for (index, verdict) in verdicts.iter_mut().enumerate() {
-                let replaced = seen_at(index).is_some_and(|address| is_among(&coarse, address));
-                if replaced && *verdict == Verdict::Leave && self.is_own(index) {
-                    *verdict = Verdict::Coarse;
-                }
+        let mut coarse = self.seen_with_centre(verdicts, Verdict::Coarse);
+        for (index, verdict) in verdicts.iter_mut().enumerate() {
+            if !matches!(verdict, Verdict::Coarse | Verdict::Leave) {
+                continue;
+            }
+            let goes = !coarse.is_empty() && self.seen_at(index).is_some_and(|address| is_among(&coarse, address));
+            match verdict {
+                Verdict::Coarse if !goes => *verdict = Verdict::Leave,
+                Verdict::Leave if goes && self.is_own(index) => *verdict = Verdict::Coarse,
+                _ => {}
             }
         }
-        let mut turned: Vec<Address> = indices_of(verdicts, Verdict::Turned).filter_map(seen_at).collect();
-        ascending(&mut turned);
-        if !turned.is_empty() {
-            let mut kept: Vec<Address> = indices_of(verdicts, Verdict::Leave).filter_map(seen_at).collect();
-            ascending(&mut kept);
-            turned.retain(|address| !is_among(&kept, *address));
-            for (index, verdict) in verdicts.iter_mut().enumerate() {
-                let stays = seen_at(index).is_some_and(|address| !is_among(&turned, address));
-                if *verdict == Verdict::Turned && stays {
-                    *verdict = Verdict::Leave;
-                }
+        let mut turned = self.seen_with_centre(verdicts, Verdict::Turned);
+        let mut kept: Vec<Address> =
+            indices_of(verdicts, Verdict::Leave).filter_map(|index| self.seen_at(index)).collect();
+        ascending(&mut kept);
+        turned.retain(|address| !is_among(&kept, *address) && !self.peers.contains(&address.0));
+        for (index, verdict) in verdicts.iter_mut().enumerate() {
+            let stays = |address: &Address| !is_among(&turned, *address) && !self.peers.contains(&address.0);
+            if *verdict == Verdict::Turned && self.seen_at(index).is_some_and(|address| stays(&address)) {
+                *verdict = Verdict::Leave;
             }
         }
         coarse.extend(turned);
         ascending(&mut coarse);
         coarse
+    }
+
+    fn seen_at(&self, index: usize) -> Option<Address> {
+        self.copy.texels[index].address()
+    }
+
+    /// The held samples that pixels of a verdict show, if the truth of this view shows their centres too.
+    fn seen_with_centre(&self, verdicts: &[Verdict], wanted: Verdict) -> Vec<Address> {
+        let mut seen: Vec<(Address, usize)> = indices_of(verdicts, wanted)
+            .filter_map(|index| self.seen_at(index).map(|address| (address, index)))
+            .collect();
+        seen.sort_unstable_by_key(|&((patch, x, y), _)| (patch, y, x));
+        seen.dedup_by_key(|(address, _)| *address);
+        seen.retain(|&(address, index)| self.held[index].is_some_and(|held| self.shows_centre(address, &held)));
+        seen.into_iter().map(|(address, _)| address).collect()
+    }
+
+    /// Whether the hit of the pixel that a held sample's centre falls on lies on the sample.
+    fn shows_centre(&self, address: Address, held: &Point) -> bool {
+        let centre =
+            self.samples.centre_world(address, held.object).and_then(|world| self.camera.image_from_world(world));
+        centre.is_some_and(|centre| {
+            let (x, y) = (centre.u.floor() as i32, centre.v.floor() as i32);
+            let held = Point { w: centre.w as f32, ..*held };
+            self.truth_at(x, y).is_some_and(|hit| self.is_in_place(&hit, &held, 0, 0, x, y))
+        })
     }
 
     fn is_own(&self, index: usize) -> bool {
@@ -350,7 +406,10 @@ impl<'a, S: Samples> Comparison<'a, S> {
     }
 
     fn is_coarse(&self, x: i32, y: i32, hit: &Point) -> bool {
-        let Some(address) = self.copy.texels[self.at(x, y)].address() else { return false };
+        let Some(address) = self.seen_at(self.at(x, y)) else { return false };
+        if self.peers.contains(&address.0) {
+            return false;
+        }
         let density = density(self.focal_px, hit.w, hit.normal.dot(self.ray(x, y)));
         density > self.rules.density_factor * self.samples.density(address)
     }

@@ -19,7 +19,8 @@ pub use rules::AccountRules;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use camera::Camera;
+use camera::{Camera, ImagePoint, Pinhole};
+use glam::DVec3;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
 use protocol::{DepthImage, Lighting, Mask, Material};
@@ -216,6 +217,12 @@ impl Account {
         Ok(())
     }
 
+    /// The patches that were captured by some views.
+    pub fn captured_by(&self, views: &[Pinhole]) -> BTreeSet<PatchId> {
+        let is_of = |camera: &Camera| views.iter().any(|view| cut_from(view, camera).is_some());
+        self.held.patches.iter().filter(|(_, held)| is_of(&held.patch.image.camera)).map(|(id, _)| *id).collect()
+    }
+
     /// Marks what a view shows of the copy as in use.
     pub fn mark_seen(&mut self, view: &AddressView) {
         let mut last: Option<(PatchId, &mut Record)> = None;
@@ -355,6 +362,34 @@ impl Samples for Account {
         self.records.get(&patch).and_then(|record| record.density(x, y)).unwrap_or(f32::INFINITY)
     }
 
+    fn centre_world(&self, (patch, x, y): Address, object: u16) -> Option<DVec3> {
+        let w = self.records.get(&patch)?.w(x, y)?;
+        let held = &self.held.patches.get(&patch)?.patch;
+        let point = ImagePoint { u: f64::from(x) + 0.5, v: f64::from(y) + 0.5, w: w.into() };
+        let captured = held.image.camera.world_from_image(point);
+        let Some(pose) = held.objects.iter().find(|pose| pose.object == object) else { return Some(captured) };
+        let now = self.held.poses_now.get(&object).unwrap_or(&pose.world_from_object);
+        Some(now.transform_point3(pose.world_from_object.inverse().transform_point3(captured)))
+    }
+
+    fn from_camera(&self, camera: &Pinhole) -> Vec<u32> {
+        let mut triangles = vec![0; camera.width_px as usize * camera.height_px as usize];
+        for (id, held) in &self.held.patches {
+            let (patch, Some(record)) = (&held.patch, self.records.get(id)) else { continue };
+            let Some(origin) = cut_from(camera, &patch.image.camera) else { continue };
+            let carried = |pose: &&ObjectPose| self.held.poses_now.get(&pose.object) != Some(&pose.world_from_object);
+            let carried: Vec<u16> = patch.objects.iter().filter(carried).map(|pose| pose.object).collect();
+            for ((x, y), object) in patch.image.mask.occupied().zip(&patch.image.object) {
+                if !carried.contains(object)
+                    && let Some(triangle) = record.triangle(x as u16, y as u16)
+                {
+                    triangles[((y + origin.1) * camera.width_px + x + origin.0) as usize] = triangle;
+                }
+            }
+        }
+        triangles
+    }
+
     fn triangle(&self, (patch, x, y): Address) -> u32 {
         self.records.get(&patch).and_then(|record| record.triangle(x, y)).unwrap_or(0)
     }
@@ -362,6 +397,18 @@ impl Samples for Account {
     fn deforms(&self, object: u16) -> bool {
         self.deformed.get(usize::from(object)) == Some(&true)
     }
+}
+
+/// Where in a view's image a patch's begins, if it was cut from a view of this very camera.
+fn cut_from(view: &Pinhole, patch: &Camera) -> Option<(u32, u32)> {
+    let Camera::Pinhole(patch) = patch;
+    let (x, y) = ((view.centre_px - patch.centre_px).x, (view.centre_px - patch.centre_px).y);
+    let whole = |first: f64, length: u32, of: u32| {
+        (first >= 0.0 && first.fract() == 0.0 && first + f64::from(length) <= f64::from(of)).then_some(first as u32)
+    };
+    let same = view.world_from_eye == patch.world_from_eye && view.focal_px == patch.focal_px;
+    let origin = (whole(x, patch.width_px, view.width_px)?, whole(y, patch.height_px, view.height_px)?);
+    same.then_some(origin)
 }
 
 /// The smallest mask that holds all of a mask's samples, and where it begins; `None` without any.

@@ -17,6 +17,8 @@ pub(super) struct Record {
 struct Sample {
     /// Samples an area, see [`density`].
     density: f32,
+    /// Inverse depth, 1/m.
+    w: f32,
     triangle: u32,
     /// The last look that showed it.
     seen: u32,
@@ -32,8 +34,9 @@ impl Record {
             let ray_eye = camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let ray_world = camera.world_from_eye.transform_vector(ray_eye).as_vec3();
             let facing = octahedral_normal(image.normal[index]).dot(ray_world);
-            let density = density(camera.focal_px as f32, image.depth_scale.w(image.depth[index]), facing);
-            Sample { density, triangle, seen: look, trimmed: 0, extent: 0 }
+            let w = image.depth_scale.w(image.depth[index]);
+            let density = density(camera.focal_px as f32, w, facing);
+            Sample { density, w, triangle, seen: look, trimmed: 0, extent: 0 }
         });
         Record { ranks: Ranks::new(&image.mask), samples: samples.collect(), mask: image.mask.clone() }
     }
@@ -48,6 +51,10 @@ impl Record {
 
     pub fn density(&self, x: u16, y: u16) -> Option<f32> {
         self.sample(x, y).map(|sample| sample.density)
+    }
+
+    pub fn w(&self, x: u16, y: u16) -> Option<f32> {
+        self.sample(x, y).map(|sample| sample.w)
     }
 
     pub fn triangle(&self, x: u16, y: u16) -> Option<u32> {
