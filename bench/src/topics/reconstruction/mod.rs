@@ -5,11 +5,13 @@
 //! where the corners of a sample's quad come from (Xie, Wang, Popescu 2016, Alg. 4, and the averaged corners of `surface`).
 //!
 //! One more row shows what sampling alone costs: a conventional image from the very eye, as wide and as large as image 0 of the
-//! product's set. Nothing is hidden from it, so all of its errors come from drawing samples on another grid of pixels.
+//! product's set. Nothing is hidden from it, so all of its errors come from drawing samples on another grid of pixels. And one
+//! shows what the server makes of the product's set for a viewer who stands still: completed and trimmed, look by look.
 
 pub(crate) mod cover;
 mod eyes;
 mod output;
+mod settled;
 
 use anyhow::Context;
 use client::frame::Options;
@@ -72,21 +74,33 @@ impl Settings {
     }
 }
 
+/// Where the samples come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Source {
+    /// A set of images for the region's middle.
+    Set,
+    /// A set of images for the eye's own place.
+    SetFromTheEye,
+    /// What a viewer in the region's middle holds when the server finds nothing lacking any more.
+    Settled,
+}
+
 /// A method at a setting.
 #[derive(Debug, Clone, Copy)]
 struct Method {
     plan: SetPlan,
     corners: Corners,
-    /// Whether the images are made for the eye's own place rather than for the region's middle.
-    from_the_eye: bool,
+    source: Source,
     /// Every `stride`-th eye.
     stride: usize,
 }
 
 impl Method {
     fn name(&self) -> String {
-        if self.from_the_eye {
-            return "floor: one conventional image from the eye itself".to_owned();
+        match self.source {
+            Source::SetFromTheEye => return "floor: one conventional image from the eye itself".to_owned(),
+            Source::Settled => return "settled: the set, completed and trimmed".to_owned(),
+            Source::Set => {}
         }
         let images = match self.plan.discretization {
             Discretization::NonRedundant => "non-redundant",
@@ -102,7 +116,7 @@ impl Method {
 
     /// What the server and the client do by themselves: the bars are about it.
     fn is_product(&self, settings: &Settings) -> bool {
-        self.plan == settings.product() && self.corners == Corners::Averaged
+        self.plan == settings.product() && self.corners == Corners::Averaged && self.source == Source::Set
     }
 }
 
@@ -117,19 +131,21 @@ fn methods(settings: &Settings) -> Vec<Method> {
         .map(|(d, corners)| Method {
             plan: plan(d, IMAGES, settings.image_px),
             corners,
-            from_the_eye: false,
+            source: Source::Set,
             stride: 1,
         })
         .collect();
     let floor = plan(Discretization::Conventional, 1, settings.image_px);
-    methods.push(Method { plan: floor, corners: Corners::Averaged, from_the_eye: true, stride: 1 });
+    let averaged = |plan, source| Method { plan, corners: Corners::Averaged, source, stride: 1 };
+    methods.push(averaged(settings.product(), Source::Settled));
+    methods.push(averaged(floor, Source::SetFromTheEye));
     if settings.curves {
         let others = [(1, 512), (2, 512), (8, 512), (4, 256), (4, 768)];
         methods.extend(both.into_iter().flat_map(|d| others.map(|(images, image_px)| (d, images, image_px))).map(
             |(d, images, image_px)| Method {
                 plan: plan(d, images, image_px),
                 corners: Corners::Averaged,
-                from_the_eye: false,
+                source: Source::Set,
                 stride: CURVE_STRIDE,
             },
         ));
@@ -194,6 +210,7 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
     let label = stage.scene.name.clone();
     let mut discretizer = Discretizer::new(&stage.renderer, TexelTest::default())?;
     let mut view = ClientView::new(gpu, settings.size_px)?;
+    let mut server = settled::Server::new(gpu, name, &settings.product())?;
     let methods = methods(settings);
     let frames: usize = methods.iter().map(|method| settings.eyes.div_ceil(method.stride)).sum();
     let progress = Progress::new(format!("{label}: choosing eyes"), 2 * frames as u64);
@@ -202,7 +219,10 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
         progress.say(format!("{label}: {}", method.name()));
         let mut shown = Vec::new();
         for (index, eye) in eyes.iter().enumerate().step_by(method.stride) {
-            shown.push(show(gpu, &mut stage, &mut discretizer, &mut view, (index, eye), &method)?);
+            shown.push(match method.source {
+                Source::Settled => server.show(&mut view, index, eye)?,
+                _ => show(gpu, &mut stage, &mut discretizer, &mut view, (index, eye), &method)?,
+            });
             progress.step();
         }
         let found: Vec<(usize, Found)> = shown
@@ -238,7 +258,7 @@ fn show(
     method: &Method,
 ) -> anyhow::Result<Shown> {
     stage.show(0.0, eye.middle.translation)?;
-    let middle = if method.from_the_eye { eye.output.world_from_eye } else { eye.middle };
+    let middle = if method.source == Source::SetFromTheEye { eye.output.world_from_eye } else { eye.middle };
     let (views, precision) = sets::planned(&stage.scene, middle, &eye.output, &method.plan);
     let set = sets::make(stage, discretizer, &views, method.plan.discretization, precision)?;
     let offsets = if method.corners == Corners::OffsetImage {
