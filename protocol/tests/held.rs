@@ -8,7 +8,9 @@ use common::{cast, fragments, patch};
 use glam::{DAffine3, DVec3};
 use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
-use vantage_protocol::{DepthImage, Edit, Held, HeldError, Limits, Material, ObjectPose, PatchId, Update};
+use vantage_protocol::{
+    DepthImage, DepthScale, Edit, Held, HeldError, Limits, Mask, Material, ObjectPose, Patch, PatchId, Update,
+};
 
 fn image() -> DepthImage {
     cast((48, 32), fragments)
@@ -164,4 +166,52 @@ fn the_copy_is_capped() {
     let limits = Limits { held_samples: 100, ..Limits::default() };
     let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits: vec![add(1)], digest: 0 };
     assert_eq!(Held::default().apply_within(&update, &limits), Err(HeldError::TooMuch("samples")));
+}
+
+/// Every pixel of an image of this size, with one of its samples changed so that no two are equal.
+fn full(id: u32, size_px: u32) -> Patch {
+    let (width_px, height_px) = (size_px, size_px);
+    let seed = cast((1, 1), |_, _| true);
+    let count = (width_px * height_px) as usize;
+    let mut mask = Mask::empty(width_px, height_px);
+    (0..count as u32).for_each(|pixel| mask.set(pixel % width_px, pixel / width_px, true));
+    let camera::Camera::Pinhole(camera) = seed.camera;
+    let noise = |index: usize| (index as u32).wrapping_add(id * 7919).wrapping_mul(0x9e37_79b9);
+    let image = DepthImage {
+        camera: camera::Camera::Pinhole(camera::Pinhole { width_px, height_px, ..camera }),
+        depth_scale: DepthScale { w_min: 0.1, w_step: 1e-4 },
+        mask,
+        depth: (0..count).map(|index| (noise(index) >> 20) as u16).collect(),
+        normal: vec![[127, 127]; count],
+        colour: (0..count).map(|index| noise(index).to_le_bytes()).map(|[_, r, g, b]| [r, g, b]).collect(),
+        object: vec![id as u16 % 7; count],
+        material: vec![0; count],
+    };
+    patch(id, image)
+}
+
+#[test]
+fn a_million_held_samples_are_one_more_update() {
+    const PATCHES: u32 = 64;
+    const SIZE_PX: u32 = 128;
+    let (mut server, mut client) = (Held::default(), Held::default());
+    // All at once, as to a client that comes back; then a little of every patch.
+    let all = (1..=PATCHES).map(|id| Edit::Add(Box::new(full(id, SIZE_PX)))).collect();
+    let first = server.commit(all, 0.0, 0).unwrap();
+    send(&mut client, &first);
+    assert_eq!(client.sample_count(), 1 << 20);
+    let column = |x: u16| (0..SIZE_PX as u16).map(move |y| (x, y));
+    for step in 0..4 {
+        let mut edits = vec![add(PATCHES + 1 + u32::from(step))];
+        for id in (1..=PATCHES).map(PatchId) {
+            edits.push(Edit::Delete(id, column(2 * step).collect()));
+            edits.push(Edit::Trim(id, column(2 * step + 1).map(|(x, y)| (x, y, 1)).collect()));
+        }
+        let update = server.commit(edits, 0.1, 0).unwrap();
+        send(&mut client, &update);
+        assert_eq!(client.digest(), server.digest());
+    }
+    assert!(client.patches == server.patches);
+    let left = (1 << 20) - 4 * (PATCHES * SIZE_PX) as usize + 4 * image().sample_count();
+    assert_eq!((client.sample_count(), server.sample_count()), (left, left));
 }

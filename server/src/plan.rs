@@ -228,7 +228,7 @@ fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reas
     let turn_rad = 2.0 * turn.xyz().length().min(1.0).asin();
     if half_view(held.view) != half_view(wanted.view) {
         Some(Reason::Resized)
-    } else if rules.animated && wanted.scene_time_s > held.scene_time_s {
+    } else if rules.animated && wanted.scene_time_s != held.scene_time_s {
         Some(Reason::Animated)
     } else if moved_m > STILL_SHARE * rules.margin_m {
         Some(Reason::Moved)
@@ -346,6 +346,8 @@ mod tests {
             .collect();
         assert!((0..RIM_VIEWS).all(|a| (0..a).all(|b| eyes[a].distance(eyes[b]) > 0.1)), "{eyes:?}");
         assert_eq!(plan(&rules, &viewer, 0.0, Some(&settled(coverage))), None, "its time stands still");
+        let back = plan(&rules, &viewer, -1.0, Some(&settled(coverage))).expect("its time jumped back");
+        assert_eq!(back.reason, Reason::Animated);
     }
 
     #[test]

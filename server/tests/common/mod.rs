@@ -1,10 +1,14 @@
 //! Small scenes whose pictures are known, and how tests draw them.
 #![allow(dead_code)] // each test file uses a part
 
+pub mod session;
+pub mod witness;
+
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use camera::{Pinhole, Rigid};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use gpu::Gpu;
 use protocol::{Lighting, Look};
 use scene::model::{Animation, Wrap};
@@ -111,6 +115,89 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, placed: &[(u32, DAffin
         warnings: Vec::new(),
         animation: Arc::new(animation),
     }
+}
+
+/// A wall with a ball before it, seen from 4 m in front of the wall.
+pub fn ball_before_wall() -> Scene {
+    let at = |z: f64, scale: f64| {
+        DAffine3::from_scale_rotation_translation(DVec3::splat(scale), DQuat::IDENTITY, DVec3::new(0.0, 0.0, z))
+    };
+    scene(
+        vec![square(4, 0), sphere(24, 0)],
+        vec![coloured([0.6, 0.5, 0.4, 1.0])],
+        &[(0, at(-4.0, 8.0)), (1, at(-2.5, 0.4))],
+    )
+}
+
+/// A scene that moves as before, and then as `change` has it.
+pub fn animated(scene: Scene, change: impl Fn(&mut Snapshot) + Send + Sync + 'static) -> Scene {
+    let before = scene.animation.clone();
+    Scene { animation: Arc::new(Changing { before, change }), ..scene }
+}
+
+struct Changing<F> {
+    before: Arc<dyn Animation>,
+    change: F,
+}
+
+impl<F: Fn(&mut Snapshot) + Send + Sync> Animation for Changing<F> {
+    fn at(&self, scene: &Scene, time_s: f64) -> Snapshot {
+        let mut snapshot = Snapshot { time_s, ..self.before.at(scene, time_s) };
+        (self.change)(&mut snapshot);
+        snapshot
+    }
+}
+
+/// A scene with one more object: a ball of 0.4 m, 2.5 m before the origin, moved by `world_from_rest` at a time.
+pub fn with_ball(mut scene: Scene, world_from_rest: impl Fn(f64) -> DAffine3 + Send + Sync + 'static) -> Scene {
+    let mesh = scene.meshes.len() as u32;
+    scene.meshes.push(sphere(24, 0));
+    scene.instances.push(Instance { mesh, name: String::new(), moves: true, deforms: false });
+    let at_rest = DAffine3::from_translation(DVec3::Z * -2.5) * DAffine3::from_scale(DVec3::splat(0.4));
+    animated(scene, move |snapshot| snapshot.world_from_mesh.push(world_from_rest(snapshot.time_s) * at_rest))
+}
+
+/// The wall alone, with a ball that moves, object 1.
+pub fn moving_ball(world_from_rest: impl Fn(f64) -> DAffine3 + Send + Sync + 'static) -> Scene {
+    let wall = DAffine3::from_translation(DVec3::Z * -4.0) * DAffine3::from_scale(DVec3::splat(8.0));
+    with_ball(scene(vec![square(4, 0)], vec![coloured([0.6, 0.5, 0.4, 1.0])], &[(0, wall)]), world_from_rest)
+}
+
+/// From rest to a metre to either side, once in `period_s`.
+pub fn swing(time_s: f64, period_s: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::X * (time_s * TAU / period_s).sin())
+}
+
+/// A room of two walls, with somebody of 1.8 m in its middle, object 2, who bends from side to side, once in `period_s`.
+pub fn bending_figure(period_s: f64) -> Scene {
+    let wall = DAffine3::from_scale_rotation_translation(DVec3::splat(8.0), DQuat::IDENTITY, DVec3::Z * -4.0);
+    let floor = DAffine3::from_translation(DVec3::Y * -1.0)
+        * DAffine3::from_rotation_x(-TAU / 4.0)
+        * DAffine3::from_scale(DVec3::splat(8.0));
+    let figure = DAffine3::from_translation(DVec3::Z * -2.2);
+    let mut body = sphere(24, 0);
+    for vertex in &mut body.vertices {
+        let size = Vec3::new(0.35, 0.9, 0.25);
+        vertex.position = (Vec3::from(vertex.position) * size).to_array();
+        vertex.normal = (Vec3::from(vertex.normal) / size).normalize().to_array();
+    }
+    body.bounds = [[-0.8, -0.9, -0.25], [0.8, 0.9, 0.25]];
+    let upright = body.vertices.clone();
+    let materials = vec![coloured([0.6, 0.5, 0.4, 1.0])];
+    let mut scene = scene(vec![square(4, 0), body], materials, &[(0, wall), (0, floor), (1, figure)]);
+    scene.instances[2].deforms = true;
+    animated(scene, move |snapshot| {
+        let bend = 0.5 * (snapshot.time_s * TAU / period_s).sin() as f32;
+        let vertices = upright.iter().map(|vertex| bent(vertex, bend)).collect();
+        snapshot.deformed = vec![Deformed { instance: 2, vertices }];
+    })
+}
+
+/// `x' = x + b y^2`, and its normal by the inverse transpose.
+fn bent(vertex: &Vertex, bend: f32) -> Vertex {
+    let ([x, y, z], [nx, ny, nz]) = (vertex.position, vertex.normal);
+    let normal = Vec3::new(nx, ny - 2.0 * bend * y * nx, nz).normalize();
+    Vertex { position: [x + bend * y * y, y, z], normal: normal.to_array(), ..*vertex }
 }
 
 pub fn coloured(base_colour: [f32; 4]) -> Material {
