@@ -24,7 +24,27 @@ impl ColourSteps {
     /// Every choice, the finest first.
     pub const ALL: [ColourSteps; 3] = [ColourSteps::Lossless, ColourSteps::Fine, ColourSteps::Coarse];
 
+    /// [`ColourSteps::codes`] of a plane.
+    pub(super) fn codes_of_all(self, colours: &[[u8; 3]]) -> Vec<[i16; 3]> {
+        // One loop for each, or the shifts are looked up at every sample.
+        match self {
+            ColourSteps::Lossless => colours.iter().map(|&colour| ColourSteps::Lossless.codes(colour)).collect(),
+            ColourSteps::Fine => colours.iter().map(|&colour| ColourSteps::Fine.codes(colour)).collect(),
+            ColourSteps::Coarse => colours.iter().map(|&colour| ColourSteps::Coarse.codes(colour)).collect(),
+        }
+    }
+
+    /// [`ColourSteps::rgb`] of a plane.
+    pub(super) fn rgb_of_all(self, codes: &[[i16; 3]]) -> Vec<[u8; 3]> {
+        match self {
+            ColourSteps::Lossless => codes.iter().map(|&codes| ColourSteps::Lossless.rgb(codes)).collect(),
+            ColourSteps::Fine => codes.iter().map(|&codes| ColourSteps::Fine.rgb(codes)).collect(),
+            ColourSteps::Coarse => codes.iter().map(|&codes| ColourSteps::Coarse.rgb(codes)).collect(),
+        }
+    }
+
     /// Binary logarithms of the steps of luma and of both chromas.
+    #[inline(always)]
     fn shifts(self) -> [u32; 3] {
         match self {
             ColourSteps::Lossless => [0, 0, 0],

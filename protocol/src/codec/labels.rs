@@ -169,36 +169,50 @@ fn step<T: Label>(
     Ok(repeats + 1)
 }
 
-/// Finds the gaps between the exceptions of each class.
-#[derive(Default)]
-struct Scout {
-    gaps: [Vec<u32>; CLASSES],
-    open: [u32; CLASSES],
-    exceptions: usize,
+/// What a writer has to say, in the order in which a reader asks.
+enum Event<T> {
+    /// How many samples of a class repeat before its next exception.
+    Gap(Class, u32),
+    /// An exception: what was predicted, what else it might be, and what it is.
+    Exception(Class, T, Option<T>, T),
 }
 
-impl<T: Label> Guide<T> for Scout {
+/// Finds the events of a plane that is known.
+struct Scout<T> {
+    events: Vec<Event<T>>,
+    /// The event of the gap that each class is in; `None` where none has begun since the last exception.
+    open: [Option<usize>; CLASSES],
+}
+
+impl<T: Label> Guide<T> for Scout<T> {
+    #[inline]
     fn repeats(&mut self, class: Class, predicted: T, truth: &[T]) -> usize {
         let repeats = leading(truth, predicted);
-        self.open[class as usize] += repeats as u32;
+        let open = &mut self.open[class as usize];
+        let event = *open.get_or_insert_with(|| {
+            self.events.push(Event::Gap(class, 0));
+            self.events.len() - 1
+        });
+        if let Event::Gap(_, gap) = &mut self.events[event] {
+            *gap += repeats as u32;
+        }
         if repeats < truth.len() {
-            self.gaps[class as usize].push(std::mem::take(&mut self.open[class as usize]));
+            *open = None;
         }
         repeats
     }
 
-    fn exception(&mut self, _: Class, _: T, _: Option<T>, truth: T) -> Result<T, CodecError> {
-        self.exceptions += 1;
+    #[inline]
+    fn exception(&mut self, class: Class, predicted: T, other: Option<T>, truth: T) -> Result<T, CodecError> {
+        self.events.push(Event::Exception(class, predicted, other, truth));
         Ok(truth)
     }
 }
 
-/// Writes or reads them.
+/// Codes events, and reads what they were.
 struct Coder<'a, T, B> {
     bits: &'a mut B,
-    /// What a writer found.
-    gaps: [std::vec::IntoIter<u32>; CLASSES],
-    /// Samples that still repeat; `None` where the next gap is not known yet.
+    /// For a reader: samples that still repeat; `None` where the next gap is not known yet.
     open: [Option<u32>; CLASSES],
     gap: Vec<Number>,
     is_other: [Probability; CLASSES],
@@ -209,12 +223,9 @@ struct Coder<'a, T, B> {
 }
 
 impl<T: Label, B: Bits> Coder<'_, T, B> {
-    fn new(bits: &mut B, scout: Scout) -> Coder<'_, T, B> {
-        let mut gaps = scout.gaps;
-        gaps.iter_mut().zip(scout.open).for_each(|(gaps, open)| gaps.push(open));
+    fn new(bits: &mut B) -> Coder<'_, T, B> {
         Coder {
             bits,
-            gaps: gaps.map(Vec::into_iter),
             open: [None; CLASSES],
             gap: vec![Number::NEW; CLASSES],
             is_other: [Probability::EVEN; CLASSES],
@@ -245,7 +256,7 @@ impl<T: Label, B: Bits> Guide<T> for Coder<'_, T, B> {
         let class = class as usize;
         let open = match self.open[class] {
             Some(open) => open,
-            None => self.gap[class].code(self.bits, self.gaps[class].next().unwrap_or(0)),
+            None => self.gap[class].code(self.bits, 0),
         };
         let repeats = (open as usize).min(truth.len());
         self.open[class] = (repeats == truth.len()).then_some(open - repeats as u32);
@@ -277,18 +288,44 @@ impl<T: Label, B: Bits> Guide<T> for Coder<'_, T, B> {
     }
 }
 
-/// How many samples are exceptions.
+/// How many of the samples of some segments are exceptions, in a plane that is known.
 pub(super) fn exceptions<T: Label>(values: &[T], segments: &[Segment]) -> usize {
-    let mut scout = Scout::default();
-    walk(&mut values.to_vec(), segments, &mut scout).expect("a scout finds no damage");
-    scout.exceptions
+    let differs = |left: T, up: T, corner: T, here: T| usize::from(here != if left == corner { up } else { left });
+    let segment = |segment: &Segment| {
+        let (start, other) = (segment.start as usize, segment.other as usize);
+        let here = &values[segment.ranks()];
+        match segment.around {
+            Around::Nothing => 1,
+            Around::Anchor | Around::Up => usize::from(here[0] != values[other]),
+            Around::LeftUp => usize::from(here[0] != values[start - 1]),
+            Around::Left => here.iter().zip(&values[start - 1..]).map(|(here, left)| usize::from(here != left)).sum(),
+            Around::All => {
+                let (left, up, corner) = (&values[start - 1..], &values[segment.others()], &values[other - 1..]);
+                let known = here.iter().zip(left).zip(up.iter().zip(corner));
+                known.map(|((here, left), (up, corner))| differs(*left, *up, *corner, *here)).sum()
+            }
+        }
+    };
+    segments.iter().map(segment).sum()
 }
 
 /// Codes a plane; a reader gives one sample a rank, whatever they are.
 pub(super) fn code<T: Label, B: Bits>(bits: &mut B, values: &mut [T], segments: &[Segment]) -> Result<(), CodecError> {
-    let mut scout = Scout::default();
-    if B::WRITES {
-        walk(values, segments, &mut scout)?;
+    if !B::WRITES {
+        return walk(values, segments, &mut Coder::new(bits));
     }
-    walk(values, segments, &mut Coder::new(bits, scout))
+    let mut scout = Scout { events: Vec::new(), open: [None; CLASSES] };
+    walk(values, segments, &mut scout)?;
+    let mut coder = Coder::new(bits);
+    for event in scout.events {
+        match event {
+            Event::Gap(class, gap) => {
+                coder.gap[class as usize].code(coder.bits, gap);
+            }
+            Event::Exception(class, predicted, other, truth) => {
+                coder.exception(class, predicted, other, truth)?;
+            }
+        }
+    }
+    Ok(())
 }

@@ -138,11 +138,13 @@ impl Model {
                     before = if before & 1 == 1 { 3 } else { 0 };
                     continue;
                 }
+                let (mut above, mut above2) = ((above >> start) as u32, (above2 >> start) as u32);
                 for x in start..start + count {
-                    let context = (above >> x & 0b1_1111) << 5 | (above2 >> x & 0b111) << 2 | u128::from(before & 3);
+                    let context = (above & 0b1_1111) << 5 | (above2 & 0b111) << 2 | before & 3;
                     let pixel = bits.bit(&mut self.pixels[context as usize], truth >> x & 1 == 1);
                     before = before << 1 | u32::from(pixel);
                     read |= u64::from(pixel) << x;
+                    (above, above2) = (above >> 1, above2 >> 1);
                 }
             }
             read

@@ -45,27 +45,19 @@ impl Unpacker {
 
     /// Reads a section that holds exactly `length` bytes. The caller has checked `length` against its limits.
     pub fn unpack(&mut self, bytes: &mut Reader, length: usize) -> Result<Vec<u8>, CodecError> {
-        let mut unpacked = Vec::new();
-        self.unpack_onto(bytes, length, &mut unpacked)?;
-        Ok(unpacked)
-    }
-
-    /// As [`Unpacker::unpack`], appended to `out`.
-    pub fn unpack_onto(&mut self, bytes: &mut Reader, length: usize, out: &mut Vec<u8>) -> Result<(), CodecError> {
         let head = bytes.varint()?;
         let section = bytes.take((head >> 1) as usize)?;
         if head & 1 == 0 {
-            out.extend_from_slice(section);
-            return if section.len() == length { Ok(()) } else { Err(CodecError::Damaged("length of a section")) };
+            return if section.len() == length {
+                Ok(section.to_vec())
+            } else {
+                Err(CodecError::Damaged("length of a section"))
+            };
         }
         if length > section.len().saturating_mul(MAX_EXPANSION) {
             return Err(CodecError::Damaged("length of a section"));
         }
-        let start = out.len();
-        out.resize(start + length, 0);
-        match self.0.decompress_to_buffer(section, &mut out[start..]) {
-            Ok(written) if written == length => Ok(()),
-            _ => Err(CodecError::Damaged("section")),
-        }
+        let unpacked = self.0.decompress(section, length).map_err(|_| CodecError::Damaged("section"))?;
+        if unpacked.len() == length { Ok(unpacked) } else { Err(CodecError::Damaged("section")) }
     }
 }

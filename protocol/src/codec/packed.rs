@@ -13,29 +13,39 @@ pub(super) fn write<const N: usize>(residuals: &[[i16; N]], out: &mut StreamWrit
     let mut wide = Vec::new();
     for channel in 0..N {
         let code = |residual: &[i16; N]| zigzag(residual[channel]);
-        let symbols: Vec<u8> = residuals.iter().map(|residual| code(residual).min(ESCAPE.into()) as u8).collect();
-        let escaped = symbols.iter().zip(residuals).filter(|(symbol, _)| **symbol == ESCAPE);
-        wide.extend(escaped.map(|(_, residual)| code(residual)));
-        out.push(&symbols);
+        let symbols = out.push_with(residuals.iter().map(|residual| code(residual).min(ESCAPE.into()) as u8));
+        escapes(symbols, |rank| wide.push(code(&residuals[rank])));
     }
     out.push_shorts(&wide);
 }
 
-/// Fills a plane with the residuals of [`write`].
-pub(super) fn read<const N: usize>(residuals: &mut [[i16; N]], streams: &mut StreamIter) -> Result<(), CodecError> {
+/// The residuals of [`write`], `count` of each channel.
+pub(super) fn read<const N: usize>(count: usize, streams: &mut StreamIter) -> Result<Vec<[i16; N]>, CodecError> {
     const DAMAGED: CodecError = CodecError::Damaged("residuals");
     let mut channels = [[].as_slice(); N];
     for channel in &mut channels {
-        *channel = streams.next_of(residuals.len())?;
+        *channel = streams.next_of(count)?;
     }
-    for (rank, residual) in residuals.iter_mut().enumerate() {
-        *residual = channels.map(|symbols| unzigzag(symbols[rank].into()));
-    }
+    let residual = |rank: usize| std::array::from_fn(|channel| unzigzag(channels[channel][rank].into()));
+    let mut residuals: Vec<[i16; N]> = (0..count).map(residual).collect();
     let mut wide = streams.next()?.as_chunks().0.iter();
+    let mut missing = false;
     for (channel, symbols) in channels.iter().enumerate() {
-        for (rank, _) in symbols.iter().enumerate().filter(|(_, symbol)| **symbol == ESCAPE) {
-            residuals[rank][channel] = unzigzag(u16::from_le_bytes(*wide.next().ok_or(DAMAGED)?));
+        escapes(symbols, |rank| match wide.next() {
+            Some(&code) => residuals[rank][channel] = unzigzag(u16::from_le_bytes(code)),
+            None => missing = true,
+        });
+    }
+    if missing || wide.len() > 0 { Err(DAMAGED) } else { Ok(residuals) }
+}
+
+/// Hands the rank of each escape to `take`. Stretches without one are passed over at once.
+fn escapes(symbols: &[u8], mut take: impl FnMut(usize)) {
+    const STRETCH: usize = 64;
+    for (index, stretch) in symbols.chunks(STRETCH).enumerate() {
+        if stretch.iter().fold(false, |any, &symbol| any | (symbol == ESCAPE)) {
+            let ranks = stretch.iter().enumerate().filter(|(_, symbol)| **symbol == ESCAPE);
+            ranks.for_each(|(rank, _)| take(index * STRETCH + rank));
         }
     }
-    if wide.len() == 0 { Ok(()) } else { Err(DAMAGED) }
 }

@@ -177,9 +177,9 @@ pub(super) fn unzigzag(code: u16) -> i16 {
 
 /// Samples to choose a predictor by: blocks of segments from all over the image.
 pub(super) fn some_segments(segments: &[Segment]) -> Vec<Segment> {
-    /// Enough to tell predictors apart; an eighth of a 512x512 image.
-    const ENOUGH: u32 = 32 * 1024;
-    const BLOCK: usize = 32;
+    /// Enough to tell predictors apart.
+    const ENOUGH: u32 = 8 * 1024;
+    const BLOCK: usize = 16;
     let samples: u32 = segments.iter().map(|segment| segment.count).sum();
     let step = samples.div_ceil(ENOUGH).max(1) as usize;
     segments.chunks(BLOCK).step_by(step).flatten().copied().collect()

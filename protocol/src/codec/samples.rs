@@ -53,33 +53,41 @@ impl Method {
     }
 }
 
-/// Codes a plane of one value or of labels; gives the predictor where it is neither, and residuals follow.
-fn plane<T: Label, B: Bits>(
-    bits: &mut B,
-    method: Method,
-    values: &mut [T],
-    segments: &[Segment],
-) -> Result<Option<Predictor>, CodecError> {
-    match method.code(bits)? {
-        Method::Constant => {
-            let mut value = values[0].to_bytes();
-            for byte in &mut value[..T::BYTES] {
-                *byte = bits.raw((*byte).into(), 8) as u8;
-            }
-            values.fill(T::from_bytes(value));
-            Ok(None)
-        }
-        Method::Labels => labels::code(bits, values, segments).map(|()| None),
-        Method::Residual(predictor) => Ok(Some(predictor)),
+/// Writes a plane of one value or of labels.
+fn write_labels<T: Label>(bits: &mut BitWriter, values: &[T], segments: &[Segment]) {
+    let method = constant_or_labels(values);
+    method.code(bits).expect("a writer reads what it wrote");
+    if method == Method::Constant {
+        value(bits, values[0]);
+    } else {
+        labels::code(bits, &mut values.to_vec(), segments).expect("planes in memory are sound");
     }
 }
 
-/// As [`plane`], for planes that have no residuals.
-fn label_plane<T: Label, B: Bits>(bits: &mut B, values: &mut [T], segments: &[Segment]) -> Result<(), CodecError> {
-    match plane(bits, constant_or_labels(values), values, segments)? {
-        None => Ok(()),
-        Some(_) => Err(CodecError::Damaged("method of ids")),
+/// Reads a plane of `count` samples of one value or of labels.
+fn read_labels<T: Label>(
+    bits: &mut BitReader,
+    method: Method,
+    count: usize,
+    segments: &[Segment],
+) -> Result<Vec<T>, CodecError> {
+    match method {
+        Method::Constant => Ok(vec![value(bits, T::default()); count]),
+        Method::Labels => {
+            let mut values = vec![T::default(); count];
+            labels::code(bits, &mut values, segments).map(|()| values)
+        }
+        Method::Residual(_) => Err(CodecError::Damaged("method of ids")),
     }
+}
+
+/// Codes a single value.
+fn value<T: Label>(bits: &mut impl Bits, value: T) -> T {
+    let mut bytes = value.to_bytes();
+    for byte in &mut bytes[..T::BYTES] {
+        *byte = bits.raw((*byte).into(), 8) as u8;
+    }
+    T::from_bytes(bytes)
 }
 
 fn constant_or_labels<T: Label>(values: &[T]) -> Method {
@@ -101,12 +109,15 @@ impl Writing {
         values: &[[i16; N]],
         segments: &[Segment],
         range: Range,
-    ) -> Result<(), CodecError> {
+    ) {
         let method = self.choose(labels, values, segments, range);
-        if let Some(predictor) = plane(&mut self.bits, method, &mut labels.to_vec(), segments)? {
-            self.residuals(&mut residual::residuals(values, segments, predictor, range), segments);
+        let Method::Residual(predictor) = method else { return write_labels(&mut self.bits, labels, segments) };
+        method.code(&mut self.bits).expect("a writer reads what it wrote");
+        let mut residuals = residual::residuals(values, segments, predictor, range);
+        match self.profile {
+            Profile::Dense => dense::code(&mut self.bits, &mut residuals, segments),
+            Profile::Fast => packed::write(&residuals, &mut self.streams),
         }
-        Ok(())
     }
 
     fn choose<T: Label, const N: usize>(
@@ -131,9 +142,15 @@ impl Writing {
             Predictor::ALL.map(|predictor| (predictor, residual::cost_bits(values, &some, predictor, range) / share));
         let (predictor, bits) = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are predictors");
         let bits = bits * CONTEXT_GAIN;
-        let exceptions = labels::exceptions(labels, segments) as f64;
-        let few = self.profile == Profile::Dense || exceptions < FEW * labels.len() as f64;
-        if few && exceptions * EXCEPTION_BITS < bits {
+        let exceptions = labels::exceptions(labels, &some) as f64 / share;
+        if exceptions * EXCEPTION_BITS > bits {
+            return Method::Residual(predictor);
+        }
+        if self.profile == Profile::Fast {
+            if exceptions < FEW * labels.len() as f64 {
+                return Method::Labels;
+            }
+        } else {
             let mut trial = BitWriter::new();
             labels::code(&mut trial, &mut labels.to_vec(), segments).expect("planes in memory are sound");
             if ((trial.finish().len() * 8) as f64) < bits {
@@ -141,13 +158,6 @@ impl Writing {
             }
         }
         Method::Residual(predictor)
-    }
-
-    fn residuals<const N: usize>(&mut self, residuals: &mut [[i16; N]], segments: &[Segment]) {
-        match self.profile {
-            Profile::Dense => dense::code(&mut self.bits, residuals, segments),
-            Profile::Fast => packed::write(residuals, &mut self.streams),
-        }
     }
 }
 
@@ -157,7 +167,7 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
     let mut writing = Writing { profile, bits: BitWriter::new(), streams: StreamWriter::default() };
     outline::code(&mut writing.bits, &mut image.mask.clone()).expect("the frame of a mask fits it");
     if image.sample_count() > 0 {
-        write_planes(image, coding.colour, &mut writing).expect("planes in memory are sound");
+        write_planes(image, coding.colour, &mut writing);
     }
     out.varint_block(&writing.bits.finish());
     if profile == Profile::Fast {
@@ -165,16 +175,15 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
     }
 }
 
-fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) -> Result<(), CodecError> {
-    label_plane(&mut writing.bits, &mut image.object.clone(), &segments(&image.mask, None))?;
+fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
+    write_labels(&mut writing.bits, &image.object, &segments(&image.mask, None));
     let segments = segments(&image.mask, Some(&image.object));
-    label_plane(&mut writing.bits, &mut image.material.clone(), &segments)?;
+    write_labels(&mut writing.bits, &image.material, &segments);
     let normal: Vec<[i16; 2]> = image.normal.iter().map(|code| code.map(i16::from)).collect();
-    writing.plane(&image.normal, &normal, &segments, Range::Byte)?;
+    writing.plane(&image.normal, &normal, &segments, Range::Byte);
     let depth: Vec<[i16; 1]> = image.depth.iter().map(|&code| [code as i16]).collect();
-    writing.plane(&image.depth, &depth, &segments, Range::Short)?;
-    let colour: Vec<[i16; 3]> = image.colour.iter().map(|&colour| steps.codes(colour)).collect();
-    writing.plane(&image.colour, &colour, &segments, Range::Short)
+    writing.plane(&image.depth, &depth, &segments, Range::Short);
+    writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short);
 }
 
 /// Reads residuals by one of the coders.
@@ -185,21 +194,34 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    /// A plane, where it is coded by residuals; else it is in `labels` already.
+    /// A plane of `count` ids, which have no residuals.
+    fn ids<T: Label>(&mut self, count: usize, segments: &[Segment]) -> Result<Vec<T>, CodecError> {
+        let method = Method::Constant.code(&mut self.bits)?;
+        read_labels(&mut self.bits, method, count, segments)
+    }
+
+    /// A plane of `count` samples; `labels` makes it from numbers.
     fn plane<T: Label, const N: usize>(
         &mut self,
-        labels: &mut [T],
+        count: usize,
         segments: &[Segment],
         range: Range,
-    ) -> Result<Option<Vec<[i16; N]>>, CodecError> {
-        let Some(predictor) = plane(&mut self.bits, Method::Constant, labels, segments)? else { return Ok(None) };
-        let mut values = vec![[0; N]; labels.len()];
-        match &mut self.streams {
-            None => dense::code(&mut self.bits, &mut values, segments),
-            Some(streams) => packed::read(&mut values, streams)?,
-        }
+        labels: impl Fn(&[[i16; N]]) -> Vec<T>,
+    ) -> Result<Vec<T>, CodecError> {
+        let predictor = match Method::Constant.code(&mut self.bits)? {
+            Method::Residual(predictor) => predictor,
+            method => return read_labels(&mut self.bits, method, count, segments),
+        };
+        let mut values = match &mut self.streams {
+            None => {
+                let mut values = vec![[0; N]; count];
+                dense::code(&mut self.bits, &mut values, segments);
+                values
+            }
+            Some(streams) => packed::read(count, streams)?,
+        };
         residual::restore(&mut values, segments, predictor, range);
-        Ok(Some(values))
+        Ok(labels(&values))
     }
 }
 
@@ -222,11 +244,10 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
     };
     let mut reading = Reading { bits, streams: streams.as_ref().map(Streams::iter) };
     let Header { id, purpose, capture_time_s, objects, camera, depth_scale } = header;
-    let (depth, normal, colour) = (vec![0; count], vec![[0; 2]; count], vec![[0; 3]; count]);
-    let (object, material) = (vec![0; count], vec![0; count]);
+    let (depth, normal, colour, object, material) = Default::default();
     let mut image = DepthImage { camera, depth_scale, mask, depth, normal, colour, object, material };
     if count > 0 {
-        read_planes(&mut image, coding.colour, &mut reading)?;
+        read_planes(&mut image, count, coding.colour, &mut reading)?;
     }
     if reading.streams.is_some_and(|streams| !streams.is_empty()) {
         return Err(CodecError::Damaged("number of streams"));
@@ -234,18 +255,19 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
     Ok(Patch { id, purpose, capture_time_s, objects, image })
 }
 
-fn read_planes(image: &mut DepthImage, steps: ColourSteps, reading: &mut Reading) -> Result<(), CodecError> {
-    label_plane(&mut reading.bits, &mut image.object, &segments(&image.mask, None))?;
+fn read_planes(
+    image: &mut DepthImage,
+    count: usize,
+    steps: ColourSteps,
+    reading: &mut Reading,
+) -> Result<(), CodecError> {
+    image.object = reading.ids(count, &segments(&image.mask, None))?;
     let segments = segments(&image.mask, Some(&image.object));
-    label_plane(&mut reading.bits, &mut image.material, &segments)?;
-    if let Some(values) = reading.plane::<_, 2>(&mut image.normal, &segments, Range::Byte)? {
-        image.normal.iter_mut().zip(&values).for_each(|(normal, value)| *normal = value.map(|value| value as u8));
-    }
-    if let Some(values) = reading.plane::<_, 1>(&mut image.depth, &segments, Range::Short)? {
-        image.depth.iter_mut().zip(&values).for_each(|(depth, value)| *depth = value[0] as u16);
-    }
-    if let Some(values) = reading.plane::<_, 3>(&mut image.colour, &segments, Range::Short)? {
-        image.colour.iter_mut().zip(&values).for_each(|(colour, &value)| *colour = steps.rgb(value));
-    }
+    image.material = reading.ids(count, &segments)?;
+    let normals = |values: &[[i16; 2]]| values.iter().map(|value| value.map(|value| value as u8)).collect();
+    image.normal = reading.plane(count, &segments, Range::Byte, normals)?;
+    let depths = |values: &[[i16; 1]]| values.iter().map(|value| value[0] as u16).collect();
+    image.depth = reading.plane(count, &segments, Range::Short, depths)?;
+    image.colour = reading.plane(count, &segments, Range::Short, |values| steps.rgb_of_all(values))?;
     Ok(())
 }

@@ -49,31 +49,34 @@ impl Segment {
     }
 }
 
-/// Occupied pixels side by side: columns `start..end`, ranks from `rank` on.
+/// Occupied pixels side by side of one object: columns `start..end`, ranks from `rank` on.
 #[derive(Debug, Clone, Copy)]
 struct Run {
     start: u32,
     end: u32,
     rank: u32,
+    object: u16,
+}
+
+impl Run {
+    /// The rank of the sample at column `x`, if it lies in this run.
+    fn at(&self, x: u32) -> Option<u32> {
+        (self.start <= x && x < self.end).then(|| self.rank + (x - self.start))
+    }
 }
 
 /// The segments of a mask in order, by the objects of its samples; without objects, as if all were of one.
 pub(super) fn segments(mask: &Mask, object: Option<&[u16]>) -> Vec<Segment> {
-    let mut builder = Builder { object, segments: Vec::new(), last_of_object: Vec::new() };
-    if let Some(object) = object {
-        builder.last_of_object = vec![0; object.iter().max().map_or(0, |&most| usize::from(most) + 1)];
-    }
+    let objects = object.and_then(|object| object.iter().max()).map_or(0, |&most| usize::from(most)) + 1;
+    let mut builder = Builder { segments: Vec::new(), last_of_object: vec![0; objects] };
     let (mut above, mut here) = (Vec::new(), Vec::new());
     let mut rank = 0;
     for y in 0..mask.size_px().1 {
         std::mem::swap(&mut above, &mut here);
         here.clear();
-        mask.runs(y, |columns| {
-            here.push(Run { start: columns.start, end: columns.end, rank });
-            rank += columns.end - columns.start;
-        });
+        mask.runs(y, |columns| rank = push_runs(columns, rank, object, &mut here));
         let mut rest = above.as_slice();
-        for &run in &here {
+        for run in &here {
             // Runs above that end left of the pixel above to the left are behind us.
             while rest.first().is_some_and(|above| above.end < run.start) {
                 rest = &rest[1..];
@@ -84,89 +87,75 @@ pub(super) fn segments(mask: &Mask, object: Option<&[u16]>) -> Vec<Segment> {
     builder.segments
 }
 
-struct Builder<'a> {
-    object: Option<&'a [u16]>,
+/// Splits occupied pixels where the object changes; gives the rank of the next sample.
+fn push_runs(columns: std::ops::Range<u32>, mut rank: u32, object: Option<&[u16]>, runs: &mut Vec<Run>) -> u32 {
+    let mut start = columns.start;
+    while start < columns.end {
+        let left = columns.end - start;
+        let (own, count) = match object {
+            None => (0, left),
+            Some(object) => {
+                let rest = &object[rank as usize..(rank + left) as usize];
+                (rest[0], leading(rest, rest[0]) as u32)
+            }
+        };
+        runs.push(Run { start, end: start + count, rank, object: own });
+        (start, rank) = (start + count, rank + count);
+    }
+    rank
+}
+
+struct Builder {
     segments: Vec<Segment>,
     /// Rank + 1 of the last sample of each object, 0 before there is any.
     last_of_object: Vec<u32>,
 }
 
-impl Builder<'_> {
-    fn same(&self, a: u32, b: u32) -> bool {
-        self.object.is_none_or(|object| object[a as usize] == object[b as usize])
-    }
-
+impl Builder {
     fn push(&mut self, around: Around, start: u32, count: u32, other: u32) {
-        match self.segments.last_mut() {
-            Some(last) if around == Around::Left && last.around == around && last.start + last.count == start => {
-                last.count += count;
+        self.segments.push(Segment { around, start, count, other });
+    }
+
+    /// Adds the segments of a run below `above`, the runs from the one that reaches its upper left corner on.
+    fn run(&mut self, run: &Run, above: &[Run]) {
+        self.first(run, above);
+        let rank = |x: u32| run.rank + (x - run.start);
+        let mut x = run.start + 1;
+        for over in above.iter().take_while(|over| over.start < run.end).filter(|over| over.object == run.object) {
+            let (from, to) = (over.start.max(x), over.end.min(run.end));
+            if from >= to {
+                continue;
             }
-            _ => self.segments.push(Segment { around, start, count, other }),
-        }
-        if let Some(object) = self.object {
-            self.last_of_object[usize::from(object[start as usize])] = start + count;
-        }
-    }
-
-    /// Adds the segments of a run of pixels below `above`, the runs from the one that reaches its upper left corner on.
-    fn run(&mut self, run: Run, mut above: &[Run]) {
-        let mut x = run.start;
-        while x < run.end {
-            while above.first().is_some_and(|above| above.end < x) {
-                above = &above[1..];
+            if from > x {
+                self.push(Around::Left, rank(x), from - x, rank(x) - 1);
             }
-            let rank = run.rank + (x - run.start);
-            let at = |x: u32| {
-                let over = above.iter().take(2).find(|above| above.start <= x && x < above.end);
-                over.map(|above| (above.rank + (x - above.start), above.end)).filter(|over| self.same(over.0, rank))
-            };
-            let left = x > run.start && self.same(rank - 1, rank);
-            let up = at(x);
-            let corner = if x > 0 { at(x - 1) } else { None };
-            let count = match (left, up, corner) {
-                (true, Some((up, above_end)), Some(_)) => {
-                    let longest = run.end.min(above_end) - x;
-                    let count = self.agreeing(rank, up, longest);
-                    self.push(Around::All, rank, count, up);
-                    count
-                }
-                (true, Some((up, _)), None) => {
-                    self.push(Around::LeftUp, rank, 1, up);
-                    1
-                }
-                (true, None, _) => {
-                    self.push(Around::Left, rank, 1, rank - 1);
-                    1
-                }
-                (false, up, corner) => {
-                    match up.or(corner).or_else(|| at(x + 1)) {
-                        Some((other, _)) => self.push(Around::Up, rank, 1, other),
-                        None => self.alone(rank),
-                    }
-                    1
-                }
-            };
-            x += count;
+            x = from;
+            if over.start == x {
+                self.push(Around::LeftUp, rank(x), 1, over.rank);
+                x += 1;
+            }
+            if x < to {
+                self.push(Around::All, rank(x), to - x, over.rank + (x - over.start));
+            }
+            x = to;
         }
+        if x < run.end {
+            self.push(Around::Left, rank(x), run.end - x, rank(x) - 1);
+        }
+        self.last_of_object[usize::from(run.object)] = rank(run.end);
     }
 
-    /// How many samples from `rank` on are of its object, with as many from `up` on, up to `longest`.
-    fn agreeing(&self, rank: u32, up: u32, longest: u32) -> u32 {
-        let Some(object) = self.object else { return longest };
-        let own = object[rank as usize];
-        let leading = |first: u32| leading(&object[first as usize..(first + longest) as usize], own);
-        leading(rank).min(leading(up)) as u32
-    }
-
-    fn alone(&mut self, rank: u32) {
-        let last = match self.object {
-            Some(object) => self.last_of_object[usize::from(object[rank as usize])],
-            None => rank,
-        };
-        match (rank, last) {
-            (0, _) => self.push(Around::Nothing, 0, 1, 0),
-            (_, 0) => self.push(Around::Anchor, rank, 1, rank - 1),
-            (_, last) => self.push(Around::Anchor, rank, 1, last - 1),
+    /// Adds the segment of the first sample of a run: nothing to its left is of its object.
+    fn first(&mut self, run: &Run, above: &[Run]) {
+        // One may hold the pixel above to the left, the next one that above, and one more that to the right.
+        let over = |x: u32| above.iter().take(3).filter(|over| over.object == run.object).find_map(|over| over.at(x));
+        let x = run.start;
+        let up = over(x).or_else(|| over(x.wrapping_sub(1))).or_else(|| over(x + 1));
+        match (up, run.rank, self.last_of_object[usize::from(run.object)]) {
+            (Some(other), ..) => self.push(Around::Up, run.rank, 1, other),
+            (None, 0, _) => self.push(Around::Nothing, 0, 1, 0),
+            (None, rank, 0) => self.push(Around::Anchor, rank, 1, rank - 1),
+            (None, rank, last) => self.push(Around::Anchor, rank, 1, last - 1),
         }
     }
 }

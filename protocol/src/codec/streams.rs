@@ -18,14 +18,16 @@ pub(super) struct StreamWriter {
 }
 
 impl StreamWriter {
-    pub fn push(&mut self, stream: &[u8]) {
-        self.lengths.push(stream.len());
-        self.bytes.extend_from_slice(stream);
+    /// Adds a stream and gives it.
+    pub fn push_with(&mut self, stream: impl Iterator<Item = u8>) -> &[u8] {
+        let start = self.bytes.len();
+        self.bytes.extend(stream);
+        self.lengths.push(self.bytes.len() - start);
+        &self.bytes[start..]
     }
 
     pub fn push_shorts(&mut self, stream: &[u16]) {
-        self.lengths.push(stream.len() * 2);
-        self.bytes.extend(stream.iter().flat_map(|short| short.to_le_bytes()));
+        self.push_with(stream.iter().flat_map(|short| short.to_le_bytes()));
     }
 
     pub fn write(self, packer: &mut Packer, out: &mut Writer) {
@@ -59,23 +61,20 @@ fn sections(lengths: &[usize]) -> impl Iterator<Item = usize> + '_ {
 /// All streams of a patch, unpacked.
 pub(super) struct Streams {
     lengths: Vec<usize>,
-    bytes: Vec<u8>,
+    sections: Vec<Vec<u8>>,
 }
 
 impl Streams {
     /// Unpacks all streams; they hold at most `limit` bytes together.
     pub fn read(bytes: &mut Reader, unpacker: &mut Unpacker, limit: usize) -> Result<Streams, CodecError> {
         let lengths = read_lengths(bytes, limit)?;
-        let mut unpacked = Vec::new();
-        for section in sections(&lengths) {
-            unpacker.unpack_onto(bytes, section, &mut unpacked)?;
-        }
-        Ok(Streams { lengths, bytes: unpacked })
+        let sections = sections(&lengths).map(|length| unpacker.unpack(bytes, length)).collect::<Result<_, _>>()?;
+        Ok(Streams { lengths, sections })
     }
 
     /// The streams in order.
     pub fn iter(&self) -> StreamIter<'_> {
-        StreamIter { lengths: self.lengths.iter(), rest: &self.bytes }
+        StreamIter { lengths: self.lengths.iter(), sections: self.sections.iter(), rest: &[] }
     }
 }
 
@@ -94,13 +93,20 @@ fn read_lengths(bytes: &mut Reader, limit: usize) -> Result<Vec<usize>, CodecErr
 /// Gives streams in order.
 pub(super) struct StreamIter<'a> {
     lengths: std::slice::Iter<'a, usize>,
+    sections: std::slice::Iter<'a, Vec<u8>>,
+    /// Of the section that the last stream was in.
     rest: &'a [u8],
 }
 
 impl<'a> StreamIter<'a> {
     pub fn next(&mut self) -> Result<&'a [u8], CodecError> {
-        let length = *self.lengths.next().ok_or(CodecError::Damaged("number of streams"))?;
-        let (stream, rest) = self.rest.split_at(length);
+        const TOO_FEW: CodecError = CodecError::Damaged("number of streams");
+        let length = *self.lengths.next().ok_or(TOO_FEW)?;
+        // A section holds whole streams.
+        if self.rest.len() < length {
+            self.rest = self.sections.next().ok_or(TOO_FEW)?;
+        }
+        let (stream, rest) = self.rest.split_at_checked(length).ok_or(TOO_FEW)?;
         self.rest = rest;
         Ok(stream)
     }
