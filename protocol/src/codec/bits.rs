@@ -4,7 +4,7 @@
 //! writer is told the decision and gives it back; a reader ignores what it is told and gives what was written.
 
 /// Probabilities have this many bits when they are used, one more than when a decision costs least.
-const PROBABILITY_BITS: u32 = 15;
+pub(super) const PROBABILITY_BITS: u32 = 15;
 /// Below this range, a byte is written.
 const LEAST_RANGE: u32 = 1 << 24;
 /// A probability is the mean of two: at their `n`th decision both learn by `1 / (n + 1.5)`, so that they are the mean of what
@@ -35,9 +35,10 @@ pub(super) struct Probability {
 impl Probability {
     pub const EVEN: Probability = Probability { quick: 1 << 15, slow: 1 << 15, seen: 0 };
 
+    /// That a decision is `false`, in [`PROBABILITY_BITS`].
     #[inline(always)]
-    fn bound(self, range: u32) -> u32 {
-        (range >> PROBABILITY_BITS) * ((u32::from(self.quick) + u32::from(self.slow)) >> 2).max(1)
+    fn of_false(self) -> u32 {
+        ((u32::from(self.quick) + u32::from(self.slow)) >> 2).max(1)
     }
 
     #[inline(always)]
@@ -60,8 +61,37 @@ pub(super) trait Bits {
     /// Whether this end knows the decisions.
     const WRITES: bool;
 
-    /// Codes a decision; a reader gives the one that was written, whatever it is told.
-    fn bit(&mut self, probability: &mut Probability, decision: bool) -> bool;
+    /// The range that is left.
+    fn range(&mut self) -> &mut u32;
+
+    /// Goes into the part of the range below `bound` if a decision is `false`, else above it; gives the decision.
+    fn enter(&mut self, bound: u32, decision: bool) -> bool;
+
+    /// Writes or reads a byte.
+    fn shift(&mut self);
+
+    /// Codes a decision that is `false` with a probability in [`PROBABILITY_BITS`], neither 0 nor 1; a reader gives the one
+    /// that was written, whatever it is told.
+    #[inline(always)]
+    fn decide(&mut self, of_false: u32, decision: bool) -> bool {
+        let bound = (*self.range() >> PROBABILITY_BITS) * of_false;
+        let decision = self.enter(bound, decision);
+        let range = self.range();
+        *range = if decision { *range - bound } else { bound };
+        while *self.range() < LEAST_RANGE {
+            *self.range() <<= 8;
+            self.shift();
+        }
+        decision
+    }
+
+    /// Codes a decision and learns from it.
+    #[inline]
+    fn bit(&mut self, probability: &mut Probability, decision: bool) -> bool {
+        let decision = self.decide(probability.of_false(), decision);
+        probability.learn(decision);
+        decision
+    }
 
     /// Codes the lowest `count` bits of a value, each as likely as not.
     fn raw(&mut self, value: u32, count: u32) -> u32 {
@@ -118,6 +148,28 @@ impl BitWriter {
         BitWriter { low: 0, range: u32::MAX, held: 0, held_count: 0, bytes: Vec::new() }
     }
 
+    pub fn finish(mut self) -> Vec<u8> {
+        (0..5).for_each(|_| self.shift());
+        // The first byte is the empty one held at the start; zeros at the end are read anyway.
+        let used = self.bytes.iter().rposition(|&byte| byte != 0).map_or(1, |last| last + 1).max(1);
+        self.bytes[1..used].to_vec()
+    }
+}
+
+impl Bits for BitWriter {
+    const WRITES: bool = true;
+
+    #[inline(always)]
+    fn range(&mut self) -> &mut u32 {
+        &mut self.range
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, bound: u32, decision: bool) -> bool {
+        self.low += if decision { u64::from(bound) } else { 0 };
+        decision
+    }
+
     #[cold]
     fn shift(&mut self) {
         let carry = (self.low >> 32) as u8;
@@ -130,34 +182,6 @@ impl BitWriter {
             self.held_count += 1;
         }
         self.low = self.low << 8 & 0xffff_ffff;
-    }
-
-    pub fn finish(mut self) -> Vec<u8> {
-        (0..5).for_each(|_| self.shift());
-        // The first byte is the empty one held at the start; zeros at the end are read anyway.
-        let used = self.bytes.iter().rposition(|&byte| byte != 0).map_or(1, |last| last + 1).max(1);
-        self.bytes[1..used].to_vec()
-    }
-}
-
-impl Bits for BitWriter {
-    const WRITES: bool = true;
-
-    #[inline]
-    fn bit(&mut self, probability: &mut Probability, decision: bool) -> bool {
-        let bound = probability.bound(self.range);
-        if decision {
-            self.low += u64::from(bound);
-            self.range -= bound;
-        } else {
-            self.range = bound;
-        }
-        probability.learn(decision);
-        while self.range < LEAST_RANGE {
-            self.range <<= 8;
-            self.shift();
-        }
-        decision
     }
 }
 
@@ -174,32 +198,26 @@ impl<'a> BitReader<'a> {
         (0..4).for_each(|_| reader.shift());
         reader
     }
-
-    #[inline]
-    fn shift(&mut self) {
-        self.code = self.code << 8 | u32::from(self.bytes.next().copied().unwrap_or(0));
-    }
 }
 
 impl Bits for BitReader<'_> {
     const WRITES: bool = false;
 
-    #[inline]
-    fn bit(&mut self, probability: &mut Probability, _: bool) -> bool {
-        let bound = probability.bound(self.range);
+    #[inline(always)]
+    fn range(&mut self) -> &mut u32 {
+        &mut self.range
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, bound: u32, _: bool) -> bool {
         let decision = self.code >= bound;
-        if decision {
-            self.code -= bound;
-            self.range -= bound;
-        } else {
-            self.range = bound;
-        }
-        probability.learn(decision);
-        while self.range < LEAST_RANGE {
-            self.range <<= 8;
-            self.shift();
-        }
+        self.code -= if decision { bound } else { 0 };
         decision
+    }
+
+    #[inline]
+    fn shift(&mut self) {
+        self.code = self.code << 8 | u32::from(self.bytes.next().copied().unwrap_or(0));
     }
 }
 

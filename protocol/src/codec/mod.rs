@@ -6,6 +6,7 @@ mod colour;
 mod dense;
 mod header;
 mod labels;
+mod mix;
 mod outline;
 mod pack;
 mod packed;

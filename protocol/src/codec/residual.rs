@@ -22,7 +22,7 @@ impl Predictor {
     pub const ALL: [Predictor; 4] = [Predictor::Left, Predictor::MedianEdge, Predictor::Gradient, Predictor::Smoothed];
 
     #[inline(always)]
-    fn predict(self, left: i16, up: i16, corner: i16) -> i16 {
+    pub fn predict(self, left: i16, up: i16, corner: i16) -> i16 {
         let plane = left.wrapping_add(up).wrapping_sub(corner);
         match self {
             Predictor::Left => left,
@@ -42,8 +42,22 @@ pub(super) enum Range {
     Short,
 }
 
+impl Range {
+    /// The residual of least size that stands for a difference.
+    #[inline(always)]
+    pub fn residual(self, difference: i16) -> i16 {
+        if self == Range::Byte { i16::from(difference as i8) } else { difference }
+    }
+
+    /// The value in range.
+    #[inline(always)]
+    pub fn value(self, sum: i16) -> i16 {
+        if self == Range::Byte { sum & 0xff } else { sum }
+    }
+}
+
 #[inline(always)]
-fn mean(a: i16, b: i16) -> i16 {
+pub(super) fn mean(a: i16, b: i16) -> i16 {
     a.wrapping_add(b) >> 1
 }
 
@@ -118,7 +132,7 @@ pub(super) fn residuals<const N: usize>(
         Predictor::Smoothed => residuals_of(values, segments, |l, u, c| Predictor::Smoothed.predict(l, u, c)),
     };
     if range == Range::Byte {
-        residuals.as_flattened_mut().iter_mut().for_each(|residual| *residual = i16::from(*residual as i8));
+        residuals.as_flattened_mut().iter_mut().for_each(|residual| *residual = range.residual(*residual));
     }
     residuals
 }

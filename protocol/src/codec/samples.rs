@@ -99,6 +99,8 @@ struct Writing {
     profile: Profile,
     bits: BitWriter,
     streams: StreamWriter,
+    /// See [`dense::code`].
+    activity: Vec<u8>,
 }
 
 impl Writing {
@@ -113,10 +115,13 @@ impl Writing {
         let method = self.choose(labels, values, segments, range);
         let Method::Residual(predictor) = method else { return write_labels(&mut self.bits, labels, segments) };
         method.code(&mut self.bits).expect("a writer reads what it wrote");
-        let mut residuals = residual::residuals(values, segments, predictor, range);
         match self.profile {
-            Profile::Dense => dense::code(&mut self.bits, &mut residuals, segments),
-            Profile::Fast => packed::write(&residuals, &mut self.streams),
+            Profile::Dense => {
+                dense::code(&mut self.bits, &mut values.to_vec(), segments, (predictor, range), &mut self.activity);
+            }
+            Profile::Fast => {
+                packed::write(&residual::residuals(values, segments, predictor, range), &mut self.streams);
+            }
         }
     }
 
@@ -164,7 +169,12 @@ impl Writing {
 pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
     let profile = if image.sample_count() < SMALL { Profile::Dense } else { coding.profile };
     out.u8(Coding { profile, ..coding }.to_byte());
-    let mut writing = Writing { profile, bits: BitWriter::new(), streams: StreamWriter::default() };
+    let mut writing = Writing {
+        profile,
+        bits: BitWriter::new(),
+        streams: StreamWriter::default(),
+        activity: vec![0; image.sample_count()],
+    };
     outline::code(&mut writing.bits, &mut image.mask.clone()).expect("the frame of a mask fits it");
     if image.sample_count() > 0 {
         write_planes(image, coding.colour, &mut writing);
@@ -191,6 +201,8 @@ struct Reading<'a> {
     bits: BitReader<'a>,
     /// `None` for the dense coder.
     streams: Option<StreamIter<'a>>,
+    /// See [`dense::code`].
+    activity: Vec<u8>,
 }
 
 impl Reading<'_> {
@@ -212,15 +224,18 @@ impl Reading<'_> {
             Method::Residual(predictor) => predictor,
             method => return read_labels(&mut self.bits, method, count, segments),
         };
-        let mut values = match &mut self.streams {
+        let values = match &mut self.streams {
             None => {
                 let mut values = vec![[0; N]; count];
-                dense::code(&mut self.bits, &mut values, segments);
+                dense::code(&mut self.bits, &mut values, segments, (predictor, range), &mut self.activity);
                 values
             }
-            Some(streams) => packed::read(count, streams)?,
+            Some(streams) => {
+                let mut values = packed::read(count, streams)?;
+                residual::restore(&mut values, segments, predictor, range);
+                values
+            }
         };
-        residual::restore(&mut values, segments, predictor, range);
         Ok(labels(&values))
     }
 }
@@ -242,7 +257,7 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
         Profile::Fast => Some(Streams::read(bytes, &mut Unpacker::new(), count * STREAM_BYTES_PER_SAMPLE)?),
         Profile::Dense => None,
     };
-    let mut reading = Reading { bits, streams: streams.as_ref().map(Streams::iter) };
+    let mut reading = Reading { bits, streams: streams.as_ref().map(Streams::iter), activity: vec![0; count] };
     let Header { id, purpose, capture_time_s, objects, camera, depth_scale } = header;
     let (depth, normal, colour, object, material) = Default::default();
     let mut image = DepthImage { camera, depth_scale, mask, depth, normal, colour, object, material };
