@@ -267,7 +267,7 @@ fn bars(totals: &Totals, report: &mut Report) {
     for (kind, _) in KINDS {
         let total = |method: &str| totals.get(&(kind, method.to_owned())).copied();
         let ratio = |a: &str, b: &str| Some(total(a)?.bytes / total(b)?.bytes);
-        for method in ["fast lossless", "fast fine", "fast coarse"] {
+        for method in ["dense lossless", "fast lossless", "fast fine", "fast coarse"] {
             let what = format!("{kind}, {method}: bytes over zstd-1's on the raw planes, summed over the scenes");
             report.bars.push(Bar::at_most(what, SIZE_BAR, ratio(method, "zstd-1 raw"), ""));
         }
@@ -275,21 +275,12 @@ fn bars(totals: &Totals, report: &mut Report) {
             let found = ratio(&format!("dense {colour}"), &format!("fast {colour}"));
             report.bars.push(Bar::at_most(format!("{kind}, {colour}: dense bytes over fast"), DENSE_BAR, found, ""));
         }
-        let per_mb = |ms: fn(&Total) -> f64| total("fast lossless").map(|total| ms(&total) / total.raw_bytes * 1e6);
-        let encode = per_mb(|total| total.encode_ms);
-        report.bars.push(Bar::at_most(
-            format!("{kind}: fast, encoding a MB of samples (300 MB/s)"),
-            ENCODE_BAR_MS_PER_MB,
-            encode,
-            "ms",
-        ));
-        let decode = per_mb(|total| total.decode_ms);
-        report.bars.push(Bar::at_most(
-            format!("{kind}: fast, decoding a MB of samples (500 MB/s)"),
-            DECODE_BAR_MS_PER_MB,
-            decode,
-            "ms",
-        ));
+        let mut speed = |what: &str, most: f64, ms: fn(&Total) -> f64| {
+            let per_mb = total("fast lossless").map(|total| ms(&total) / total.raw_bytes * 1e6);
+            report.bars.push(Bar::at_most(format!("{kind}: fast, {what}"), most, per_mb, "ms"));
+        };
+        speed("encoding a MB of samples (300 MB/s)", ENCODE_BAR_MS_PER_MB, |total| total.encode_ms);
+        speed("decoding a MB of samples (500 MB/s)", DECODE_BAR_MS_PER_MB, |total| total.decode_ms);
     }
 }
 
