@@ -96,11 +96,10 @@ fn a_trembling_viewer_of_plain_surfaces_costs_next_to_nothing() {
     }
 }
 
-/// Twigs thinner than a pixel: each view samples other points of them, and takes them for new. 0.63 to 0.92 were measured,
-/// 6 to 9 % of sampling anew; 0.1 is wanted.
+/// Twigs thinner than a pixel: each view samples other points of them. 0.03 and 0.05 were measured.
 #[test]
-fn a_trembling_viewer_of_a_nest_costs_no_more_than_a_first_update_a_second() {
-    check_trembling("birdnest", Session::built_in("birdnest"), 0.001, 1.25);
+fn a_trembling_viewer_of_a_nest_costs_little() {
+    check_trembling("birdnest", Session::built_in("birdnest"), 0.001, 0.1);
 }
 
 /// Six trips between two points: samples of each.
@@ -123,17 +122,16 @@ fn to_and_fro_before_plain_surfaces_is_sent_once() {
     check_trips("ball", Session::new(ball_before_wall()), 1.5, 0.02);
 }
 
-/// Leaves thinner than a pixel: 0.35 falling to 0.23 were measured; 0.1 is wanted.
+/// Leaves thinner than a pixel: 0.06 falling to nothing was measured.
 #[test]
-fn to_and_fro_before_a_tree_is_sent_less_and_less() {
-    check_trips("tree", Session::built_in("tree"), 1.5, 0.6);
+fn to_and_fro_before_a_tree_is_sent_once() {
+    check_trips("tree", Session::built_in("tree"), 1.5, 0.1);
 }
 
 #[test]
 fn cuts_turns_and_teleports_come_right_and_cost_once() {
-    /// Of the first round, in a later one: 0.15 and 0.16 were measured, as what two places sample nearly equally densely is
-    /// replaced from either; 0.05 is wanted.
-    const SENT_AGAIN: f64 = 0.3;
+    /// Of the first round, in a later one: 0.07 and 0.05 were measured.
+    const SENT_AGAIN: f64 = 0.12;
     const CUTS: [(usize, bool); 3] = [(0, false), (0, true), (11, false)];
     let mut session = Session::built_in("pillars");
     let mut witness = session.witness();
@@ -225,7 +223,7 @@ fn a_budget_of_almost_nothing_serves_a_walker_and_settles() {
             session.held.sample_count()
         );
         assert!(counts.iter().all(|counts| counts.added <= VIEW_PIXELS), "{counts:?}");
-        assert!(added(&counts) < counts.len() * VIEW_PIXELS / 2, "a walker gets what comes into view: {counts:?}");
+        assert!(added(&counts) <= counts.len() * VIEW_PIXELS / 2, "a walker gets what comes into view: {counts:?}");
         assert!(added(&settled) < VIEW_PIXELS && settled.len() <= 4, "{settled:?}");
         let room = (session.rules.images + 1) * VIEW_PIXELS;
         assert!(session.held.sample_count() <= room, "{} held of {room}", session.held.sample_count());

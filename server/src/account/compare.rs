@@ -8,6 +8,8 @@
 //!   of the eight pixels around may stand for it: outlines are rounded to pixels in both, and each view rounds its own way.
 //! - A hit is held **too coarsely** where the scene is now sampled `density_factor` times more densely: the held sample is
 //!   replaced, wherever this view shows it.
+//! - A hit that is held with another normal is sent in its place. Neither is done on outlines and edges while the viewer moves:
+//!   of a twig thinner than a pixel each view hits another side, and views would take turns.
 //! - A held sample **covers falsely** where it lies in front of the hit, or where there is none, and no hit around is on it.
 //! - A sample of a deforming object that no longer lies on its object is **stale**.
 //!
@@ -216,7 +218,8 @@ impl<'a, S: Samples> Comparison<'a, S> {
             if self.is_same_way(&hit, &held) {
                 return if self.is_coarse(x, y, &hit) { Verdict::Coarse } else { Verdict::Leave };
             }
-            let leave = self.is_held_around(x, y, &hit) || self.was_sent(x, y, &hit);
+            let on_edge = self.rules.outlines_stand_in && self.is_outline(x, y, &hit);
+            let leave = on_edge || self.is_held_around(x, y, &hit) || self.was_sent(x, y, &hit);
             return if leave { Verdict::Leave } else { Verdict::Turned };
         }
         let stands_in =
@@ -412,6 +415,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
         }
         let density = density(self.focal_px, hit.w, hit.normal.dot(self.ray(x, y)));
         density > self.rules.density_factor * self.samples.density(address)
+            && !(self.rules.outlines_stand_in && self.is_outline(x, y, hit))
     }
 
     fn covers_falsely(&self, x: i32, y: i32, held: &Point) -> bool {
