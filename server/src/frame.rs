@@ -18,9 +18,9 @@ use crate::imager::{Imager, ImagerError};
 use crate::plan::{Focus, Plan, Reason, Rules, plan};
 use crate::viewer::Viewer;
 
-/// Views' pixels that a copy has room for beyond those of one plan, so that eviction never takes what the plan just sent: it
-/// would be sent again for ever.
-const SPARE_VIEWS: u64 = 1;
+/// A copy has room for this many views' pixels at least, so that eviction does not take what was just sent: it would be sent
+/// again for ever. A plan's views have one and a half views' samples, as each shows a little more than the others.
+const LEAST_VIEWS_HELD: u64 = 3;
 
 /// Why an update could not be made.
 #[derive(Debug, Error)]
@@ -196,20 +196,16 @@ impl Stage {
         Ok(())
     }
 
-    /// What a client's copy may cost it: never less than a plan's views of the least size.
+    /// What a client's copy may cost it: never less than all of a plan's views of the least size, and one more.
     fn budget_bytes(&self, client: &Client) -> u64 {
         let least_px = u64::from(*Config::IMAGE_SIZES_PX.start()).pow(2);
-        client.budget_bytes.max(self.views_held() * least_px * BYTES_PER_SAMPLE)
+        client.budget_bytes.max((self.rules.images as u64 + 1) * least_px * BYTES_PER_SAMPLE)
     }
 
     /// The size of images for a client's budget.
     fn image_size_px(&self, client: &Client) -> u32 {
-        let pixels = self.budget_bytes(client) / BYTES_PER_SAMPLE / self.views_held();
+        let pixels = self.budget_bytes(client) / BYTES_PER_SAMPLE / LEAST_VIEWS_HELD;
         pixels.isqrt().min(self.rules.image_size_px.into()) as u32
-    }
-
-    fn views_held(&self) -> u64 {
-        self.rules.images as u64 + SPARE_VIEWS
     }
 
     fn snapshot(&self, time_s: f64) -> Arc<Snapshot> {

@@ -37,8 +37,8 @@ const MAX_ASPECT: f64 = 4.0;
 const SIZE_STEP_PX: f64 = 4.0;
 /// How far a sample may be shifted on the screen by the coding of its depth.
 const PARALLAX_ERROR_PX: f64 = 0.1;
-/// The same for the own view of a viewer who stands still: nothing but what rounding needs, so that most pixels lie where the
-/// viewer looks. Views from the rim keep the turn's margin.
+/// How much wider than the view the own image of a viewer who stands still is on each side: what rounding needs, so that its
+/// pixels lie where the viewer looks. Images from the rim keep the turn's margin.
 const STILL_MARGIN_RAD: f64 = 0.01;
 /// A view that turned by less than this did not turn: two pixels of a view of 640.
 const LEAST_TURN_RAD: f64 = 0.004;
@@ -181,7 +181,7 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
 fn precision(rules: &Rules, coverage: &Coverage) -> DepthPrecision {
     DepthPrecision::Parallax {
         epsilon_px: PARALLAX_ERROR_PX,
-        focal_px: f64::from(coverage.view.height_px) / 2.0 / half_view(coverage.view).y,
+        focal_px: output_focal_px(coverage.view),
         offset_m: (PARALLAX_MARGINS * rules.margin_m).max(2.0 * coverage.radius_m),
     }
 }
@@ -241,17 +241,24 @@ fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reas
     }
 }
 
+/// Focal length of an output in pixels.
+fn output_focal_px(view: ViewSize) -> f64 {
+    f64::from(view.height_px) / 2.0 / half_view(view).y
+}
+
 /// Tangents of the half fields of an output along x and y.
 fn half_view(view: ViewSize) -> DVec2 {
     let half_y = (view.fov_y_rad / 2.0).tan();
     DVec2::new(half_y * f64::from(view.width_px) / f64::from(view.height_px), half_y)
 }
 
-/// The same views, of which the own one is no wider than the output.
+/// The same views, of which the own one is no wider than the output needs, but no denser than the output either: denser samples
+/// only alias.
 fn still_views(mut views: Vec<Pinhole>, coverage: &Coverage) -> Vec<Pinhole> {
     let half_field = widened(half_view(coverage.view), STILL_MARGIN_RAD);
     if let Some(own) = views.first_mut() {
-        own.focal_px = (own.centre_px / half_field).min_element().max(own.focal_px);
+        let narrow_px = (own.centre_px / half_field).min_element();
+        own.focal_px = narrow_px.min(output_focal_px(coverage.view)).max(own.focal_px);
     }
     views
 }
@@ -348,6 +355,21 @@ mod tests {
         assert_eq!(plan(&rules, &viewer, 0.0, Some(&settled(coverage))), None, "its time stands still");
         let back = plan(&rules, &viewer, -1.0, Some(&settled(coverage))).expect("its time jumped back");
         assert_eq!(back.reason, Reason::Animated);
+    }
+
+    #[test]
+    fn the_own_view_of_a_still_viewer_is_as_dense_as_the_output_at_most() {
+        let own_focal_px = |view: ViewSize| {
+            let viewer = Viewer { view, ..viewer() };
+            plan(&RULES, &viewer, 0.0, None).expect("a first look").views[0].focal_px
+        };
+        let of_height = |height_px: u32| ViewSize { width_px: height_px * 16 / 9, height_px, ..VIEW };
+        let wide_px = region_views(&first(&viewer(), 0.0), &RULES)[0].focal_px;
+        assert!((own_focal_px(of_height(180)) / wide_px - 1.0).abs() < 0.01, "small outputs gain nothing");
+        let between = of_height(450);
+        assert_eq!(own_focal_px(between), output_focal_px(between));
+        let most_px = own_focal_px(of_height(1800));
+        assert!(most_px > 1.1 * wide_px && most_px < output_focal_px(of_height(1800)), "its pixels end");
     }
 
     #[test]

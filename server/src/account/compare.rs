@@ -40,7 +40,7 @@ pub trait Samples: Sync {
     fn centre_world(&self, address: Address, object: u16) -> Option<DVec3>;
     /// By pixel of a view: the triangle of the sample that is held from this very camera, and was not carried elsewhere since;
     /// 0 where there is none.
-    fn from_camera(&self, camera: &Pinhole) -> Vec<u32>;
+    fn sent_by(&self, camera: &Pinhole) -> Vec<u32>;
     /// The triangle it was captured from.
     fn triangle(&self, address: Address) -> u32;
     /// Whether an object deforms, and did since the copy was last compared.
@@ -72,9 +72,9 @@ pub struct Comparison<'a, S> {
     centre_px: [f32; 2],
     truth: Vec<Option<Point>>,
     held: Vec<Option<Point>>,
-    /// See [`Samples::from_camera`].
+    /// See [`Samples::sent_by`].
     sent: Vec<u32>,
-    /// Patches that other views of the plan captured: they are not replaced.
+    /// Patches that views of this plan captured at earlier looks: they are not replaced.
     peers: &'a BTreeSet<PatchId>,
 }
 
@@ -120,7 +120,8 @@ enum Verdict {
 }
 
 impl<'a, S: Samples> Comparison<'a, S> {
-    /// `truth` and `copy` are of one camera and size; `peers` are the patches captured by views of the same plan.
+    /// `truth` and `copy` are of one camera and size; `peers` are the patches that views of the same plan captured, beside those of
+    /// the first set, each of which may be replaced once.
     pub fn new(
         truth: &Capture,
         copy: &'a AddressView,
@@ -161,7 +162,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
             centre_px: camera.centre_px.as_vec2().to_array(),
             truth: (0..truth.ids.len()).into_par_iter().with_min_len(4096).map(hit).collect(),
             held: copy.texels.par_iter().with_min_len(4096).map(held).collect(),
-            sent: samples.from_camera(&camera),
+            sent: samples.sent_by(&camera),
             peers,
         }
     }
@@ -219,7 +220,8 @@ impl<'a, S: Samples> Comparison<'a, S> {
                 return if self.is_coarse(x, y, &hit) { Verdict::Coarse } else { Verdict::Leave };
             }
             let on_edge = self.rules.outlines_stand_in && self.is_outline(x, y, &hit);
-            let leave = on_edge || self.is_held_around(x, y, &hit) || self.was_sent(x, y, &hit);
+            let shows_peer = self.seen_at(self.at(x, y)).is_some_and(|(patch, ..)| self.peers.contains(&patch));
+            let leave = on_edge || self.is_held_around(x, y, &hit) || shows_peer && self.was_sent(x, y, &hit);
             return if leave { Verdict::Leave } else { Verdict::Turned };
         }
         let stands_in =

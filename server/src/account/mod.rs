@@ -51,6 +51,8 @@ pub struct Account {
     deformed: Vec<bool>,
     /// Counts updates in the making: what the copy showed when.
     look: u32,
+    /// The one that sent the first set.
+    first_look: u32,
     broken: bool,
     counts: Counts,
 }
@@ -153,6 +155,7 @@ impl Account {
         for id in self.held.patches.keys().copied().collect::<Vec<_>>() {
             self.held.edit(Edit::Remove(id), &mut self.draft)?;
         }
+        self.first_look = self.look;
         self.records.clear();
         self.changed.clear();
         if let Some(surfaces) = &mut self.surfaces {
@@ -217,10 +220,12 @@ impl Account {
         Ok(())
     }
 
-    /// The patches that were captured by some views.
+    /// The patches that were captured by some views, beside those of the first set.
     pub fn captured_by(&self, views: &[Pinhole]) -> BTreeSet<PatchId> {
         let is_of = |camera: &Camera| views.iter().any(|view| cut_from(view, camera).is_some());
-        self.held.patches.iter().filter(|(_, held)| is_of(&held.patch.image.camera)).map(|(id, _)| *id).collect()
+        let is_later = |id: &PatchId| self.records.get(id).is_some_and(|record| record.added > self.first_look);
+        let patches = self.held.patches.iter().filter(|(id, held)| is_later(id) && is_of(&held.patch.image.camera));
+        patches.map(|(id, _)| *id).collect()
     }
 
     /// Marks what a view shows of the copy as in use.
@@ -372,7 +377,7 @@ impl Samples for Account {
         Some(now.transform_point3(pose.world_from_object.inverse().transform_point3(captured)))
     }
 
-    fn from_camera(&self, camera: &Pinhole) -> Vec<u32> {
+    fn sent_by(&self, camera: &Pinhole) -> Vec<u32> {
         let mut triangles = vec![0; camera.width_px as usize * camera.height_px as usize];
         for (id, held) in &self.held.patches {
             let (patch, Some(record)) = (&held.patch, self.records.get(id)) else { continue };

@@ -8,6 +8,8 @@ use super::compare::density;
 /// added, so that deletes change nothing here.
 #[derive(Debug)]
 pub(super) struct Record {
+    /// The look that captured it.
+    pub added: u32,
     mask: Mask,
     ranks: Ranks,
     samples: Vec<Sample>,
@@ -38,7 +40,7 @@ impl Record {
             let density = density(camera.focal_px as f32, w, facing);
             Sample { density, w, triangle, seen: look, trimmed: 0, extent: 0 }
         });
-        Record { ranks: Ranks::new(&image.mask), samples: samples.collect(), mask: image.mask.clone() }
+        Record { added: look, ranks: Ranks::new(&image.mask), samples: samples.collect(), mask: image.mask.clone() }
     }
 
     fn sample(&self, x: u16, y: u16) -> Option<&Sample> {
