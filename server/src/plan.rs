@@ -366,7 +366,7 @@ mod tests {
         let of_height = |height_px: u32| ViewSize { width_px: height_px * 16 / 9, height_px, ..VIEW };
         let wide_px = region_views(&first(&viewer(), 0.0), &RULES)[0].focal_px;
         assert!((own_focal_px(of_height(180)) / wide_px - 1.0).abs() < 0.01, "small outputs gain nothing");
-        let between = of_height(450);
+        let between = of_height(340);
         assert_eq!(own_focal_px(between), output_focal_px(between));
         let most_px = own_focal_px(of_height(1800));
         assert!(most_px > 1.1 * wide_px && most_px < output_focal_px(of_height(1800)), "its pixels end");
