@@ -39,17 +39,21 @@ pub fn region_radius_m(scene: &Scene) -> f64 {
     Rules::margin_m(scene.walk, scene.bounds.radius_m())
 }
 
-/// The cameras and the precision that the server plans for a viewer who stands in the region's middle.
-pub fn planned(scene: &Scene, middle: Rigid, output: &Pinhole, plan: &SetPlan) -> (Vec<Pinhole>, DepthPrecision) {
-    let rules = Rules {
+/// The server's rules for viewers of a scene, ten updates a second.
+pub fn rules(scene: &Scene, plan: &SetPlan) -> Rules {
+    Rules {
         images: plan.images,
         image_size_px: plan.image_px,
-        // Matters to viewers who move.
         update_interval_s: 0.1,
-        near_m: output.near_m,
+        near_m: server::start::near_m(scene),
         margin_m: region_radius_m(scene),
-        animated: false,
-    };
+        animated: scene.is_animated(),
+    }
+}
+
+/// The cameras and the precision that the server plans for a viewer who stands in the region's middle.
+pub fn planned(scene: &Scene, middle: Rigid, output: &Pinhole, plan: &SetPlan) -> (Vec<Pinhole>, DepthPrecision) {
+    let rules = Rules { near_m: output.near_m, ..rules(scene, plan) };
     let view = ViewSize { width_px: output.width_px, height_px: output.height_px, fov_y_rad: output.fov_y_rad() };
     let planned = server::plan::plan(&rules, &Viewer::at_start(view, middle, 0.0), 0.0, None);
     let planned = planned.expect("a viewer who holds nothing gets a set");

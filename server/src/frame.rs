@@ -18,8 +18,8 @@ use crate::imager::{Imager, ImagerError};
 use crate::plan::{Focus, Plan, Reason, Rules, plan};
 use crate::viewer::Viewer;
 
-/// A copy has room for this many views' pixels at least, so that eviction does not take what was just sent: it would be sent
-/// again for ever. A plan's views have one and a half views' samples, as each shows a little more than the others.
+/// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
+/// others (on a nest of twigs 2.8 views of four).
 const LEAST_VIEWS_HELD: u64 = 3;
 
 /// Why an update could not be made.
@@ -152,7 +152,9 @@ impl Stage {
         client.account.evict(budget_bytes)?;
         let counts = client.account.counts();
         let looks = client.focus.map_or(0, |focus| focus.looks) + 1;
-        let settled = counts.is_still() || self.method == Discretization::Conventional;
+        // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
+        let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
+        let settled = counts.is_still() || is_full || self.method == Discretization::Conventional;
         client.focus = Some(Focus { coverage: plan.coverage, settled, looks });
         let update = client.account.seal(now.time_s, pose_seq, self.rules.animated)?;
         Ok(update.map(|update| Made { reason: plan.reason, update, coding: self.coding, counts }))

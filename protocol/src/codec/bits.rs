@@ -14,10 +14,11 @@ const SLOW_SHIFT: u32 = 7;
 
 const RATES: [u16; (1 << SLOW_SHIFT) - 1] = rates();
 
-const fn rates() -> [u16; (1 << SLOW_SHIFT) - 1] {
-    let mut rates = [0; (1 << SLOW_SHIFT) - 1];
+/// `1 / (n + 1.5)` for the first `N` decisions, in 1/65536.
+pub(super) const fn rates<const N: usize>() -> [u16; N] {
+    let mut rates = [0; N];
     let mut seen = 0;
-    while seen < rates.len() {
+    while seen < N {
         rates[seen] = (131_072 / (2 * seen + 3)) as u16;
         seen += 1;
     }

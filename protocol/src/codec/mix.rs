@@ -3,7 +3,7 @@
 //!
 //! All arithmetic is of integers, and so are the tables, so both ends agree to the last bit wherever they run.
 
-use super::bits::{Bits, PROBABILITY_BITS};
+use super::bits::{Bits, PROBABILITY_BITS, rates};
 
 /// Contexts that are mixed.
 pub(super) const CONTEXTS: usize = 6;
@@ -69,7 +69,7 @@ impl Seen {
         let (probability, count) = (state >> 10, state & SLOWEST);
         let target = if decision { (1 << 22) - 1 } else { 0 };
         // Seven bits less, so that the product fits.
-        let step = (((target - probability as i32) >> 7) * RATES[count as usize] as i32) >> 9;
+        let step = (((target - probability as i32) >> 7) * i32::from(RATES[count as usize])) >> 9;
         let probability = (probability as i32 + step) as u32;
         self.0 = (probability << 10 | (count + 1).min(SLOWEST)) ^ Seen::HALF;
     }
@@ -77,18 +77,8 @@ impl Seen {
 
 /// A context counts up to here; then it learns by a constant rate.
 const SLOWEST: u32 = 127;
-/// At its `n`th decision a context learns by `1 / (n + 1.5)`, in 1/65536.
-static RATES: [u32; SLOWEST as usize + 1] = rates();
-
-const fn rates() -> [u32; SLOWEST as usize + 1] {
-    let mut rates = [0; SLOWEST as usize + 1];
-    let mut count = 0;
-    while count < rates.len() {
-        rates[count] = (131_072 / (2 * count + 3)) as u32;
-        count += 1;
-    }
-    rates
-}
+/// What a context learns by at its `n`th decision.
+static RATES: [u16; SLOWEST as usize + 1] = rates();
 
 /// Weights of the inputs, in 1/8192.
 #[derive(Debug, Clone, Copy)]

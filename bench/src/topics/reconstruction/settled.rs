@@ -9,7 +9,6 @@ use protocol::DepthImage;
 use protocol::message::ViewSize;
 use server::frame::{Client, Stage};
 use server::imager::GpuImager;
-use server::plan::Rules;
 use server::viewer::Viewer;
 use surface::HeldSurfaces;
 
@@ -30,14 +29,7 @@ impl Server {
     /// Of the scene `name`, with as many images and as large ones as `plan` says.
     pub fn new(gpu: &Gpu, name: &str, plan: &SetPlan) -> anyhow::Result<Server> {
         let scene = Arc::new(load_scene(name, 1.0)?);
-        let rules = Rules {
-            images: plan.images,
-            image_size_px: plan.image_px,
-            update_interval_s: 0.1,
-            near_m: server::start::near_m(&scene),
-            margin_m: sets::region_radius_m(&scene),
-            animated: false,
-        };
+        let rules = sets::rules(&scene, plan);
         let imager = Box::new(GpuImager::new(gpu, &scene, &server::Config::default())?);
         Ok(Server { gpu: gpu.clone(), stage: Stage::new(scene, rules, plan.discretization, imager) })
     }

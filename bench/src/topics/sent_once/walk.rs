@@ -19,6 +19,7 @@ use server::viewer::Viewer;
 use surface::HeldSurfaces;
 
 use crate::client_view::HeldSet;
+use crate::sets::{self, SetPlan};
 
 /// Pace of a walking person.
 pub const PACE_M_S: f64 = 1.4;
@@ -111,14 +112,8 @@ pub struct Walker {
 impl Walker {
     /// A client of `scene` whose server views have `image_px`² pixels and about 90 degrees.
     pub fn new(gpu: &Gpu, scene: Arc<Scene>, image_px: u32, method: Discretization) -> anyhow::Result<Walker> {
-        let rules = Rules {
-            images: 4,
-            image_size_px: image_px,
-            update_interval_s: 1.0 / UPDATE_HZ,
-            near_m: server::start::near_m(&scene),
-            margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
-            animated: scene.is_animated(),
-        };
+        let plan = SetPlan { discretization: method, images: 4, image_px };
+        let rules = Rules { update_interval_s: 1.0 / UPDATE_HZ, ..sets::rules(&scene, &plan) };
         let imager = Box::new(GpuImager::new(gpu, &scene, &server::Config::default())?);
         let start = server::start::start_pose(&scene);
         // With a turn's margin of 0.1 on each side the images see 90 degrees.
