@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use protocol::Look;
-use protocol::codec::Coding;
 use protocol::message::Clock;
 
+use crate::coding::CodingRule;
 use crate::discretize::{Discretization, MAX_IMAGES};
 
 /// Everything about a server but its scene.
@@ -24,7 +24,7 @@ pub struct Config {
     /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
     pub image_size_px: u32,
     /// How samples are coded.
-    pub coding: Coding,
+    pub coding: CodingRule,
     /// How colour is shown.
     pub look: Look,
     /// The clock that sessions run on.
@@ -54,7 +54,7 @@ impl Default for Config {
             discretization: Discretization::default(),
             images: 4,
             image_size_px: 512,
-            coding: Coding::default(),
+            coding: CodingRule::default(),
             look: Look::default(),
             clock: Clock::default(),
             update_hz: 10.0,

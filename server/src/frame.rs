@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use camera::Pinhole;
 use protocol::Material;
 use protocol::codec::Coding;
 use protocol::held::{HeldError, ObjectPose, Update};
@@ -12,6 +11,7 @@ use thiserror::Error;
 
 use crate::account::compare::{Comparison, Lacking};
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
+use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::discretize::Discretization;
 use crate::imager::{Imager, ImagerError};
@@ -38,7 +38,7 @@ pub struct Stage {
     scene: Arc<Scene>,
     rules: Rules,
     account_rules: AccountRules,
-    coding: Coding,
+    coding: CodingRule,
     method: Discretization,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
@@ -91,12 +91,12 @@ impl Stage {
         let materials = imager.materials();
         let still = (!scene.is_animated()).then(|| Arc::new(scene.at(0.0)));
         let deforms = scene.instances.iter().map(|instance| instance.deforms).collect();
-        let (account_rules, coding) = (AccountRules::default(), Coding::default());
+        let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
         Stage { scene, rules, account_rules, coding, method, imager, materials, deforms, still }
     }
 
-    /// The same, whose samples are coded by `coding`.
-    pub fn coded_by(self, coding: Coding) -> Stage {
+    /// The same, whose samples are coded by a rule.
+    pub fn coded_by(self, coding: CodingRule) -> Stage {
         Stage { coding, ..self }
     }
 
@@ -120,7 +120,7 @@ impl Stage {
             moving: &moving,
             deforms: &deforms,
         };
-        let made = self.look(&plan, &snapshot, &now, client, viewer.pose_seq);
+        let made = self.look(&plan, &snapshot, &now, client, viewer);
         (self.materials, self.deforms) = (materials, deforms);
         made
     }
@@ -131,7 +131,7 @@ impl Stage {
         snapshot: &Snapshot,
         now: &Surroundings<'_>,
         client: &mut Client,
-        pose_seq: u64,
+        viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
         let account = &mut client.account;
         account.begin(now)?;
@@ -143,8 +143,8 @@ impl Stage {
                 account.add(capture, &Lacking::all(capture), plan.precision, now)?;
             }
         } else {
-            for (index, view) in plan.views.iter().enumerate() {
-                self.look_from(view, index == 0, plan, snapshot, now, account)?;
+            for index in 0..plan.views.len() {
+                self.look_from(index, plan, snapshot, now, account)?;
             }
         }
         client.account.expire()?;
@@ -156,26 +156,31 @@ impl Stage {
         let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
         let settled = counts.is_still() || is_full || self.method == Discretization::Conventional;
         client.focus = Some(Focus { coverage: plan.coverage, settled, looks });
-        let update = client.account.seal(now.time_s, pose_seq, self.rules.animated)?;
-        Ok(update.map(|update| Made { reason: plan.reason, update, coding: self.coding, counts }))
+        let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
+        let coding = self.coding.coding(viewer.bytes_per_s);
+        Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts }))
     }
 
-    /// Lays one view of the scene beside the same view of the copy, and brings the copy up to date there.
+    /// Lays one view of a plan beside the same view of the copy, and brings the copy up to date there.
     fn look_from(
         &mut self,
-        view: &Pinhole,
-        is_own: bool,
+        index: usize,
         plan: &Plan,
         snapshot: &Snapshot,
         now: &Surroundings<'_>,
         account: &mut Account,
     ) -> Result<(), StageError> {
+        let view = &plan.views[index];
         let captures = self.imager.captures(snapshot, std::slice::from_ref(view), Discretization::Conventional)?;
         let Some(capture) = captures.first() else { return Ok(()) };
         account.count_anew(capture);
         account.refresh();
         let mut copy = self.imager.copy_view(account, view)?;
-        let rules = AccountRules { outlines_stand_in: plan.reason.is_passing(), ..self.account_rules };
+        let rules = AccountRules {
+            outlines_stand_in: plan.reason.is_passing(),
+            refines: index < plan.refining,
+            ..self.account_rules
+        };
         let peers = account.captured_by(&plan.views);
         let comparison = Comparison::new(capture, &copy, account, &peers, rules);
         let (mut retraction, mut lacking) = (comparison.retraction(), comparison.lacking());
@@ -191,7 +196,7 @@ impl Stage {
             lacking = Comparison::new(capture, &copy, account, &peers, rules).lacking();
         }
         account.mark_seen(&copy);
-        let least = if is_own { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
+        let least = if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
         if lacking.missing as f64 > least {
             account.add(capture, &lacking, plan.precision, now)?;
         }

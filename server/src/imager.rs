@@ -114,7 +114,7 @@ impl Imager for GpuImager {
     }
 
     fn new_surfaces(&self) -> Option<HeldSurfaces> {
-        Some(HeldSurfaces::new(self.renderer.gpu()))
+        Some(self.addresses.new_surfaces())
     }
 
     fn copy_view(&mut self, account: &Account, view: &Pinhole) -> Result<AddressView, ImagerError> {

@@ -8,11 +8,13 @@
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`look`]: its lights as both ends shade with them.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it.
-//! - [`config`], [`options`]: what a server is told; [`access`]: who may connect; [`stats`]: what it counts.
+//! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
+//!   what it counts.
 
 pub mod access;
 pub mod account;
 pub mod app;
+pub mod coding;
 pub mod config;
 pub mod discretize;
 pub mod frame;

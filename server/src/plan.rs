@@ -150,6 +150,9 @@ pub struct Plan {
     pub coverage: Coverage,
     /// The cameras; the first is the predicted view.
     pub views: Vec<Pinhole>,
+    /// The first so many views may refine what is held too coarsely: those on the way of a viewer who moves, all of one who
+    /// stands still.
+    pub refining: usize,
     /// How finely depth is stored.
     pub precision: DepthPrecision,
 }
@@ -160,8 +163,8 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
     let wanted = wanted_coverage(rules, viewer, &predicted, now_s);
     let reason = reason(rules, last, &wanted)?;
     let all = region_views(&wanted, rules);
-    let views = match reason {
-        Reason::First | Reason::Resized | Reason::Settling => still_views(all, &wanted),
+    let (views, refining) = match reason {
+        Reason::First | Reason::Resized | Reason::Settling => (still_views(all, &wanted), usize::MAX),
         Reason::Moved | Reason::Turned | Reason::Animated => {
             let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
@@ -171,10 +174,11 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
                 Pinhole { world_from_eye: later.world_from_eye, ..all[0] }
             });
             let rim = region_views(&wanted, &rim)[1 + in_turn];
-            [Some(all[0]), ahead, Some(rim)].into_iter().flatten().take(rules.images).collect()
+            let on_way = 1 + usize::from(ahead.is_some());
+            ([Some(all[0]), ahead, Some(rim)].into_iter().flatten().take(rules.images).collect(), on_way)
         }
     };
-    Some(Plan { reason, coverage: wanted, views, precision: precision(rules, &wanted) })
+    Some(Plan { reason, coverage: wanted, views, refining, precision: precision(rules, &wanted) })
 }
 
 /// A sample is seen from elsewhere than where it was taken.

@@ -34,6 +34,8 @@ pub struct Viewer {
     pub sampled_at_s: f64,
     /// Network round trip.
     pub round_trip_s: f64,
+    /// What the path to it was seen to take; `None` before the first acknowledgement.
+    pub bytes_per_s: Option<f64>,
 }
 
 /// Where a viewer will be, and how fast it goes.
@@ -66,6 +68,7 @@ impl Viewer {
             heard_at_s: now_s,
             sampled_at_s: f64::NEG_INFINITY,
             round_trip_s: 0.0,
+            bytes_per_s: None,
         }
     }
 

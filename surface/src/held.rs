@@ -11,13 +11,14 @@ use wgpu::util::DeviceExt;
 use crate::corners::{CornerRules, Corners};
 use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex};
 
-/// The surfaces of everything held that is for the eye, on the GPU: one mesh a patch.
+/// The surfaces of everything held that is for the eye, one mesh a patch: on the GPU, or in the host's memory for what draws there.
 ///
 /// A patch whose samples were trimmed is built anew. Deleted samples are no longer drawn; the corners that they shared stay
 /// where they are. A moved object costs nothing here, as its pose is read when it is drawn.
 #[derive(Debug)]
 pub struct HeldSurfaces {
-    gpu: Gpu,
+    /// `None` on the host.
+    gpu: Option<Gpu>,
     corners: Corners,
     rules: CornerRules,
     patches: BTreeMap<PatchId, PatchSurface>,
@@ -33,7 +34,7 @@ pub struct SurfaceStats {
     pub vertices: usize,
     /// Samples whose normal gives no usable plane, see [`PatchMesh::guarded`].
     pub guarded: usize,
-    /// GPU memory of the meshes.
+    /// Memory of the meshes.
     pub bytes: u64,
 }
 
@@ -42,15 +43,20 @@ pub(crate) struct PatchSurface {
     pub(crate) camera: Pinhole,
     /// The moving objects at capture.
     pub(crate) objects: Vec<ObjectPose>,
-    pub(crate) vertices: wgpu::Buffer,
-    pub(crate) indices: wgpu::Buffer,
-    pub(crate) index_count: u32,
+    pub(crate) quads: QuadBuffers,
     /// Which samples were built, and their places in `indices`.
     built: Mask,
     ranks: Ranks,
     /// A ball around all corners, in the patch's eye space at capture: its centre, and its radius in metres.
     ball_eye: (DVec3, f64),
     stats: SurfaceStats,
+}
+
+/// The mesh of a patch, where it is drawn from.
+#[derive(Debug)]
+pub(crate) enum QuadBuffers {
+    Gpu { vertices: wgpu::Buffer, indices: wgpu::Buffer, index_count: u32 },
+    Host(PatchMesh),
 }
 
 impl HeldSurfaces {
@@ -61,7 +67,13 @@ impl HeldSurfaces {
 
     /// Holds nothing yet.
     pub fn with_corners(gpu: &Gpu, corners: Corners, rules: CornerRules) -> HeldSurfaces {
-        HeldSurfaces { gpu: gpu.clone(), corners, rules, patches: BTreeMap::new(), poses_now: BTreeMap::new() }
+        HeldSurfaces { gpu: Some(gpu.clone()), corners, rules, patches: BTreeMap::new(), poses_now: BTreeMap::new() }
+    }
+
+    /// Holds nothing yet, and will in the host's memory; corners are averaged by the default rules.
+    pub fn on_host() -> HeldSurfaces {
+        let (corners, rules) = (Corners::default(), CornerRules::default());
+        HeldSurfaces { gpu: None, corners, rules, patches: BTreeMap::new(), poses_now: BTreeMap::new() }
     }
 
     /// Follows an update that `held` has just applied.
@@ -105,7 +117,7 @@ impl HeldSurfaces {
     /// pixel centres on the corners of the patch's pixels.
     pub fn insert_with_offset(&mut self, held: &HeldPatch, offset_image: Option<&DepthImage>) {
         let mesh = self.mesh(held, offset_image);
-        self.place(held, &mesh);
+        self.place(held, mesh);
     }
 
     /// The mesh of a patch, not yet placed: several can be built at once. Empty for patches that are not for the eye.
@@ -118,18 +130,18 @@ impl HeldSurfaces {
     }
 
     /// Draws a patch by its mesh from now on.
-    pub fn place(&mut self, held: &HeldPatch, mesh: &PatchMesh) {
+    pub fn place(&mut self, held: &HeldPatch, mesh: PatchMesh) {
         if mesh.indices.is_empty() {
             self.remove(held.patch.id);
         } else {
-            self.patches.insert(held.patch.id, PatchSurface::new(&self.gpu, held, mesh));
+            self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh));
         }
     }
 
     /// Draws single samples of a patch no more.
     pub fn delete(&mut self, id: PatchId, pixels: &[(u16, u16)]) {
-        if let Some(patch) = self.patches.get(&id) {
-            patch.delete(&self.gpu, pixels);
+        if let Some(patch) = self.patches.get_mut(&id) {
+            patch.delete(self.gpu.as_ref(), pixels);
         }
     }
 
@@ -168,15 +180,28 @@ impl HeldSurfaces {
     }
 
     fn provoking_vertex(&self) -> ProvokingVertex {
-        match self.gpu.adapter.get_info().backend {
-            wgpu::Backend::Gl => ProvokingVertex::Last,
-            _ => ProvokingVertex::First,
-        }
+        let backend = self.gpu.as_ref().map(|gpu| gpu.adapter.get_info().backend);
+        if backend == Some(wgpu::Backend::Gl) { ProvokingVertex::Last } else { ProvokingVertex::First }
     }
 }
 
-/// Six indices.
-const QUAD_BYTES: u64 = 24;
+/// Indices of a sample's quad: two triangles.
+pub(crate) const QUAD_INDICES: usize = 6;
+
+impl QuadBuffers {
+    fn new(gpu: Option<&Gpu>, mesh: PatchMesh) -> QuadBuffers {
+        let Some(gpu) = gpu else { return QuadBuffers::Host(mesh) };
+        let buffer = |label, contents, usage| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        let changing = wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST;
+        QuadBuffers::Gpu {
+            vertices: buffer("corners", bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX),
+            indices: buffer("quads", bytemuck::cast_slice(&mesh.indices), changing),
+            index_count: mesh.indices.len() as u32,
+        }
+    }
+}
 
 /// A ball around the corners of a mesh: around the middle of their box.
 fn ball_eye(camera: &Pinhole, mesh: &PatchMesh) -> (DVec3, f64) {
@@ -189,43 +214,40 @@ fn ball_eye(camera: &Pinhole, mesh: &PatchMesh) -> (DVec3, f64) {
 }
 
 impl PatchSurface {
-    fn new(gpu: &Gpu, held: &HeldPatch, mesh: &PatchMesh) -> PatchSurface {
+    fn new(gpu: Option<&Gpu>, held: &HeldPatch, mesh: PatchMesh) -> PatchSurface {
         let camera::Camera::Pinhole(camera) = held.patch.image.camera;
-        let buffer = |label, contents, usage| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-        };
-        let vertices = buffer("corners", bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX);
-        let indices = buffer(
-            "quads",
-            bytemuck::cast_slice(&mesh.indices),
-            wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST,
-        );
         let stats = SurfaceStats {
             samples: mesh.indices.len() / 6,
             vertices: mesh.vertices.len(),
             guarded: mesh.guarded,
-            bytes: vertices.size() + indices.size(),
+            bytes: (size_of_val(&*mesh.vertices) + size_of_val(&*mesh.indices)) as u64,
         };
         PatchSurface {
             camera,
             objects: held.patch.objects.clone(),
-            vertices,
-            indices,
-            index_count: mesh.indices.len() as u32,
             ranks: Ranks::new(&held.patch.image.mask),
             built: held.patch.image.mask.clone(),
-            ball_eye: ball_eye(&camera, mesh),
+            ball_eye: ball_eye(&camera, &mesh),
+            quads: QuadBuffers::new(gpu, mesh),
             stats,
         }
     }
 
     /// Makes the triangles of samples empty; neighbours in the order of samples go together.
-    fn delete(&self, gpu: &Gpu, pixels: &[(u16, u16)]) {
-        let mut ranks: Vec<u64> =
-            pixels.iter().filter_map(|&(x, y)| self.ranks.of(&self.built, x, y)).map(|rank| rank as u64).collect();
+    fn delete(&mut self, gpu: Option<&Gpu>, pixels: &[(u16, u16)]) {
+        let mut ranks: Vec<usize> = pixels.iter().filter_map(|&(x, y)| self.ranks.of(&self.built, x, y)).collect();
         ranks.sort_unstable();
         for run in ranks.chunk_by(|a, b| a + 1 == *b) {
-            gpu.queue.write_buffer(&self.indices, run[0] * QUAD_BYTES, &vec![0; run.len() * QUAD_BYTES as usize]);
+            let (first, length) = (run[0] * QUAD_INDICES, run.len() * QUAD_INDICES);
+            match (&mut self.quads, gpu) {
+                (QuadBuffers::Gpu { indices, .. }, Some(gpu)) => {
+                    let nothing = vec![0_u32; length];
+                    let at = (first * size_of::<u32>()) as u64;
+                    gpu.queue.write_buffer(indices, at, bytemuck::cast_slice(&nothing));
+                }
+                (QuadBuffers::Host(mesh), _) => mesh.indices[first..first + length].fill(0),
+                (QuadBuffers::Gpu { .. }, None) => {}
+            }
         }
     }
 

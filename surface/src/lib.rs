@@ -9,7 +9,7 @@
 //! Spaces: a vertex is `(u, v, w)` of its patch's image; the vertex stage takes it to the *output eye* by a matrix that is
 //! composed in f64 for each patch (and each moving object in it), so a scene far from the origin loses nothing.
 
-// Waits for the GPU, which a browser's thread must not; only servers ask.
+// Waits for the GPU or uses threads, which a browser must not; only servers ask.
 #[cfg(not(target_arch = "wasm32"))]
 mod address;
 pub mod corners;

@@ -2,11 +2,12 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use glam::{DAffine3, DMat3, Vec3};
 use gpu::Gpu;
+use protocol::ObjectPose;
 use wgpu::util::DeviceExt;
 
 use crate::SurfaceError;
 use crate::gbuffer::GBuffer;
-use crate::held::{HeldSurfaces, PatchSurface};
+use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
 use crate::mesh::Vertex;
 
 /// What colour and normal are between the centres of two samples.
@@ -27,7 +28,7 @@ pub enum Smoothing {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 struct ViewUniform {
-    eye_from_patch: [[f32; 4]; 3],
+    eye_from_patch: Rows,
     centre_px: [f32; 2],
     focal_px: f32,
     first_mover: u32,
@@ -106,13 +107,14 @@ impl Quads {
         let Some(group) = group else { return };
         pass.set_pipeline(&self.pipeline);
         for (index, (_, patch)) in surfaces.patches().enumerate() {
+            let QuadBuffers::Gpu { vertices, indices, index_count } = &patch.quads else { continue };
             if !patch.may_be_seen_from(camera) {
                 continue;
             }
             pass.set_bind_group(0, &group, &[index as u32 * stride]);
-            pass.set_vertex_buffer(0, patch.vertices.slice(..));
-            pass.set_index_buffer(patch.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..patch.index_count, 0, 0..1);
+            pass.set_vertex_buffer(0, vertices.slice(..));
+            pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..*index_count, 0, 0..1);
         }
     }
 
@@ -179,16 +181,14 @@ impl Inputs {
         let eye_from_world = output.world_from_eye.inverse().to_affine();
         let mut inputs = Inputs { views: vec![0; surfaces.patches().len() * stride], movers: Vec::new() };
         for (index, (id, patch)) in surfaces.patches().enumerate() {
-            let world_from_patch = patch.camera.world_from_eye.to_affine();
             let first_mover = inputs.movers.len() as u32 / MOVER_TEXELS;
-            let mut view = view_uniform(patch, output, smoothing, eye_from_world * world_from_patch, first_mover);
+            let placement = Placement::new(surfaces, patch, &eye_from_world);
+            let mut view = view_uniform(patch, output, smoothing, placement.eye_from_patch, first_mover);
             view.patch = id.0;
             inputs.views[index * stride..][..size_of::<ViewUniform>()].copy_from_slice(bytemuck::bytes_of(&view));
-            for pose in &patch.objects {
-                let now = surfaces.poses_now().get(&pose.object).unwrap_or(&pose.world_from_object);
-                let now_from_capture = *now * pose.world_from_object.inverse();
-                inputs.movers.extend(rows(eye_from_world * now_from_capture * world_from_patch));
-                inputs.movers.extend(normal_rows(now_from_capture.matrix3));
+            for mover in &placement.movers {
+                inputs.movers.extend(mover.eye_from_patch);
+                inputs.movers.extend(mover.turn);
             }
         }
         let row = (MOVER_TEXELS * MOVERS_A_ROW) as usize;
@@ -197,16 +197,51 @@ impl Inputs {
     }
 }
 
+/// Rows of an affine map.
+pub(crate) type Rows = [[f32; 4]; 3];
+
+/// Where a patch is, seen from an output's eye.
+pub(crate) struct Placement {
+    pub(crate) eye_from_patch: Rows,
+    /// Of its moving objects, in their order.
+    pub(crate) movers: Vec<Mover>,
+}
+
+/// Where a patch's moving object is.
+pub(crate) struct Mover {
+    pub(crate) eye_from_patch: Rows,
+    /// The world's turn since capture, for normals.
+    pub(crate) turn: Rows,
+}
+
+impl Placement {
+    pub(crate) fn new(surfaces: &HeldSurfaces, patch: &PatchSurface, eye_from_world: &DAffine3) -> Placement {
+        let world_from_patch = patch.camera.world_from_eye.to_affine();
+        let mover = |pose: &ObjectPose| {
+            let now = surfaces.poses_now().get(&pose.object).unwrap_or(&pose.world_from_object);
+            let now_from_capture = *now * pose.world_from_object.inverse();
+            Mover {
+                eye_from_patch: rows(*eye_from_world * now_from_capture * world_from_patch),
+                turn: normal_rows(now_from_capture.matrix3),
+            }
+        };
+        Placement {
+            eye_from_patch: rows(*eye_from_world * world_from_patch),
+            movers: patch.objects.iter().map(mover).collect(),
+        }
+    }
+}
+
 fn view_uniform(
     patch: &PatchSurface,
     output: &Pinhole,
     smoothing: Smoothing,
-    eye_from_patch: DAffine3,
+    eye_from_patch: Rows,
     first_mover: u32,
 ) -> ViewUniform {
     let clip_from_eye = output.clip_from_eye();
     ViewUniform {
-        eye_from_patch: rows(eye_from_patch),
+        eye_from_patch,
         centre_px: patch.camera.centre_px.as_vec2().to_array(),
         focal_px: patch.camera.focal_px as f32,
         first_mover,
@@ -223,7 +258,7 @@ fn view_uniform(
     }
 }
 
-fn rows(affine: DAffine3) -> [[f32; 4]; 3] {
+fn rows(affine: DAffine3) -> Rows {
     let linear = affine.matrix3.transpose();
     let row = |axis: glam::DVec3, offset: f64| axis.extend(offset).as_vec4().to_array();
     [
@@ -234,7 +269,7 @@ fn rows(affine: DAffine3) -> [[f32; 4]; 3] {
 }
 
 /// Normals go by the inverse transpose, which for a rigid motion is the rotation itself.
-fn normal_rows(now_from_capture: DMat3) -> [[f32; 4]; 3] {
+fn normal_rows(now_from_capture: DMat3) -> Rows {
     let rows = now_from_capture.inverse();
     [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| {
         let row: Vec3 = row.as_vec3();

@@ -7,7 +7,7 @@
 //!   normal or triangle the same. While the viewer moves, and where the scene itself is discontinuous, a held surface of one
 //!   of the eight pixels around may stand for it: outlines are rounded to pixels in both, and each view rounds its own way.
 //! - A hit is held **too coarsely** where the scene is now sampled `density_factor` times more densely: the held sample is
-//!   replaced, wherever this view shows it.
+//!   replaced, wherever this view shows it. While the viewer moves, only views on its way ask for that.
 //! - A hit that is held with another normal is sent in its place. Neither is done on outlines and edges while the viewer moves:
 //!   of a twig thinner than a pixel each view hits another side, and views would take turns.
 //! - A held sample **covers falsely** where it lies in front of the hit, or where there is none, and no hit around is on it.
@@ -412,7 +412,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
 
     fn is_coarse(&self, x: i32, y: i32, hit: &Point) -> bool {
         let Some(address) = self.seen_at(self.at(x, y)) else { return false };
-        if self.peers.contains(&address.0) {
+        if !self.rules.refines || self.peers.contains(&address.0) {
             return false;
         }
         let density = density(self.focal_px, hit.w, hit.normal.dot(self.ray(x, y)));

@@ -351,7 +351,7 @@ impl Account {
         let meshes: Vec<_> = changed.into_par_iter().map(mesh).collect();
         for (id, mesh) in meshes {
             match mesh {
-                Some((patch, mesh)) => surfaces.place(patch, &mesh),
+                Some((patch, mesh)) => surfaces.place(patch, mesh),
                 None => surfaces.remove(id),
             }
         }

@@ -16,6 +16,10 @@ pub struct AccountRules {
     /// A hit is sent again where the scene is now sampled this many times more densely (samples an area) than it is held.
     /// 4 is half the distance; 2 sends two fifths more, and without it what was first seen from afar stays coarse.
     pub density_factor: f32,
+    /// Whether what is held too coarsely is sent again. While the viewer moves only views on its way ask for it: one from the
+    /// rim may lie right before a wall that the viewer will never be as near to. In a room of pillars that was two fifths of all
+    /// samples sent.
+    pub refines: bool,
     /// A view that lacks less than this share of its pixels gets nothing, unless it is the viewer's own.
     pub least_missing: f64,
     /// While the viewer or the scene moves, what covers falsely is trimmed at every so manieth look only: a trim builds its
@@ -33,6 +37,7 @@ impl Default for AccountRules {
             normal_cos: 0.7,
             outlines_stand_in: true,
             density_factor: 4.0,
+            refines: true,
             least_missing: 0.0005,
             trim_every: 4,
             border_px: 1,

@@ -245,7 +245,10 @@ impl Connection<'_> {
                     viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, velocity_world, pose.received_at_s);
                 }
             }
-            ServerEvent::Acked { .. } => viewer.round_trip_s = self.session.round_trip_s().unwrap_or(0.0),
+            ServerEvent::Acked { .. } => {
+                viewer.round_trip_s = self.session.round_trip_s().unwrap_or(0.0);
+                viewer.bytes_per_s = self.session.throughput_bytes_per_s();
+            }
             ServerEvent::Restart => {
                 tracing::info!(peer = %self.peer, "the client's copy is broken: starting anew");
                 match &mut self.client {

@@ -6,7 +6,7 @@ use camera::{Pinhole, Rigid};
 use gpu::Gpu;
 use protocol::Held;
 use scene::Scene;
-use surface::{AddressPass, AddressView, HeldSurfaces};
+use surface::{AddressPass, AddressView};
 use vantage_server::Config;
 use vantage_server::discretize::{Capture, Discretization};
 use vantage_server::imager::{GpuImager, Imager};
@@ -49,7 +49,7 @@ impl Witness {
         let size_px = (VIEW.width_px, VIEW.height_px);
         let camera = Pinhole::symmetric(world_from_eye, size_px, VIEW.fov_y_rad, self.near_m);
         let truth = self.truth(&camera, held.scene_time_s);
-        let mut surfaces = HeldSurfaces::new(&self.gpu);
+        let mut surfaces = self.addresses.new_surfaces();
         surfaces.rebuild(held);
         let copy = self.addresses.view(&surfaces, &camera).expect("a view");
         let wrong = (0..truth.ids.len()).filter(|&index| !is_shown(&truth, &copy, index)).count();

@@ -276,6 +276,7 @@ const NOTES: &[&str] = &[
      viewer's view, the rim held outside. Its Mbit/s are those of its stream alone, without poses.",
     "Round trip: from a pose's sending to the first picture that uses what it brought, mean; video has that of the run beside it.",
     "Rows of fewer frames are of two neighbours of every ten pictures.",
+    "On the virtual clock, where coding takes no time, samples are coded by the dense profile.",
 ];
 
 const PROTOCOL_NOTES: &[&str] = &[
