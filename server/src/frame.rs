@@ -183,10 +183,8 @@ impl Stage {
         };
         let peers = account.captured_by(&plan.views);
         let comparison = Comparison::new(capture, &copy, account, &peers, rules);
-        let (mut retraction, mut lacking) = (comparison.retraction(), comparison.lacking());
-        if plan.reason.is_passing() && !account.looks().is_multiple_of(rules.trim_every) {
-            retraction.false_cover.clear();
-        }
+        let trims = !plan.reason.is_passing() || account.looks().is_multiple_of(rules.trim_every);
+        let (retraction, mut lacking) = (comparison.retraction(trims), comparison.lacking());
         // What lacks behind a trimmed sample can wait for the next look where there will be one; a deformed object leaves nothing
         // behind to look past.
         let look_again = !plan.reason.is_passing() || !retraction.stale.is_empty();

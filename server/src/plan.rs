@@ -1,7 +1,8 @@
 //! Where to look for what a viewer lacks, and whether to look at all.
 //!
 //! The **view region** is the ball where the viewer will be when the samples arrive: around the predicted eye, with radius
-//! `speed * (round trip + update interval) + margin`. The first view is the predicted one. Who moves is also looked ahead for,
+//! `speed * update interval / 2 + error + margin`: the eye is predicted for the middle of the interval for which samples are new, and
+//! the error of predictions is measured. The first view is the predicted one. Who moves is also looked ahead for,
 //! one interval further; the others look from the region's rim, so that what motion uncovers is there before it is seen. A
 //! viewer that stands still in a scene that stands still costs nothing at all once a look found nothing lacking.
 
@@ -192,9 +193,10 @@ fn precision(rules: &Rules, coverage: &Coverage) -> DepthPrecision {
 
 /// What a set made now would cover.
 fn wanted_coverage(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s: f64) -> Coverage {
-    let exposed_s = viewer.round_trip_s + rules.update_interval_s;
-    let radius_m = (predicted.speed_m_s * exposed_s + rules.margin_m).min(rules.max_radius_m());
-    let turn_rad = TURN_MARGIN_RAD + predicted.turn_rad_s * exposed_s;
+    let (error, half_interval_s) = (viewer.expected_error(predicted), rules.update_interval_s / 2.0);
+    let away_m = predicted.speed_m_s * half_interval_s + error.distance_m;
+    let radius_m = (away_m + rules.margin_m).min(rules.max_radius_m());
+    let turn_rad = TURN_MARGIN_RAD + predicted.turn_rad_s * half_interval_s + error.turn_rad;
     let (image_size_px, half_field) = field(rules, half_view(viewer.view), turn_rad);
     Coverage {
         world_from_eye: predicted.world_from_eye,
@@ -364,7 +366,8 @@ mod tests {
     #[test]
     fn the_own_view_of_a_still_viewer_is_as_dense_as_the_output_at_most() {
         let own_focal_px = |view: ViewSize| {
-            let viewer = Viewer { view, ..viewer() };
+            let mut viewer = viewer();
+            viewer.view = view;
             plan(&RULES, &viewer, 0.0, None).expect("a first look").views[0].focal_px
         };
         let of_height = |height_px: u32| ViewSize { width_px: height_px * 16 / 9, height_px, ..VIEW };

@@ -1,7 +1,8 @@
 //! What the server knows of a viewer, and where it will be: the first input of the plan.
 //!
 //! A client sends its pose only while it moves, so silence means that it stands still. Positions are predicted with the
-//! velocity that the client states, turns with the one that two poses imply.
+//! velocity that the client states, turns with the one that two poses imply. How far off that is, is measured: one prediction
+//! at a time waits for the pose that it was made for.
 
 use camera::Rigid;
 use glam::{DQuat, DVec3};
@@ -10,6 +11,13 @@ use protocol::message::ViewSize;
 /// A viewer that was silent for this long stands still, whatever velocity its last pose had. Longer than the frame time of
 /// a client that draws in software (0.1 to 0.3 s), which sends one pose a frame.
 const STILL_AFTER_S: f64 = 0.5;
+
+/// How far ahead of a round trip a prediction is judged: an interval of ten updates a second.
+const JUDGED_AHEAD_S: f64 = 0.1;
+/// What was seen of the error counts half after this time.
+const ERROR_HALF_LIFE_S: f64 = 1.0;
+/// A viewer who came this many times further than its velocities, before and after, explain was put there: no error of prediction.
+const JUMP: f64 = 4.0;
 
 /// Faster turns than this are jumps (a viewer that was put somewhere else), not motion to extrapolate: about twice the
 /// fastest deliberate head turn.
@@ -34,8 +42,31 @@ pub struct Viewer {
     pub sampled_at_s: f64,
     /// Network round trip.
     pub round_trip_s: f64,
+    /// How far off predictions lately were; `None` before any was judged.
+    pub error: Option<PredictionError>,
+    /// The prediction that will be judged next.
+    forecast: Option<Forecast>,
     /// What the path to it was seen to take; `None` before the first acknowledgement.
     pub bytes_per_s: Option<f64>,
+}
+
+/// How far a viewer was from where it was expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PredictionError {
+    /// Metres.
+    pub distance_m: f64,
+    /// Radians.
+    pub turn_rad: f64,
+}
+
+/// A prediction in the making: from what is known at a time, on the client's clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Forecast {
+    made_at_s: f64,
+    due_at_s: f64,
+    world_from_eye: Rigid,
+    velocity_world: DVec3,
+    turn_world: DVec3,
 }
 
 /// Where a viewer will be, and how fast it goes.
@@ -68,6 +99,8 @@ impl Viewer {
             heard_at_s: now_s,
             sampled_at_s: f64::NEG_INFINITY,
             round_trip_s: 0.0,
+            error: None,
+            forecast: None,
             bytes_per_s: None,
         }
     }
@@ -91,6 +124,45 @@ impl Viewer {
         self.pose_seq = seq;
         self.heard_at_s = now_s;
         self.sampled_at_s = sampled_at_s;
+        if self.forecast.is_none_or(|forecast| sampled_at_s >= forecast.due_at_s) {
+            self.judge();
+            self.forecast = Some(Forecast {
+                made_at_s: sampled_at_s,
+                due_at_s: sampled_at_s + self.round_trip_s + JUDGED_AHEAD_S,
+                world_from_eye: self.world_from_eye,
+                velocity_world: self.velocity_world,
+                turn_world: self.turn_world,
+            });
+        }
+    }
+
+    /// Lays the forecast that is due beside the newest pose. One that is long overdue was of a viewer who then stood still.
+    fn judge(&mut self) {
+        let Some(forecast) = self.forecast else { return };
+        let ahead_s = self.sampled_at_s - forecast.made_at_s;
+        let way_m = self.world_from_eye.translation.distance(forecast.world_from_eye.translation);
+        let fastest_m_s = self.velocity_world.length() + forecast.velocity_world.length();
+        if ahead_s > 2.0 * (forecast.due_at_s - forecast.made_at_s) || way_m > JUMP * fastest_m_s * ahead_s {
+            return;
+        }
+        let expected = forecast.world_from_eye.translation + forecast.velocity_world * ahead_s;
+        let rotation = DQuat::from_scaled_axis(forecast.turn_world * ahead_s) * forecast.world_from_eye.rotation;
+        let distance_m = expected.distance(self.world_from_eye.translation);
+        let turn_rad = turn_between(rotation.normalize(), self.world_from_eye.rotation).length();
+        let kept = 0.5_f64.powf(ahead_s / ERROR_HALF_LIFE_S);
+        let old = self.error.unwrap_or(PredictionError { distance_m: 0.0, turn_rad: 0.0 });
+        self.error = Some(PredictionError {
+            distance_m: distance_m.max(kept * old.distance_m),
+            turn_rad: turn_rad.max(kept * old.turn_rad),
+        });
+    }
+
+    /// How far off a prediction may be: as far as lately, or as far as the viewer comes in a round trip where none was judged yet.
+    pub fn expected_error(&self, predicted: &Prediction) -> PredictionError {
+        self.error.unwrap_or(PredictionError {
+            distance_m: predicted.speed_m_s * self.round_trip_s,
+            turn_rad: predicted.turn_rad_s * self.round_trip_s,
+        })
     }
 
     /// Where the viewer will be in the middle of the time for which an update made `now_s` is shown: the pose was half a
@@ -153,6 +225,29 @@ mod tests {
         let later = walker().predict(1.0 + STILL_AFTER_S + 0.01, 0.2, 10.0);
         assert!(later.is_still());
         assert_eq!(later.world_from_eye.translation, DVec3::X);
+    }
+
+    #[test]
+    fn the_error_of_prediction_is_measured() {
+        let mut viewer = walker();
+        let walk = |viewer: &mut Viewer, first: u64, x: &dyn Fn(f64) -> f64, speed: &dyn Fn(f64) -> f64| {
+            for step in 0..20 {
+                let t_s = f64::from(step) * 0.05;
+                let pose = Rigid::look_along(DVec3::new(x(t_s), 0.0, 0.0), DVec3::NEG_Z);
+                let velocity = DVec3::new(speed(t_s), 0.0, 0.0);
+                viewer.hear(first + u64::from(step as u32), 10.0 * first as f64 + t_s, pose, velocity, 2.0);
+            }
+            viewer.error.map(|error| error.distance_m)
+        };
+        let steady_m = walk(&mut viewer, 2, &|t_s| 2.0 * t_s, &|_| 2.0).expect("judged");
+        assert!(steady_m < 1e-9, "{steady_m}");
+        // Back and forth: what a turn at 2 m/s costs a prediction of 0.2 s.
+        let zigzag = |t_s: f64| 2.0 * (t_s - 0.5).abs();
+        let turned_m = walk(&mut viewer, 100, &zigzag, &|t_s| if t_s < 0.5 { -2.0 } else { 2.0 }).expect("judged");
+        assert!((0.2..=0.8).contains(&turned_m), "{turned_m}");
+        let jumped = |t_s: f64| if t_s < 0.5 { 0.0 } else { 1000.0 };
+        let after_m = walk(&mut viewer, 200, &jumped, &|_| 0.1).expect("judged");
+        assert!(after_m < turned_m, "who is put elsewhere is no error: {after_m}");
     }
 
     #[test]

@@ -45,6 +45,8 @@ pub trait Samples: Sync {
     fn triangle(&self, address: Address) -> u32;
     /// Whether an object deforms, and did since the copy was last compared.
     fn deforms(&self, object: u16) -> bool;
+    /// Whether any does.
+    fn any_deforms(&self) -> bool;
 }
 
 /// A point of a surface as one pixel shows it.
@@ -167,8 +169,11 @@ impl<'a, S: Samples> Comparison<'a, S> {
         }
     }
 
-    /// What covers falsely, and what is stale.
-    pub fn retraction(&self) -> Retraction {
+    /// What is stale and, if asked for, what covers falsely.
+    pub fn retraction(&self, trims: bool) -> Retraction {
+        if !trims && !self.samples.any_deforms() {
+            return Retraction::default();
+        }
         let rows = (0..self.height).into_par_iter().map(|y| {
             let mut row = Retraction::default();
             for x in 0..self.width {
@@ -180,7 +185,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
                     if !self.is_held_at(x, y, x, y) {
                         row.stale.push(address);
                     }
-                } else if self.covers_falsely(x, y, &held) {
+                } else if trims && self.covers_falsely(x, y, &held) {
                     row.false_cover.push(address);
                 }
             }

@@ -243,7 +243,7 @@ impl Account {
 
     /// Deletes the samples of deformed objects that no view of this update showed in their place.
     pub fn expire(&mut self) -> Result<(), HeldError> {
-        if !self.deformed.contains(&true) {
+        if !self.any_deforms() {
             return Ok(());
         }
         let (deformed, look) = (&self.deformed, self.look);
@@ -401,6 +401,10 @@ impl Samples for Account {
 
     fn deforms(&self, object: u16) -> bool {
         self.deformed.get(usize::from(object)) == Some(&true)
+    }
+
+    fn any_deforms(&self) -> bool {
+        self.deformed.contains(&true)
     }
 }
 

@@ -61,6 +61,8 @@ struct Projected {
     /// In 1/256 of a pixel; `None` where it is not in front of the near plane, or far off the screen.
     at: Option<[i32; 2]>,
     depth: f32,
+    /// A bit a plane of the view's pyramid that it lies outside of. A triangle whose corners share one is not seen.
+    outside: u8,
 }
 
 /// The output's projection.
@@ -155,7 +157,8 @@ impl Screen {
         let snapped = |value: f32| (value * SUBPIXELS + 0.5_f32.copysign(value)) as i32;
         let on_screen =
             || [snapped((x / w + 1.0) / 2.0 * self.size_px[0]), snapped((1.0 - y / w) / 2.0 * self.size_px[1])];
-        Projected { at: is_inside.then(on_screen), depth: z / w }
+        let outside = [z > w, x > w, -x > w, y > w, -y > w].into_iter().fold(0, |bits, is| bits << 1 | u8::from(is));
+        Projected { at: is_inside.then(on_screen), depth: z / w, outside }
     }
 
     /// A pixel's point in normalized device coordinates.
@@ -184,6 +187,9 @@ impl Image<'_> {
                 continue; // Deleted.
             }
             let corners = indices.map(|index| drawn.corners[index]);
+            if corners[0].outside & corners[1].outside & corners[2].outside != 0 {
+                continue;
+            }
             let of = Seen { depth: 0.0, patch, first_index: first_index as u32 };
             if let [Some(a), Some(b), Some(c)] = corners.map(|corner| corner.at) {
                 self.triangle([a, b, c], corners.map(|corner| corner.depth), of);

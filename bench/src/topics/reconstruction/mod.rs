@@ -14,6 +14,7 @@ mod output;
 mod settled;
 
 use anyhow::Context;
+use clap::Args;
 use client::frame::Options;
 use gpu::Gpu;
 use protocol::codec::Coding;
@@ -48,6 +49,17 @@ const QUICK_EYES: usize = 6;
 const CURVE_STRIDE: usize = 4;
 const SEED: u64 = 1;
 
+/// What only this topic takes.
+#[derive(Debug, Default, clap::Args)]
+struct Arguments {
+    /// Eyes that look at each scene [default: 64, with --quick 6].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
+    eyes: Option<u64>,
+    /// Only what the bars are about, with conventional images of the same views beside it.
+    #[arg(long)]
+    only_bars: bool,
+}
+
 /// What a run of the topic measures.
 #[derive(Debug, Clone, Copy)]
 struct Settings {
@@ -57,15 +69,19 @@ struct Settings {
     image_px: u32,
     /// Whether other sizes and counts of images are measured too.
     curves: bool,
+    /// Whether other corners, and sets that were completed, are left out.
+    only_bars: bool,
 }
 
 impl Settings {
-    fn of(run: &Run) -> Settings {
+    fn of(run: &Run, arguments: &Arguments) -> Settings {
+        let usual = if run.quick { QUICK_EYES } else { EYES };
         Settings {
             size_px: run.size_px.unwrap_or(OUTPUT_PX),
-            eyes: if run.quick { QUICK_EYES } else { EYES },
+            eyes: arguments.eyes.map_or(usual, |eyes| eyes as usize),
             image_px: IMAGE_PX,
-            curves: !run.quick,
+            curves: !run.quick && !arguments.only_bars,
+            only_bars: arguments.only_bars,
         }
     }
 
@@ -135,6 +151,10 @@ fn methods(settings: &Settings) -> Vec<Method> {
             stride: 1,
         })
         .collect();
+    if settings.only_bars {
+        methods.retain(|method| method.corners == Corners::Averaged);
+        return methods;
+    }
     let floor = plan(Discretization::Conventional, 1, settings.image_px);
     let averaged = |plan, source| Method { plan, corners: Corners::Averaged, source, stride: 1 };
     methods.push(averaged(settings.product(), Source::Settled));
@@ -185,12 +205,16 @@ impl Topic for Reconstruction {
          bytes, for each source of corners, from non-redundant and from conventional images of the same views."
     }
 
+    fn arguments(&self, command: clap::Command) -> clap::Command {
+        Arguments::augment_args(command)
+    }
+
     fn default_scenes(&self, _quick: bool) -> Vec<String> {
         ["urban", "birdnest", "pillars"].map(str::to_owned).to_vec()
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
-        measure(&Settings::of(run), run, report)
+        measure(&Settings::of(run, &run.arguments()?), run, report)
     }
 }
 
@@ -313,7 +337,7 @@ mod tests {
         let out = scratch_folder("reconstruction");
         let run = Run::new(vec!["pillars".to_owned()], out.clone());
         let mut report = Report::new("reconstruction", "");
-        let settings = Settings { size_px: (96, 64), eyes: 1, image_px: 96, curves: false };
+        let settings = Settings { size_px: (96, 64), eyes: 1, image_px: 96, curves: false, only_bars: false };
         measure(&settings, &run, &mut report).expect("a GPU adapter, software or not");
         assert!(!report.has_failures(), "{:?}", report.rows);
         let figure = |row: &Row, path: &str| row.figure(path).expect(path);

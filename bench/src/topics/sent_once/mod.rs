@@ -4,6 +4,7 @@
 //! stage without a network: the same views, size and codec for both methods. Holes and FLIP are those of the client's own
 //! library, drawing the copy that was decoded from the bytes, at the eye's true place one update later.
 
+mod cost;
 mod walk;
 
 use std::sync::Arc;
@@ -24,6 +25,7 @@ use crate::spread::{Better, Spread};
 use crate::stage::{Stage, load_scene, picture};
 use crate::topic::{Run, Topic, scene_label};
 use crate::topics::reconstruction::cover;
+use cost::Costs;
 use walk::{Loop, Tick, UPDATE_HZ, Walker};
 
 /// See the module.
@@ -86,6 +88,8 @@ fn describe(report: &mut Report, half_s: f64) {
         "back_share: bytes on the way back over bytes on the way out.",
         "holes, false cover and FLIP: at the eye's true place one update later, on the way; anew: the same with every view sent \
          whole and nothing kept.",
+        "up to N held: the same walk's ticks in four groups by what the client holds; look_over_anew: the server's median look \
+         over that of sending every view anew, both without coding; client_frame: drawing the copy at the size of the views.",
     ]
     .map(str::to_owned)
     .to_vec();
@@ -97,6 +101,8 @@ struct Walked {
     holes: Vec<f64>,
     false_cover: Vec<f64>,
     flip: Vec<f64>,
+    /// Samples held, and wall milliseconds of a client's frame.
+    frames: Vec<(usize, f64)>,
 }
 
 fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &mut Report) -> anyhow::Result<()> {
@@ -125,7 +131,22 @@ fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &
         y_label: "kB an update".to_owned(),
         series: vec![series("sent once", &once), series("anew", &anew)],
     };
-    draw_scatter(&plot, &path)
+    draw_scatter(&plot, &path)?;
+    let costs = Costs { ticks: &once.ticks, frames: &once.frames, anew_ms: median(&anew.ticks) };
+    report.rows.extend(costs.rows(&label, image_px));
+    let path = run.figure(
+        report,
+        format!("{label}-{image_px}-cost.svg"),
+        format!("{label}: milliseconds of a server's look and of a client's frame, by what is held"),
+    );
+    draw_scatter(&costs.plot(&label, image_px), &path)
+}
+
+/// The median time of a look.
+fn median<'a>(ticks: impl IntoIterator<Item = &'a Tick>) -> f64 {
+    let mut sorted: Vec<f64> = ticks.into_iter().map(|tick| tick.look_ms).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn walked(
@@ -140,7 +161,8 @@ fn walked(
     let near_m = server::start::near_m(scene);
     let mut walker = Walker::new(gpu, scene.clone(), image_px, method)?;
     let mut view = ClientView::new(gpu, (image_px, image_px))?;
-    let mut walked = Walked { ticks: Vec::new(), holes: Vec::new(), false_cover: Vec::new(), flip: Vec::new() };
+    let mut walked =
+        Walked { ticks: Vec::new(), holes: Vec::new(), false_cover: Vec::new(), flip: Vec::new(), frames: Vec::new() };
     let steps = ((2.0 * half_s + 2.0 * STAND_S) * UPDATE_HZ).round() as usize;
     let pose = |step: usize| way.at((step as f64 / UPDATE_HZ - STAND_S).clamp(0.0, 2.0 * half_s), half_s);
     for step in 0..steps {
@@ -151,6 +173,7 @@ fn walked(
             truths.show(now_s, output.world_from_eye.translation)?;
             let truth = truths.truth(&output)?;
             let drawn = view.frame(&walker.set, &output, Options::default())?;
+            walked.frames.push((walker.set.held.sample_count(), drawn.frame_ms));
             let verdicts = cover::verdicts(&truth, &drawn.w, &output, &[]);
             let Some(shares) = cover::shares(&verdicts, &truth) else { continue };
             walked.holes.push(shares.holes);

@@ -1,0 +1,58 @@
+//! What a look costs the server and a frame the client, by how many samples are held.
+
+use super::walk::Tick;
+use crate::report::Row;
+use crate::report::plot::{Scatter, Series};
+use crate::spread::{Better, Spread};
+
+/// The walk is parted into so many groups of equal size.
+const GROUPS: usize = 4;
+
+/// What is known of a walk's costs.
+pub struct Costs<'a> {
+    /// The walk's ticks.
+    pub ticks: &'a [Tick],
+    /// Samples held, and wall milliseconds of a client's frame that draws them.
+    pub frames: &'a [(usize, f64)],
+    /// Median wall milliseconds of a tick that sends every view anew.
+    pub anew_ms: f64,
+}
+
+impl Costs<'_> {
+    /// A row a group, from few held samples to many.
+    pub fn rows(&self, label: &str, image_px: u32) -> Vec<Row> {
+        let mut ticks: Vec<&Tick> = self.ticks.iter().collect();
+        ticks.sort_by_key(|tick| tick.held);
+        let groups = ticks.chunks(ticks.len().div_ceil(GROUPS).max(1));
+        groups.filter_map(|group| self.row(label, image_px, group)).collect()
+    }
+
+    fn row(&self, label: &str, image_px: u32, group: &[&Tick]) -> Option<Row> {
+        let (least, most) = (group.first()?.held, group.last()?.held);
+        let mut row = Row::new(label, &format!("{image_px} px, up to {} k held", most / 1000));
+        let looks = Spread::of(&group.iter().map(|tick| tick.look_ms).collect::<Vec<_>>(), Better::Lower)?;
+        row.counts.set("held", group.iter().map(|tick| tick.held).sum::<usize>() as f64 / group.len() as f64);
+        row.counts.set("look_over_anew", super::median(group.iter().copied()) / self.anew_ms);
+        row.time_ms.set("look", looks);
+        let among = |held: &usize| (least..=most).contains(held);
+        let frames: Vec<f64> = self.frames.iter().filter(|(held, _)| among(held)).map(|&(_, ms)| ms).collect();
+        Spread::of(&frames, Better::Lower).into_iter().for_each(|frames| row.time_ms.set("client_frame", frames));
+        Some(row)
+    }
+
+    /// Looks and frames over held samples.
+    pub fn plot(&self, label: &str, image_px: u32) -> Scatter {
+        let series = |name: &str, points| Series { name: name.to_owned(), points };
+        let thousands = |held: usize| held as f64 / 1000.0;
+        let looks = self.ticks.iter().map(|tick| (thousands(tick.held), tick.look_ms)).collect();
+        let frames = self.frames.iter().map(|&(held, ms)| (thousands(held), ms)).collect();
+        let most = self.ticks.iter().map(|tick| tick.held).max().unwrap_or(0);
+        let anew = vec![(0.0, self.anew_ms), (thousands(most), self.anew_ms)];
+        Scatter {
+            title: format!("{label}, views of {image_px}²: time by what is held"),
+            x_label: "thousand samples held".to_owned(),
+            y_label: "ms".to_owned(),
+            series: vec![series("server's look", looks), series("client's frame", frames), series("anew", anew)],
+        }
+    }
+}
