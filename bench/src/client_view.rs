@@ -40,6 +40,7 @@ impl HeldSet {
         held.commit(edits, 0.0, 0)?;
         let started = Instant::now();
         let mut surfaces = HeldSurfaces::with_corners(gpu, corners, CornerRules::default());
+        surfaces.set_materials(&held.materials);
         for (index, patch) in held.patches.values().enumerate() {
             surfaces.insert_with_offset(patch, offsets.get(index));
         }

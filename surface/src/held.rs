@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
 use protocol::image::Ranks;
-use protocol::{DepthImage, Edit, Held, Mask, ObjectPose, PatchId, Purpose, Update};
+use protocol::{DepthImage, Edit, Held, Mask, Material, ObjectPose, PatchId, Purpose, Update};
 use wgpu::util::DeviceExt;
 
 use crate::corners::{CornerRules, Corners};
@@ -23,6 +23,8 @@ pub struct HeldSurfaces {
     rules: CornerRules,
     patches: BTreeMap<PatchId, PatchSurface>,
     poses_now: BTreeMap<u16, DAffine3>,
+    /// By material code.
+    double_sided: Vec<bool>,
 }
 
 /// What is held for drawing.
@@ -44,6 +46,8 @@ pub(crate) struct PatchSurface {
     /// The moving objects at capture.
     pub(crate) objects: Vec<ObjectPose>,
     pub(crate) quads: QuadBuffers,
+    /// The codes of its materials, ascending.
+    materials: Vec<u8>,
     /// Which samples were built, and their places in `indices`.
     built: Mask,
     ranks: Ranks,
@@ -67,13 +71,27 @@ impl HeldSurfaces {
 
     /// Holds nothing yet.
     pub fn with_corners(gpu: &Gpu, corners: Corners, rules: CornerRules) -> HeldSurfaces {
-        HeldSurfaces { gpu: Some(gpu.clone()), corners, rules, patches: BTreeMap::new(), poses_now: BTreeMap::new() }
+        HeldSurfaces {
+            gpu: Some(gpu.clone()),
+            corners,
+            rules,
+            patches: BTreeMap::new(),
+            poses_now: BTreeMap::new(),
+            double_sided: Vec::new(),
+        }
     }
 
     /// Holds nothing yet, and will in the host's memory; corners are averaged by the default rules.
     pub fn on_host() -> HeldSurfaces {
         let (corners, rules) = (Corners::default(), CornerRules::default());
-        HeldSurfaces { gpu: None, corners, rules, patches: BTreeMap::new(), poses_now: BTreeMap::new() }
+        HeldSurfaces {
+            gpu: None,
+            corners,
+            rules,
+            patches: BTreeMap::new(),
+            poses_now: BTreeMap::new(),
+            double_sided: Vec::new(),
+        }
     }
 
     /// Follows an update that `held` has just applied.
@@ -92,7 +110,8 @@ impl HeldSurfaces {
                 Edit::Move(_) | Edit::Materials(_) | Edit::Light(_) => {}
             }
         }
-        self.poses_now.clone_from(&held.poses_now);
+        self.set_poses(&held.poses_now);
+        self.set_materials(&held.materials);
         for id in changed {
             match held.patches.get(&id) {
                 Some(patch) => self.insert(patch),
@@ -104,7 +123,8 @@ impl HeldSurfaces {
     /// Builds everything that `held` holds anew; for a fresh or a restarted session.
     pub fn rebuild(&mut self, held: &Held) {
         self.clear();
-        self.poses_now.clone_from(&held.poses_now);
+        self.set_poses(&held.poses_now);
+        self.set_materials(&held.materials);
         held.patches.values().for_each(|patch| self.insert(patch));
     }
 
@@ -161,6 +181,17 @@ impl HeldSurfaces {
         self.poses_now.clone_from(poses_now);
     }
 
+    /// What the materials' codes mean: surfaces of one side are not drawn from behind.
+    pub fn set_materials(&mut self, materials: &[Material]) {
+        self.double_sided = materials.iter().map(|material| material.double_sided).collect();
+    }
+
+    /// Whether a patch shows nothing from behind: all of its surfaces have one side, and none may have been mirrored since.
+    pub(crate) fn is_one_sided(&self, patch: &PatchSurface) -> bool {
+        let has_one_side = |code: &u8| self.double_sided.get(usize::from(*code)) == Some(&false);
+        patch.objects.is_empty() && patch.materials.iter().all(has_one_side)
+    }
+
     /// Summed over the patches.
     pub fn stats(&self) -> SurfaceStats {
         self.patches.values().fold(SurfaceStats::default(), |sum, patch| SurfaceStats {
@@ -203,6 +234,13 @@ impl QuadBuffers {
     }
 }
 
+/// The codes of an image's materials, ascending.
+fn materials_in(image: &DepthImage) -> Vec<u8> {
+    let mut seen = [false; 256];
+    image.material.iter().for_each(|&code| seen[usize::from(code)] = true);
+    (0..=u8::MAX).filter(|&code| seen[usize::from(code)]).collect()
+}
+
 /// A ball around the corners of a mesh: around the middle of their box.
 fn ball_eye(camera: &Pinhole, mesh: &PatchMesh) -> (DVec3, f64) {
     let corner =
@@ -229,6 +267,7 @@ impl PatchSurface {
             built: held.patch.image.mask.clone(),
             ball_eye: ball_eye(&camera, &mesh),
             quads: QuadBuffers::new(gpu, mesh),
+            materials: materials_in(&held.patch.image),
             stats,
         }
     }

@@ -78,15 +78,17 @@ impl SurfacePass {
 pub(crate) struct Quads {
     gpu: Gpu,
     layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::RenderPipeline,
+    both_sides: wgpu::RenderPipeline,
+    front_only: wgpu::RenderPipeline,
 }
 
 impl Quads {
     pub(crate) fn new(gpu: &Gpu, fragment: &str, formats: &[wgpu::TextureFormat]) -> Result<Quads, SurfaceError> {
         let module = gpu.shader("surface/quads.wgsl")?;
         let layout = bind_group_layout(gpu);
-        let pipeline = pipeline(gpu, &module, &layout, fragment, formats);
-        Ok(Quads { gpu: gpu.clone(), layout, pipeline })
+        let pipeline = |cull| pipeline(gpu, &module, &layout, fragment, formats, cull);
+        let (both_sides, front_only) = (pipeline(None), pipeline(Some(wgpu::Face::Back)));
+        Ok(Quads { gpu: gpu.clone(), layout, both_sides, front_only })
     }
 
     /// Clears the targets and draws everything held.
@@ -105,12 +107,12 @@ impl Quads {
         let group = (!inputs.views.is_empty()).then(|| self.bind(&inputs));
         let mut pass = begin(encoder, targets, depth);
         let Some(group) = group else { return };
-        pass.set_pipeline(&self.pipeline);
         for (index, (_, patch)) in surfaces.patches().enumerate() {
             let QuadBuffers::Gpu { vertices, indices, index_count } = &patch.quads else { continue };
             if !patch.may_be_seen_from(camera) {
                 continue;
             }
+            pass.set_pipeline(if surfaces.is_one_sided(patch) { &self.front_only } else { &self.both_sides });
             pass.set_bind_group(0, &group, &[index as u32 * stride]);
             pass.set_vertex_buffer(0, vertices.slice(..));
             pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
@@ -339,6 +341,7 @@ fn pipeline(
     layout: &wgpu::BindGroupLayout,
     fragment: &str,
     formats: &[wgpu::TextureFormat],
+    cull_mode: Option<wgpu::Face>,
 ) -> wgpu::RenderPipeline {
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("surfaces"),
@@ -362,7 +365,8 @@ fn pipeline(
                 attributes: &attributes,
             })],
         },
-        primitive: wgpu::PrimitiveState::default(),
+        // A quad's triangles run counter-clockwise where it was captured from.
+        primitive: wgpu::PrimitiveState { cull_mode, ..wgpu::PrimitiveState::default() },
         depth_stencil: Some(wgpu::DepthStencilState {
             format: GBuffer::DEPTH,
             depth_write_enabled: Some(true),

@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_normal;
-use protocol::{ObjectPose, PatchId};
+use protocol::{Material, ObjectPose, PatchId};
 use vantage_surface::{AddressPass, AddressTexel, AddressView, HeldSurfaces};
 
 const ROOM: [Shape; 3] = [
@@ -94,4 +94,31 @@ fn a_plane_has_no_gaps_on_the_processor_either() {
     }
     let empty = pass.view(&pass.new_surfaces(), &view(EYE, TARGET, 16, 60.0)).expect("a view");
     assert_eq!(empty, AddressView::empty((16, 16)));
+}
+
+#[test]
+fn one_sided_surfaces_are_not_seen_from_behind() {
+    let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+    let patch = capture(&ROOM[1..2], &view(EYE, DVec3::new(0.0, 1.0, -6.0), 64, 60.0));
+    let code = usize::from(patch.patch.image.material[0]);
+    let in_front = view(EYE, DVec3::new(0.0, 1.0, -6.0), 32, 40.0);
+    let behind = view(DVec3::new(0.0, 1.0, -12.0), DVec3::new(0.0, 1.0, -6.0), 32, 40.0);
+    // So near that quads reach behind the near plane.
+    let right_behind =
+        Pinhole { near_m: 0.1, ..view(DVec3::new(0.0, 1.0, -6.05), DVec3::new(1.0, 1.0, -6.0), 32, 90.0) };
+    for mut pass in [AddressPass::on_gpu(&gpu).expect("the shaders compile"), AddressPass::on_host()] {
+        let mut surfaces = pass.new_surfaces();
+        surfaces.insert(&patch);
+        for double_sided in [false, true] {
+            let material = Material { double_sided, ..Material::default() };
+            surfaces.set_materials(&vec![material; code + 1]);
+            let mut covered = |camera: &Pinhole| {
+                let seen = pass.view(&surfaces, camera).expect("a view");
+                seen.texels.iter().filter(|texel| texel.address().is_some()).count()
+            };
+            assert_eq!(covered(&in_front), 32 * 32);
+            assert_eq!(covered(&behind), if double_sided { 32 * 32 } else { 0 });
+            assert_eq!(covered(&right_behind) > 0, double_sided);
+        }
+    }
 }

@@ -137,6 +137,7 @@ impl Account {
         self.deformed = if advanced { now.deforms.to_vec() } else { Vec::new() };
         if self.held.materials != now.materials {
             self.held.edit(Edit::Materials(now.materials.to_vec()), &mut self.draft)?;
+            self.surfaces.iter_mut().for_each(|surfaces| surfaces.set_materials(now.materials));
         }
         if self.held.lighting.as_ref() != Some(now.lighting) {
             self.held.edit(Edit::Light(Box::new(now.lighting.clone())), &mut self.draft)?;

@@ -53,6 +53,8 @@ struct Drawn<'a> {
     surface: &'a PatchSurface,
     placement: Placement,
     corners: Vec<Projected>,
+    /// See [`HeldSurfaces::is_one_sided`].
+    is_one_sided: bool,
 }
 
 /// A corner on the screen.
@@ -86,7 +88,7 @@ pub(super) fn view(surfaces: &HeldSurfaces, camera: &Pinhole) -> AddressView {
             let placement = Placement::new(surfaces, surface, &eye_from_world);
             let project = |vertex: &Vertex| screen.projected(screen.clip(vertex, surface, &placement));
             let corners = mesh.vertices.par_iter().with_min_len(CHUNK_QUADS).map(project).collect();
-            Some(Drawn { id, mesh, surface, placement, corners })
+            Some(Drawn { id, mesh, surface, placement, corners, is_one_sided: surfaces.is_one_sided(surface) })
         })
         .collect();
     let seen = nearest(&drawn, &screen);
@@ -192,15 +194,15 @@ impl Image<'_> {
             }
             let of = Seen { depth: 0.0, patch, first_index: first_index as u32 };
             if let [Some(a), Some(b), Some(c)] = corners.map(|corner| corner.at) {
-                self.triangle([a, b, c], corners.map(|corner| corner.depth), of);
+                self.triangle([a, b, c], corners.map(|corner| corner.depth), drawn.is_one_sided, of);
             } else {
-                self.cut(indices.map(|index| drawn.clip(index, self.screen)), of);
+                self.cut(indices.map(|index| drawn.clip(index, self.screen)), drawn.is_one_sided, of);
             }
         }
     }
 
     /// Draws what of a triangle lies in front of the near plane and not far off the screen.
-    fn cut(&mut self, triangle: [[f32; 4]; 3], of: Seen) {
+    fn cut(&mut self, triangle: [[f32; 4]; 3], is_one_sided: bool, of: Seen) {
         // Inside where not negative.
         let planes: [fn(&[f32; 4]) -> f32; 5] = [
             |[_, _, z, w]| w - z,
@@ -234,12 +236,12 @@ impl Image<'_> {
         for index in 2..corners.len() {
             let fan = [corners[0], corners[index - 1], corners[index]];
             if let [Some(a), Some(b), Some(c)] = fan.map(|corner| corner.at) {
-                self.triangle([a, b, c], fan.map(|corner| corner.depth), of);
+                self.triangle([a, b, c], fan.map(|corner| corner.depth), is_one_sided, of);
             }
         }
     }
 
-    fn triangle(&mut self, [a, mut b, mut c]: [[i32; 2]; 3], depths: [f32; 3], of: Seen) {
+    fn triangle(&mut self, [a, mut b, mut c]: [[i32; 2]; 3], depths: [f32; 3], is_one_sided: bool, of: Seen) {
         let [depth_a, mut depth_b, mut depth_c] = depths;
         let (width, height) = (self.screen.camera.width_px as i32, self.screen.camera.height_px as i32);
         // Pixels whose centres, at 128 of 256, lie within the box.
@@ -250,12 +252,14 @@ impl Image<'_> {
             return;
         }
         let mut area = edge(a, b, c);
+        // Counter-clockwise, as y points down.
+        let is_front = area < 0;
         if area < 0 {
             std::mem::swap(&mut b, &mut c);
             std::mem::swap(&mut depth_b, &mut depth_c);
             area = -area;
         }
-        if area == 0 {
+        if area == 0 || (is_one_sided && !is_front) {
             return;
         }
         let edges = [(b, c), (c, a), (a, b)];
