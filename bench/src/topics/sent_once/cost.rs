@@ -56,3 +56,20 @@ impl Costs<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_walk_is_grouped_by_what_is_held() {
+        let tick = |thousand: usize| Tick { held: thousand * 1000, look_ms: thousand as f64, ..Tick::default() };
+        let ticks: Vec<Tick> = (1..=8).rev().map(tick).collect();
+        let costs = Costs { ticks: &ticks, frames: &[(1500, 5.0), (7500, 9.0)], anew_ms: 2.0 };
+        let rows = costs.rows("room", 256);
+        let figures = |path| rows.iter().map(|row| row.figure(path)).collect::<Vec<_>>();
+        assert_eq!(figures("counts.held"), [1500.0, 3500.0, 5500.0, 7500.0].map(Some));
+        assert_eq!(figures("counts.look_over_anew"), [1.0, 2.0, 3.0, 4.0].map(Some));
+        assert_eq!(figures("time_ms.client_frame.mean"), [Some(5.0), None, None, Some(9.0)]);
+    }
+}
