@@ -11,7 +11,7 @@ use self::gpu::GpuPass;
 use crate::SurfaceError;
 use crate::held::HeldSurfaces;
 
-/// Draws [`AddressView`]s: on the GPU, or, where that is only software, by a [`raster`] of our own, which takes a tenth of the time
+/// Draws [`AddressView`]s: on the GPU, or, where that is only software, by a rasterizer of our own, which takes a fourth to a ninth of the time
 /// for quads of about a pixel.
 #[derive(Debug)]
 pub struct AddressPass(Way);
