@@ -71,27 +71,17 @@ impl HeldSurfaces {
 
     /// Holds nothing yet.
     pub fn with_corners(gpu: &Gpu, corners: Corners, rules: CornerRules) -> HeldSurfaces {
-        HeldSurfaces {
-            gpu: Some(gpu.clone()),
-            corners,
-            rules,
-            patches: BTreeMap::new(),
-            poses_now: BTreeMap::new(),
-            double_sided: Vec::new(),
-        }
+        HeldSurfaces::empty(Some(gpu.clone()), corners, rules)
     }
 
     /// Holds nothing yet, and will in the host's memory; corners are averaged by the default rules.
     pub fn on_host() -> HeldSurfaces {
-        let (corners, rules) = (Corners::default(), CornerRules::default());
-        HeldSurfaces {
-            gpu: None,
-            corners,
-            rules,
-            patches: BTreeMap::new(),
-            poses_now: BTreeMap::new(),
-            double_sided: Vec::new(),
-        }
+        HeldSurfaces::empty(None, Corners::default(), CornerRules::default())
+    }
+
+    fn empty(gpu: Option<Gpu>, corners: Corners, rules: CornerRules) -> HeldSurfaces {
+        let (patches, poses_now, double_sided) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
+        HeldSurfaces { gpu, corners, rules, patches, poses_now, double_sided }
     }
 
     /// Follows an update that `held` has just applied.

@@ -17,7 +17,7 @@ pub struct AccountRules {
     /// 4 is half the distance; 2 sends two fifths more, and without it what was first seen from afar stays coarse.
     pub density_factor: f32,
     /// Whether what is held too coarsely is sent again. While the viewer moves only views on its way ask for it: one from the
-    /// rim may lie right before a wall that the viewer will never be as near to. In a room of pillars that was two fifths of all
+    /// rim may lie right before a wall that the viewer will never be as near to. In a room of pillars that was a fifth of all
     /// samples sent.
     pub refines: bool,
     /// A view that lacks less than this share of its pixels gets nothing, unless it is the viewer's own.

@@ -11,8 +11,8 @@ use self::gpu::GpuPass;
 use crate::SurfaceError;
 use crate::held::HeldSurfaces;
 
-/// Draws [`AddressView`]s: on the GPU, or, where that is only software, by a rasterizer of our own, which takes a fourth to a ninth of the time
-/// for quads of about a pixel.
+/// Draws [`AddressView`]s: on the GPU, or, where that is only software, by a rasterizer of our own, which is several
+/// times faster for quads of about a pixel.
 #[derive(Debug)]
 pub struct AddressPass(Way);
 
