@@ -195,10 +195,15 @@ impl Stage {
         }
         account.mark_seen(&copy);
         let least = if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
-        if lacking.missing as f64 > least {
-            account.add(capture, &lacking, plan.precision, now)?;
+        if lacking.missing as f64 <= least {
+            lacking = Lacking::nothing(capture);
         }
-        Ok(())
+        // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
+        let supersedes = plan.reason.is_passing() && rules.refines;
+        let comparison = supersedes.then(|| Comparison::new(capture, &copy, account, &peers, rules));
+        let superseded = comparison.map(|view| account.superseded(&view, &lacking.send)).unwrap_or_default();
+        account.add(capture, &lacking, plan.precision, now)?;
+        Ok(account.supersede(&superseded)?)
     }
 
     /// What a client's copy may cost it: never less than all of a plan's views of the least size, and one more.

@@ -155,6 +155,11 @@ impl HeldSurfaces {
         }
     }
 
+    /// Whether a view may show anything of a patch.
+    pub fn may_show(&self, id: PatchId, view: &Pinhole) -> bool {
+        self.patches.get(&id).is_some_and(|patch| patch.may_be_seen_from(view))
+    }
+
     /// Forgets a patch.
     pub fn remove(&mut self, id: PatchId) {
         self.patches.remove(&id);

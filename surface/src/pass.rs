@@ -38,11 +38,17 @@ struct ViewUniform {
     smoothing: u32,
     /// Its id, for what asks which sample it sees.
     patch: u32,
-    padding: u32,
+    setback: f32,
 }
 
 /// Texels a moving object takes in the texture of movers: three rows for points, three for normals.
 const MOVER_TEXELS: u32 = 6;
+
+/// A sample is tested against others as if it lay this many of its footprints (what a pixel spans at its depth, where it was captured)
+/// further from the eye. So of overlapping samples of one surface the finer shows, in one pass: their depths differ by less, through
+/// coding, averaged corners and curvature. What lies nearer before another surface than the difference of both footprints would
+/// show it through; a server sees that in its own drawing of the copy, and sends the nearer surface as finely.
+pub(crate) const SETBACK_FOOTPRINTS: f64 = 0.5;
 
 /// Moving objects a row of that texture; the twin of the constant in `surface/quads.wgsl`. 2048 rows, which every device has,
 /// hold 131,072.
@@ -256,8 +262,13 @@ fn view_uniform(
             Smoothing::Linear => 2,
         },
         patch: 0,
-        padding: 0,
+        setback: setback(patch),
     }
+}
+
+/// How far a patch's samples are set back, as a share of their distance from where they were captured.
+pub(crate) fn setback(patch: &PatchSurface) -> f32 {
+    (SETBACK_FOOTPRINTS / patch.camera.focal_px) as f32
 }
 
 fn rows(affine: DAffine3) -> Rows {

@@ -122,3 +122,27 @@ fn one_sided_surfaces_are_not_seen_from_behind() {
         }
     }
 }
+
+/// By pixel: which of two patches of a floor shows. The first has an eighth of the other's pixels a side and lies nearer.
+fn address_of_overlap(pass: &mut AddressPass, coarse_is_nearer_m: f64) -> Vec<u32> {
+    let floor = |height_m: f64| Shape::Plane { point: DVec3::Y * height_m, normal: DVec3::Y };
+    let (above, target) = (DVec3::new(0.0, 2.0, 0.0), DVec3::new(0.0, 0.0, -0.5));
+    let coarse = capture(&[floor(coarse_is_nearer_m)], &view(above, target, 16, 90.0));
+    let mut fine = capture(&[floor(0.0)], &view(above, target, 128, 90.0));
+    fine.patch.id = PatchId(2);
+    let mut surfaces = pass.new_surfaces();
+    [coarse, fine].iter().for_each(|patch| surfaces.insert(patch));
+    let seen = pass.view(&surfaces, &view(DVec3::new(0.3, 1.5, 0.2), target, 64, 50.0)).expect("a view");
+    seen.texels.iter().map(|texel| texel.patch).collect()
+}
+
+#[test]
+fn of_overlapping_samples_the_finer_shows_unless_it_lies_clearly_behind() {
+    let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+    for mut pass in [AddressPass::on_gpu(&gpu).expect("the shaders compile"), AddressPass::on_host()] {
+        // A coarse pixel spans 0.25 m.
+        let (near, far) = (address_of_overlap(&mut pass, 0.02), address_of_overlap(&mut pass, 0.3));
+        assert!(near.iter().all(|&patch| patch == 2), "the finer is 2 cm behind: {near:?}");
+        assert!(far.iter().all(|&patch| patch == 1), "what lies 30 cm behind stays hidden: {far:?}");
+    }
+}

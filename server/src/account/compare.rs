@@ -51,13 +51,13 @@ pub trait Samples: Sync {
 
 /// A point of a surface as one pixel shows it.
 #[derive(Debug, Clone, Copy)]
-struct Point {
-    w: f32,
-    normal: Vec3,
-    object: u16,
-    triangle: u32,
+pub(super) struct Point {
+    pub w: f32,
+    pub normal: Vec3,
+    pub object: u16,
+    pub triangle: u32,
     /// Step of its coding.
-    w_step: f32,
+    pub w_step: f32,
 }
 
 /// Two views of one camera.
@@ -101,6 +101,15 @@ pub struct Lacking {
 }
 
 impl Lacking {
+    /// Nothing of a view.
+    pub fn nothing(capture: &Capture) -> Lacking {
+        Lacking {
+            send: Mask::empty(capture.camera.width_px, capture.camera.height_px),
+            missing: 0,
+            replaced: Vec::new(),
+        }
+    }
+
     /// Every hit of a view.
     pub fn all(capture: &Capture) -> Lacking {
         let send = capture.mask();
@@ -327,6 +336,32 @@ impl<'a, S: Samples> Comparison<'a, S> {
         send
     }
 
+    /// By pixel: how densely the hit there is sampled by what shows it once `send` is sent, see [`density`]; 0 where nothing does.
+    pub(super) fn shown_densities(&self, send: &Mask) -> Vec<f32> {
+        let shown = |index: usize| {
+            let (x, y) = (index as i32 % self.width, index as i32 / self.width);
+            if send.get(x as u32, y as u32) {
+                return self.view_density(x, y);
+            }
+            let address = self.seen_at(index).filter(|_| self.is_held_at(x, y, x, y));
+            address.map_or(0.0, |address| self.samples.density(address))
+        };
+        (0..self.truth.len()).into_par_iter().with_min_len(4096).map(shown).collect()
+    }
+
+    /// How densely the view itself samples the hit of a pixel; 0 where there is none.
+    pub(super) fn view_density(&self, x: i32, y: i32) -> f32 {
+        self.truth_at(x, y).map_or(0.0, |hit| density(self.focal_px, hit.w, hit.normal.dot(self.ray(x, y))))
+    }
+
+    pub(super) fn camera(&self) -> &Pinhole {
+        &self.camera
+    }
+
+    pub(super) fn at_if_inside(&self, (x, y): (i32, i32)) -> Option<usize> {
+        self.is_inside(x, y).then(|| self.at(x, y))
+    }
+
     fn at(&self, x: i32, y: i32) -> usize {
         (y * self.width + x) as usize
     }
@@ -335,7 +370,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
         x >= 0 && y >= 0 && x < self.width && y < self.height
     }
 
-    fn truth_at(&self, x: i32, y: i32) -> Option<Point> {
+    pub(super) fn truth_at(&self, x: i32, y: i32) -> Option<Point> {
         self.is_inside(x, y).then(|| self.truth[self.at(x, y)]).flatten()
     }
 
@@ -344,7 +379,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
     }
 
     /// The ray of a pixel's centre in the axes of the world.
-    fn ray(&self, x: i32, y: i32) -> Vec3 {
+    pub(super) fn ray(&self, x: i32, y: i32) -> Vec3 {
         let across = (x as f32 + 0.5 - self.centre_px[0]) / self.focal_px;
         let down = (y as f32 + 0.5 - self.centre_px[1]) / self.focal_px;
         self.axes[0] * across + self.axes[1] * down + self.axes[2]
@@ -361,7 +396,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
     }
 
     /// How far apart in `w` two points of one surface may be at a pixel.
-    fn tolerance(&self, a: &Point, b: &Point, x: i32, y: i32) -> f32 {
+    pub(super) fn tolerance(&self, a: &Point, b: &Point, x: i32, y: i32) -> f32 {
         let ray = self.ray(x, y);
         let facing = a.normal.dot(ray).abs().max(b.normal.dot(ray).abs());
         let footprint = a.w / self.focal_px;
@@ -377,7 +412,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
         }
     }
 
-    fn is_same_way(&self, hit: &Point, held: &Point) -> bool {
+    pub(super) fn is_same_way(&self, hit: &Point, held: &Point) -> bool {
         hit.triangle == held.triangle || hit.normal.dot(held.normal) >= self.rules.normal_cos
     }
 
@@ -420,8 +455,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
         if !self.rules.refines || self.peers.contains(&address.0) {
             return false;
         }
-        let density = density(self.focal_px, hit.w, hit.normal.dot(self.ray(x, y)));
-        density > self.rules.density_factor * self.samples.density(address)
+        self.view_density(x, y) > self.rules.density_factor * self.samples.density(address)
             && !(self.rules.outlines_stand_in && self.is_outline(x, y, hit))
     }
 

@@ -14,6 +14,7 @@
 pub mod compare;
 mod record;
 mod rules;
+mod superseded;
 
 pub use rules::AccountRules;
 
@@ -324,6 +325,16 @@ impl Account {
         self.counts.anew += capture.ids.iter().filter(|ids| ids[0] != 0).count();
     }
 
+    /// Deletes what a view has superseded, see [`Account::superseded`].
+    pub fn supersede(&mut self, superseded: &[Address]) -> Result<(), HeldError> {
+        self.counts.deleted += superseded.len();
+        self.delete(superseded)
+    }
+
+    fn is_deformed(&self, object: u16) -> bool {
+        self.deformed.get(usize::from(object)) == Some(&true)
+    }
+
     /// Deletes samples; `addresses` ascend. A patch left without any is removed.
     fn delete(&mut self, addresses: &[Address]) -> Result<(), HeldError> {
         for of_patch in addresses.chunk_by(|a, b| a.0 == b.0) {
@@ -401,7 +412,7 @@ impl Samples for Account {
     }
 
     fn deforms(&self, object: u16) -> bool {
-        self.deformed.get(usize::from(object)) == Some(&true)
+        self.is_deformed(object)
     }
 
     fn any_deforms(&self) -> bool {

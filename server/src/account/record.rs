@@ -16,14 +16,14 @@ pub(super) struct Record {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Sample {
+pub(super) struct Sample {
     /// Samples an area, see [`density`].
-    density: f32,
+    pub density: f32,
     /// Inverse depth, 1/m.
-    w: f32,
-    triangle: u32,
+    pub w: f32,
+    pub triangle: u32,
     /// The last look that showed it.
-    seen: u32,
+    pub seen: u32,
     /// The look that last trimmed it; 0 never.
     trimmed: u32,
     extent: u8,
@@ -43,7 +43,7 @@ impl Record {
         Record { added: look, ranks: Ranks::new(&image.mask), samples: samples.collect(), mask: image.mask.clone() }
     }
 
-    fn sample(&self, x: u16, y: u16) -> Option<&Sample> {
+    pub fn sample(&self, x: u16, y: u16) -> Option<&Sample> {
         self.ranks.of(&self.mask, x, y).map(|rank| &self.samples[rank])
     }
 

@@ -21,7 +21,8 @@ struct View {
     smoothing: u32,
     // Its id.
     patch_id: u32,
-    padding: u32,
+    // How far a sample is set back, as a share of its distance from where it was captured: see `surface::pass::SETBACK_FOOTPRINTS`.
+    setback: f32,
 }
 
 const SMOOTHING_NONE: u32 = 0u;
@@ -48,7 +49,8 @@ struct VertexIn {
 
 struct Corner {
     @builtin(position) clip: vec4f,
-    @location(0) image_px: vec2f,
+    // (u, v, w) in the patch's image.
+    @location(0) image: vec3f,
     @location(1) colour: vec3f,
     @location(2) normal: vec3f,
     @location(3) @interpolate(flat, either) quad_colour_material: u32,
@@ -65,6 +67,15 @@ struct Surface {
     @location(1) normal_ids: vec2u,
     // 1/z in the output's eye space, 1/m.
     @location(2) w: f32,
+}
+
+// The depth that is tested: of overlapping samples of a surface the finer one is to show. `depth / z` is the depth of a corner; at
+// the near plane, where it is 1, it stays, so that the same is cut off there.
+fn set_back(depth: f32, z: f32) -> f32 {
+    if z <= 0.0 {
+        return depth;
+    }
+    return depth * (1.0 - min(view.setback / z, 0.5) * (1.0 - depth / z));
 }
 
 @vertex
@@ -93,8 +104,9 @@ fn vertex(in: VertexIn) -> Corner {
     }
     let point = vec4f((in.image.xy - view.centre_px) / view.focal_px, 1.0, in.image.z);
     let eye = vec3f(dot(rows[0], point), dot(rows[1], point), dot(rows[2], point));
-    out.clip = vec4f(view.clip_scale * eye.xy + view.clip_shift * eye.z, view.near_m * in.image.z, eye.z);
-    out.image_px = in.image.xy;
+    let depth = set_back(view.near_m * in.image.z, eye.z);
+    out.clip = vec4f(view.clip_scale * eye.xy + view.clip_shift * eye.z, depth, eye.z);
+    out.image = in.image;
     out.colour = unpack4x8unorm(in.corner_colour_trim).xyz;
     out.quad_colour_material = in.colour_material;
     out.quad_pixel = in.pixel;
@@ -105,20 +117,25 @@ fn vertex(in: VertexIn) -> Corner {
 // 1 at the centre of the quad, 0 on its border.
 fn tent(in: Corner) -> f32 {
     let pixel = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u));
-    let sides = clamp(1.0 - abs(2.0 * (in.image_px - pixel) - 1.0), vec2f(0.0), vec2f(1.0));
+    let sides = clamp(1.0 - abs(2.0 * (in.image.xy - pixel) - 1.0), vec2f(0.0), vec2f(1.0));
     return sides.x * sides.y;
 }
 
 // The way to the quad's centre in steps to the right and down on the screen; none where the quad is seen edge-on. Over a
 // triangle everything is linear in the patch's image, so these steps lead exactly there.
 fn steps_to_centre(in: Corner) -> vec2f {
-    let right = dpdx(in.image_px);
-    let down = dpdy(in.image_px);
+    let right = dpdx(in.image.xy);
+    let down = dpdy(in.image.xy);
     let determinant = right.x * down.y - right.y * down.x;
     let centre = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u)) + 0.5;
-    let way = centre - in.image_px;
+    let way = centre - in.image.xy;
     let steps = vec2f(way.x * down.y - way.y * down.x, right.x * way.y - right.y * way.x) / determinant;
     return select(vec2f(0.0), steps, abs(determinant) > EDGE_ON * length(right) * length(down));
+}
+
+// Inverse depth in the output's eye space, 1/m: not that of the depth test, which is set back.
+fn w_of(in: Corner) -> f32 {
+    return in.image.z * in.clip.w;
 }
 
 struct Look {
@@ -153,7 +170,7 @@ fn fragment(in: Corner) -> Surface {
     var out: Surface;
     out.colour = vec4f(shown.colour, 1.0);
     out.normal_ids = vec2u(octahedral_code_fine(shown.normal), in.quad_object | (material << 16u));
-    out.w = in.clip.z / view.near_m;
+    out.w = w_of(in);
     return out;
 }
 
@@ -162,6 +179,6 @@ fn fragment(in: Corner) -> Surface {
 fn address(in: Corner) -> @location(0) vec4u {
     // Without slopes: a comparison of surfaces wants the steadier normal.
     let normal = octahedral_code(mix(in.normal, in.quad_normal, tent(in)));
-    let w = in.clip.z / view.near_m;
+    let w = w_of(in);
     return vec4u(view.patch_id, in.quad_pixel, normal | (in.quad_object << 16u), bitcast<u32>(w));
 }

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::{AddressTexel, AddressView};
 use crate::held::{HeldSurfaces, PatchSurface, QUAD_INDICES, QuadBuffers};
 use crate::mesh::{PatchMesh, Vertex};
-use crate::pass::Placement;
+use crate::pass::{Placement, setback};
 
 /// Steps a pixel is divided into.
 const SUBPIXELS: f32 = 256.0;
@@ -28,7 +28,7 @@ const CHUNK_QUADS: usize = 4096;
 /// Which triangle a pixel shows, and how near.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
-    /// `near * w`; 0 for nothing.
+    /// `near * w`, set back; 0 for nothing.
     depth: f32,
     /// Place among the drawn patches.
     patch: u32,
@@ -49,6 +49,8 @@ impl Seen {
 /// A patch that the view may see.
 struct Drawn<'a> {
     id: PatchId,
+    /// See [`setback`].
+    setback: f32,
     mesh: &'a PatchMesh,
     surface: &'a PatchSurface,
     placement: Placement,
@@ -86,9 +88,11 @@ pub(super) fn view(surfaces: &HeldSurfaces, camera: &Pinhole) -> AddressView {
         .filter_map(|(id, surface)| {
             let QuadBuffers::Host(mesh) = &surface.quads else { return None };
             let placement = Placement::new(surfaces, surface, &eye_from_world);
-            let project = |vertex: &Vertex| screen.projected(screen.clip(vertex, surface, &placement));
+            let setback = setback(surface);
+            let project =
+                |vertex: &Vertex| screen.projected(set_back(screen.clip(vertex, surface, &placement), setback));
             let corners = mesh.vertices.par_iter().with_min_len(CHUNK_QUADS).map(project).collect();
-            Some(Drawn { id, mesh, surface, placement, corners, is_one_sided: surfaces.is_one_sided(surface) })
+            Some(Drawn { id, setback, mesh, surface, placement, corners, is_one_sided: surfaces.is_one_sided(surface) })
         })
         .collect();
     let seen = nearest(&drawn, &screen);
@@ -196,7 +200,11 @@ impl Image<'_> {
             if let [Some(a), Some(b), Some(c)] = corners.map(|corner| corner.at) {
                 self.triangle([a, b, c], corners.map(|corner| corner.depth), drawn.is_one_sided, of);
             } else {
-                self.cut(indices.map(|index| drawn.clip(index, self.screen)), drawn.is_one_sided, of);
+                self.cut(
+                    indices.map(|index| set_back(drawn.clip(index, self.screen), drawn.setback)),
+                    drawn.is_one_sided,
+                    of,
+                );
             }
         }
     }
@@ -277,6 +285,14 @@ impl Image<'_> {
             }
         }
     }
+}
+
+/// A corner in clip space with the depth that is tested, see `set_back` in `surface/quads.wgsl`.
+fn set_back([x, y, z, w]: [f32; 4], setback: f32) -> [f32; 4] {
+    if w <= 0.0 {
+        return [x, y, z, w];
+    }
+    [x, y, z * (1.0 - (setback / w).min(0.5) * (1.0 - z / w)), w]
 }
 
 /// Twice the area of the triangle from an edge to a point: positive to the right of the edge, as y points down.
