@@ -4,7 +4,7 @@
 //! - [`held`]: [`Patch`], [`Edit`], [`Update`], and [`Held`], the copy of the client that both ends keep.
 //! - [`look`]: materials, lights and how colour is shown.
 //! - [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
-//!   samples.
+//!   samples. [`plain`]: an update where bytes are handed over within one machine.
 //! - [`session`]: the sans-IO state machines of both ends: bytes and the time go in, bytes, events and deadlines come out.
 //! - [`limits`]: caps on everything that comes from outside.
 
@@ -15,6 +15,7 @@ pub mod image;
 pub mod limits;
 pub mod look;
 pub mod message;
+pub mod plain;
 pub mod session;
 pub mod wire;
 

@@ -410,11 +410,13 @@ fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) ->
     Ok(edit)
 }
 
-fn encode_table(table: &impl Serialize) -> Vec<u8> {
+/// The bytes of a table, or of what else is small.
+pub(crate) fn encode_table(table: &impl Serialize) -> Vec<u8> {
     bincode::serde::encode_to_vec(table, config()).expect("tables are within the limit")
 }
 
-fn decode_table<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, WireError> {
+/// Reads what [`encode_table`] wrote, and no byte more.
+pub(crate) fn decode_table<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, WireError> {
     let (table, read) =
         bincode::serde::decode_from_slice(bytes, config()).map_err(|error| WireError::Control(error.to_string()))?;
     if read == bytes.len() { Ok(table) } else { Err(CodecError::Damaged("bytes after a table").into()) }

@@ -10,6 +10,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use vantage_protocol::codec::Coding;
 use vantage_protocol::message::{Clock, ServerMessage, VERSION, ViewSize, Welcome};
+use vantage_protocol::plain::{read_update, write_update};
 use vantage_protocol::wire::{
     Assembler, Envelope, FRAGMENT_BYTES, Fragment, ServerPacket, UpdateHead, WireError, client_message_kind,
     decode_client, decode_server, decode_update, encode_client, encode_server, encode_update, fragments as split,
@@ -192,6 +193,19 @@ fn an_update_that_claims_much_is_refused() {
     ));
 }
 
+#[test]
+fn an_update_comes_back_from_its_plain_bytes() {
+    let update = update();
+    let mut bytes = b"before".to_vec();
+    write_update(&update, &mut bytes);
+    let bytes = bytes.strip_prefix(b"before").unwrap();
+    assert_eq!(read_update(bytes), Ok(update));
+    for length in (0..bytes.len()).step_by(997).chain([bytes.len() - 1]) {
+        assert!(read_update(&bytes[..length]).is_err(), "{length} of {} bytes", bytes.len());
+    }
+    assert!(read_update(&[bytes, &[0]].concat()).is_err(), "a byte too many");
+}
+
 /// A small update with an edit of every kind, for damage.
 fn small() -> Vec<u8> {
     encode_update(&update_of((24, 16)), Coding::default()).bytes
@@ -209,6 +223,22 @@ proptest! {
             let _ = Assembler::default().push(fragment, &limits);
         }
         let _ = decode_update(&bytes, &limits);
+        let _ = read_update(&bytes);
+    }
+
+    #[test]
+    fn damaged_plain_updates_never_panic(
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let mut bytes = Vec::new();
+        write_update(&update_of((24, 16)), &mut bytes);
+        for (place, byte) in damage {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        if let Ok(update) = read_update(&bytes) {
+            let _ = Held::default().apply(&update);
+        }
     }
 
     #[test]

@@ -50,6 +50,15 @@ const panel = (page, id) => page.locator(`#${id}`).textContent();
 const far = (a, b) => Math.hypot(...a.position.map((x, i) => x - b.position[i]));
 const turned = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.quaternion.reduce((s, x, i) => s + x * b.quaternion[i], 0))));
 
+/** In the page: workers start, but what comes to them instead of an update makes them fail. */
+function mortalWorkers() {
+  window.Worker = class extends window.Worker {
+    postMessage(message, ...rest) {
+      super.postMessage(message instanceof ArrayBuffer ? -1 : message, ...rest);
+    }
+  };
+}
+
 /** One browser, one server, every test on it in order. */
 function tests(renderer) {
   const at = {};
@@ -82,6 +91,12 @@ function tests(renderer) {
       assert.equal(await panel(at.page, 'scene'), SCENE);
       assert.ok(await at.page.locator('#loading').isHidden());
       assert.ok(await at.page.locator('#status').isHidden());
+    }],
+    ['decodes in a worker', async () => {
+      const state = await until(at.page, 'updates', (now) => now.updates > 0);
+      assert.equal(state.decoder, 'worker');
+      assert.ok(state.stats.ms.decode > 0, 'it took no time');
+      assert.equal(at.page.workers().length, 1);
     }],
     ['turns by dragging', async () => {
       const before = await settled(at.page);
@@ -144,6 +159,27 @@ function tests(renderer) {
       await at.page.mouse.move(260, 220, { steps: 3 });
       await at.page.mouse.up();
       await until(at.page, 'the new canvas to listen', (now) => turned(before.pose, now.pose) > 0.05);
+    }],
+    ['draws without a worker', async () => {
+      // A browser that has none, one whose script is not there, and one that dies of its first update.
+      const without = [
+        (page) => page.addInitScript(() => { delete window.Worker; }),
+        (page) => page.route('**/worker.js', (route) => route.abort()),
+        (page) => page.addInitScript(mortalWorkers),
+      ];
+      for (const prepare of without) {
+        const page = await at.page.context().newPage();
+        const said = [];
+        page.on('console', (message) => said.push(`${message.type()}: ${message.text()}`));
+        await prepare(page);
+        await page.goto(`${at.server.origin}/?renderer=${renderer}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+        const state = await until(page, 'a picture', (now) => now.picture && now.samples > 10_000);
+        assert.equal(state.decoder, 'page');
+        assert.match(said.join('\n'), /^warning: updates are decoded on the page's own thread, as there is no worker: ./m);
+        const pixels = await canvasPixels(page, join(shots, `${renderer}-8-no-worker.png`));
+        assert.ok(contrast(pixels) > 50, 'the canvas is nearly blank');
+        await page.close();
+      }
     }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))

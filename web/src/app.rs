@@ -6,9 +6,8 @@ use std::rc::Rc;
 
 use camera::Rigid;
 use client::controls::{Controls, Mode};
-use client::viewer::{Decoder, SocketCommand, Viewer};
+use client::viewer::{SocketCommand, Viewer};
 use glam::DVec2;
-use protocol::Limits;
 use protocol::message::{Clock, ViewSize};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
@@ -17,6 +16,7 @@ use crate::input::{self, Action};
 use crate::page::{self, Page};
 use crate::screen::{Renderer, Screen};
 use crate::socket::Socket;
+use crate::worker;
 
 /// Vertical field of view.
 const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
@@ -75,10 +75,11 @@ struct Drawn {
 /// Starts everything; fails with words for a person.
 pub async fn start() -> Result<(), String> {
     let wishes = wishes()?;
+    // It starts while the graphics do.
+    let decoder = worker::decoder();
     let screen = open_screen(wishes.renderer, true).await?;
     let (width_px, height_px) = screen.size_px();
     let view = ViewSize { width_px, height_px, fov_y_rad: FOV_Y_RAD };
-    let decoder = Decoder::inline(Limits::default());
     let app = App {
         page: Page::new()?,
         viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s()).with_budget(BUDGET_BYTES),
@@ -396,6 +397,7 @@ pub fn snapshot() -> String {
         "size_px": app.screen.as_ref().map(Screen::size_px),
         "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
         "pose": pose,
+        "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
         "stats": stats,
         "device_losses": app.losses,
     });

@@ -1,8 +1,8 @@
 //! The browser client: page, websocket, input and panel around the client library.
 //!
 //! `web/static` holds the page; its `main.js` loads the WebAssembly and calls `start`. A frame runs in an animation-frame
-//! callback; a slower timer keeps the session alive while the page is hidden. Updates are decoded and built one at a time
-//! between two frames, on the page's only thread.
+//! callback; a slower timer keeps the session alive while the page is hidden. Updates are decoded by a web worker, an instance
+//! of the same WebAssembly that calls `decode` alone.
 
 #![cfg(target_arch = "wasm32")]
 
@@ -11,6 +11,7 @@ mod input;
 mod page;
 mod screen;
 mod socket;
+mod worker;
 
 use wasm_bindgen::prelude::*;
 
@@ -19,6 +20,13 @@ use wasm_bindgen::prelude::*;
 pub async fn start() -> Result<(), JsValue> {
     page::report_panics();
     app::start().await.map_err(|error| js_sys::Error::new(&error.to_string()).into())
+}
+
+/// In the worker: the answer to the bytes of an update.
+#[wasm_bindgen]
+pub fn decode(bytes: &[u8]) -> Vec<u8> {
+    console_error_panic_hook::set_once();
+    client::viewer::answer(bytes, &protocol::Limits::default())
 }
 
 /// What the viewer is doing, as JSON; see `main.js` for the fields.

@@ -1,7 +1,12 @@
 //! Decoding updates away from the picture.
 //!
-//! Natively a thread decodes, so that a large update never holds up a frame. In the browser, and where results must not depend
-//! on the machine's speed, one update is decoded a call, between two frames; updates stay in order either way.
+//! Natively a thread decodes, so that a large update never holds up a frame; in the browser a web worker does, which shares no
+//! memory with the page ([`elsewhere`]). Where results must not depend on the machine's speed, and where there is no worker, one
+//! update is decoded a call, between two frames. Updates stay in order in every place.
+
+mod elsewhere;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 
@@ -9,6 +14,9 @@ use protocol::session::ReceivedUpdate;
 use protocol::wire::{self, UpdateHead, WireError};
 use protocol::{Limits, Update};
 use web_time::Instant;
+
+use elsewhere::Elsewhere;
+pub use elsewhere::{DecodeWorker, answer};
 
 /// An update with what became of it.
 #[derive(Debug)]
@@ -19,8 +27,8 @@ pub struct Decoded {
     pub head: UpdateHead,
     /// When its last fragment came.
     pub arrived_at_s: f64,
-    /// Its edits, or what is wrong with it.
-    pub result: Result<Update, WireError>,
+    /// Its edits, or what is wrong with it, in words.
+    pub result: Result<Update, String>,
     /// What decoding took.
     pub decode_ms: f64,
 }
@@ -41,6 +49,7 @@ pub struct Decoder {
 #[derive(Debug)]
 enum Place {
     Here(VecDeque<Job>),
+    Elsewhere(Elsewhere),
     #[cfg(not(target_arch = "wasm32"))]
     Thread(thread::DecodeThread),
 }
@@ -58,11 +67,22 @@ impl Decoder {
         Ok(Decoder { limits, place })
     }
 
+    /// Decodes by a worker; where it fails, as [`Decoder::inline`] does, beginning with what the worker has not answered.
+    pub fn elsewhere(limits: Limits, worker: Box<dyn DecodeWorker>) -> Decoder {
+        Decoder { limits, place: Place::Elsewhere(Elsewhere::new(worker)) }
+    }
+
+    /// Whether another thread or a worker decodes, so that no frame waits for it.
+    pub fn is_beside(&self) -> bool {
+        !matches!(self.place, Place::Here(_))
+    }
+
     /// Takes an update in. What may wait is bounded by the credit that the server has.
     pub fn push(&mut self, session: u64, update: ReceivedUpdate) {
         let job = Job { session, update };
         match &mut self.place {
             Place::Here(jobs) => jobs.push_back(job),
+            Place::Elsewhere(elsewhere) => elsewhere.push(job),
             #[cfg(not(target_arch = "wasm32"))]
             Place::Thread(thread) => thread.push(job),
         }
@@ -70,8 +90,15 @@ impl Decoder {
 
     /// The next decoded update, where there is one.
     pub fn poll(&mut self) -> Option<Decoded> {
+        if let Place::Elsewhere(elsewhere) = &mut self.place {
+            match elsewhere.poll(Instant::now()) {
+                Ok(decoded) => return decoded,
+                Err(unanswered) => self.place = Place::Here(unanswered),
+            }
+        }
         match &mut self.place {
             Place::Here(jobs) => jobs.pop_front().map(|job| decode(job, &self.limits)),
+            Place::Elsewhere(_) => None,
             #[cfg(not(target_arch = "wasm32"))]
             Place::Thread(thread) => thread.poll(),
         }
@@ -79,14 +106,21 @@ impl Decoder {
 }
 
 fn decode(job: Job, limits: &Limits) -> Decoded {
+    let (result, decode_ms) = measured(&job.update.bytes, limits);
+    job.decoded(result.map_err(|error| error.to_string()), decode_ms)
+}
+
+/// Decodes an update, and says how many milliseconds that took.
+fn measured(bytes: &[u8], limits: &Limits) -> (Result<Update, WireError>, f64) {
     let begin = Instant::now();
-    let result = wire::decode_update(&job.update.bytes, limits);
-    Decoded {
-        session: job.session,
-        head: job.update.head,
-        arrived_at_s: job.update.arrived_at_s,
-        result,
-        decode_ms: begin.elapsed().as_secs_f64() * 1e3,
+    let result = wire::decode_update(bytes, limits);
+    (result, begin.elapsed().as_secs_f64() * 1e3)
+}
+
+impl Job {
+    fn decoded(self, result: Result<Update, String>, decode_ms: f64) -> Decoded {
+        let Job { session, update } = self;
+        Decoded { session, head: update.head, arrived_at_s: update.arrived_at_s, result, decode_ms }
     }
 }
 

@@ -22,7 +22,7 @@ use crate::connection::{Command, Connection, Ended};
 use crate::panel::{Mean, Rate, StageMs, Stats};
 
 pub use clocks::{RoundTrips, SceneClock};
-pub use decoder::{Decoded, Decoder};
+pub use decoder::{DecodeWorker, Decoded, Decoder, answer};
 
 /// A pose older than this says nothing about the velocity now.
 const VELOCITY_WITHIN_S: f64 = 0.5;
@@ -300,7 +300,7 @@ impl Viewer {
         // On the virtual clock decoding takes no time: the update is held from its arrival on.
         let held_at_s = if self.clock == Clock::Virtual { decoded.arrived_at_s } else { now_s };
         let anew = decoded.head.clears || self.held_session != self.session_number;
-        let applied = decoded.result.map_err(|error| error.to_string()).and_then(|update| {
+        let applied = decoded.result.and_then(|update| {
             let applied = if self.held_session == self.session_number {
                 self.held.apply_within(&update, &self.limits)
             } else {
@@ -347,6 +347,11 @@ impl Viewer {
     /// What decoding took since this was last asked, in milliseconds.
     pub fn take_decode_ms(&mut self) -> f64 {
         std::mem::take(&mut self.counters.last_decode_ms)
+    }
+
+    /// Whether updates are decoded beside the drawing; see [`Decoder::is_beside`].
+    pub fn decodes_beside(&self) -> bool {
+        self.decoder.is_beside()
     }
 
     /// The held copy.
