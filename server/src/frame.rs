@@ -7,6 +7,7 @@ use protocol::codec::Coding;
 use protocol::held::{HeldError, ObjectPose, Update};
 use protocol::session::DEFAULT_BUDGET_BYTES;
 use scene::{Scene, Snapshot};
+use surface::AddressView;
 use thiserror::Error;
 
 use crate::account::compare::{Comparison, Lacking};
@@ -182,26 +183,29 @@ impl Stage {
             ..self.account_rules
         };
         let peers = account.captured_by(&plan.views);
-        let comparison = Comparison::new(capture, &copy, account, &peers, rules);
         let trims = !plan.reason.is_passing() || account.looks().is_multiple_of(rules.trim_every);
-        let (retraction, mut lacking) = (comparison.retraction(trims), comparison.lacking());
+        // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
+        let supersedes = plan.reason.is_passing() && rules.refines;
+        let least = if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
+        let judge = |account: &Account, copy: &AddressView| {
+            let comparison = Comparison::new(capture, copy, account, &peers, rules);
+            let (retraction, mut lacking) = (comparison.retraction(trims), comparison.lacking());
+            if lacking.missing as f64 <= least {
+                lacking = Lacking::nothing(capture);
+            }
+            let superseded = supersedes.then(|| account.superseded(&comparison, &lacking));
+            (retraction, lacking, superseded.unwrap_or_default())
+        };
+        let (retraction, mut lacking, mut superseded) = judge(account, &copy);
         // What lacks behind a trimmed sample can wait for the next look where there will be one; a deformed object leaves nothing
         // behind to look past.
         let look_again = !plan.reason.is_passing() || !retraction.stale.is_empty();
         if account.retract(&retraction)? && look_again {
             account.refresh();
             copy = self.imager.copy_view(account, view)?;
-            lacking = Comparison::new(capture, &copy, account, &peers, rules).lacking();
+            (_, lacking, superseded) = judge(account, &copy);
         }
         account.mark_seen(&copy);
-        let least = if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
-        if lacking.missing as f64 <= least {
-            lacking = Lacking::nothing(capture);
-        }
-        // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
-        let supersedes = plan.reason.is_passing() && rules.refines;
-        let comparison = supersedes.then(|| Comparison::new(capture, &copy, account, &peers, rules));
-        let superseded = comparison.map(|view| account.superseded(&view, &lacking.send)).unwrap_or_default();
         account.add(capture, &lacking, plan.precision, now)?;
         Ok(account.supersede(&superseded)?)
     }

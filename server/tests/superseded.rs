@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use camera::{Pinhole, Rigid};
 use common::{ball_before_wall, gpu};
 use glam::DVec3;
+use protocol::PatchId;
 use protocol::codec::ColourSteps;
-use protocol::{Mask, PatchId};
 use vantage_server::Config;
 use vantage_server::account::compare::{Comparison, Lacking};
 use vantage_server::account::{Account, AccountRules, Surroundings};
@@ -54,11 +54,10 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
 
     account.begin(&now).expect("nothing changed");
     let copy = imager.copy_view(&account, &near).expect("a view");
-    account.mark_seen(&copy);
     let rules = AccountRules { outlines_stand_in: true, ..AccountRules::default() };
     let peers = BTreeSet::new();
     let comparison = Comparison::new(&captures[1], &copy, &account, &peers, rules);
-    let superseded = account.superseded(&comparison, &Mask::empty(SIZE_PX, SIZE_PX));
+    let superseded = account.superseded(&comparison, &Lacking::nothing(&captures[1]));
 
     assert!(superseded.iter().all(|(patch, ..)| *patch == PatchId(1)), "the finer patch stays");
     let held = &account.held().patches[&PatchId(1)].patch.image;

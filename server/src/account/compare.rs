@@ -110,6 +110,11 @@ impl Lacking {
         }
     }
 
+    /// Whether a held sample is replaced.
+    pub(super) fn replaces(&self, address: Address) -> bool {
+        is_among(&self.replaced, address)
+    }
+
     /// Every hit of a view.
     pub fn all(capture: &Capture) -> Lacking {
         let send = capture.mask();

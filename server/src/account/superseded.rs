@@ -7,14 +7,14 @@
 //! view.
 
 use camera::{Camera, ImagePoint, Pinhole};
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
+use protocol::ObjectPose;
 use protocol::held::{HeldPatch, PatchId};
 use protocol::image::octahedral_normal;
-use protocol::{Mask, ObjectPose};
 use rayon::prelude::*;
 
 use super::Account;
-use super::compare::{Address, Comparison, Point};
+use super::compare::{Address, Comparison, Lacking, Point};
 use super::record::Record;
 
 /// Samples an area over those of what they supersede, and the pixels around its extent that they reach over. Walking among pillars (two
@@ -43,16 +43,16 @@ struct Flat {
 }
 
 impl Account {
-    /// What is superseded in a view that is brought up to date by `send`, after [`Account::mark_seen`]. Addresses ascend.
-    pub fn superseded(&self, view: &Comparison<'_, Account>, send: &Mask) -> Vec<Address> {
-        let shown = view.shown_densities(send);
+    /// What is superseded in a view that is brought up to date by what it lacks, beside what that replaces. Addresses ascend.
+    pub fn superseded(&self, view: &Comparison<'_, Account>, lacking: &Lacking) -> Vec<Address> {
+        let shown = view.shown_densities(&lacking.send);
         let is_in_view = |id: &PatchId| self.surfaces.as_ref().is_some_and(|s| s.may_show(*id, view.camera()));
         let patches: Vec<_> = self.held.patches.iter().filter(|(id, _)| is_in_view(id)).collect();
         let of_patch = |(id, held): (&PatchId, &HeldPatch)| {
             let record = self.records.get(id);
             record.map(|record| self.superseded_of(*id, held, record, view, &shown)).unwrap_or_default()
         };
-        patches.into_par_iter().flat_map_iter(of_patch).collect()
+        patches.into_par_iter().flat_map_iter(of_patch).filter(|address| !lacking.replaces(*address)).collect()
     }
 
     fn superseded_of(
@@ -71,11 +71,12 @@ impl Account {
         for (index, (x, y)) in image.mask.occupied().enumerate() {
             let (object, address) = (image.object[index], (id, x as u16, y as u16));
             let Some(sample) = record.sample(address.1, address.2) else { continue };
-            if sample.seen == self.look || carried.contains(&object) || self.is_deformed(object) {
-                continue;
-            }
             let Some(centre) = eyes.pixel(f64::from(x) + 0.5, f64::from(y) + 0.5, sample.w) else { continue };
-            if view.at_if_inside(centre).is_none_or(|at| shown[at] < sample.density) {
+            // Most end here: they are out of sight, or as fine as what shows.
+            if view.at_if_inside(centre).is_none_or(|at| shown[at] < FINER * sample.density)
+                || carried.contains(&object)
+                || self.is_deformed(object)
+            {
                 continue;
             }
             let normal = octahedral_normal(image.normal[index]);
@@ -94,17 +95,17 @@ impl Account {
 struct Eyes<'a> {
     from: &'a Pinhole,
     to: &'a Pinhole,
-    to_from: camera::Rigid,
+    to_from: DAffine3,
 }
 
 impl<'a> Eyes<'a> {
     fn new(Camera::Pinhole(from): &'a Camera, to: &'a Pinhole) -> Eyes<'a> {
-        Eyes { from, to, to_from: to.world_from_eye.inverse() * from.world_from_eye }
+        Eyes { from, to, to_from: (to.world_from_eye.inverse() * from.world_from_eye).to_affine() }
     }
 
     /// Where a point of the patch's image is in the view's eye space.
     fn point(&self, u: f64, v: f64, w: f32) -> DVec3 {
-        self.to_from.transform_point(self.from.ray_eye_from_image(u, v) / f64::from(w))
+        self.to_from.transform_point3(self.from.ray_eye_from_image(u, v) / f64::from(w))
     }
 
     fn image(&self, eye: DVec3) -> Option<ImagePoint> {
