@@ -8,6 +8,9 @@
 /// How often a colour is cut off at the faces of the cube before it stays; tested on every colour.
 const MOST_CUTS: usize = 2;
 
+/// Subtracted from luma in steps of 2 or more, so that it fits a signed byte.
+const MIDDLE: i16 = 64;
+
 /// How exactly colours are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColourSteps {
@@ -92,6 +95,30 @@ impl ColourSteps {
         [round(r + 2 * g + b, luma + 2), round(r - b, orange), round(2 * g - r - b, green + 1)]
     }
 
+    /// A colour as three bytes, for coders that predict: in steps luma less a half and the chromas; exactly, the green less a half
+    /// and what red and blue are above it, which wrap.
+    #[inline(always)]
+    pub(super) fn bytes(self, colour: [u8; 3]) -> [i8; 3] {
+        let [r, g, b] = colour;
+        if self == ColourSteps::Lossless {
+            return [g ^ 0x80, r.wrapping_sub(g), b.wrapping_sub(g)].map(|byte| byte as i8);
+        }
+        let [luma, orange, green] = self.codes(colour);
+        [luma - MIDDLE, orange, green].map(|code| code as i8)
+    }
+
+    /// The colour of [`ColourSteps::bytes`].
+    #[inline(always)]
+    pub(super) fn rgb_of_bytes(self, bytes: [i8; 3]) -> [u8; 3] {
+        if self == ColourSteps::Lossless {
+            let [g, r, b] = bytes.map(|byte| byte as u8);
+            let g = g ^ 0x80;
+            return [r.wrapping_add(g), g, b.wrapping_add(g)];
+        }
+        let [luma, orange, green] = bytes.map(i16::from);
+        self.rgb([luma + MIDDLE, orange, green])
+    }
+
     /// The colour of some codes; where they leave the cube, the nearest channel values inside.
     #[inline(always)]
     pub(super) fn rgb(self, codes: [i16; 3]) -> [u8; 3] {
@@ -129,6 +156,8 @@ mod tests {
         for steps in ColourSteps::ALL {
             let changed = every_colour().map(|colour| steps.settle(colour)).find(|&c| steps.rgb(steps.codes(c)) != c);
             assert_eq!(changed, None, "{steps:?}");
+            let changed = every_colour().map(|c| steps.settle(c)).find(|&c| steps.rgb_of_bytes(steps.bytes(c)) != c);
+            assert_eq!(changed, None, "{steps:?} as bytes");
         }
     }
 

@@ -1,0 +1,234 @@
+//! Symbols by what was counted of them beforehand: an asymmetric numeral system (Duda, Asymmetric numeral systems, 2013; in the
+//! form of Giesen, Interleaved entropy coders, 2014, with 16 bits moved at a time).
+//!
+//! Each symbol of a sample has a state of its own, its *lane*, so that the lanes do not wait for each other. All share one
+//! stream of words. A writer goes backwards, from the last symbol to the first; a reader goes forwards.
+
+use super::CodecError;
+use super::bits::{Bits, Number};
+
+/// Symbols of a sample.
+pub(super) const LANES: usize = 7;
+/// Frequencies sum up to `1 << PRECISION`.
+const PRECISION: u32 = 11;
+const TOTAL: u32 = 1 << PRECISION;
+/// States lie from here up to 2^16 times it; a reader below takes a word.
+const LEAST_STATE: u32 = 1 << 15;
+/// Words that a sample takes at most, in a power of two.
+const MOST_WORDS: usize = LANES.next_power_of_two();
+
+/// How often each symbol of a context came.
+pub(super) type Counts = [u32; 256];
+
+/// How often each symbol comes in [`TOTAL`]; none at all in a context that never came.
+type Frequencies = [u16; 256];
+
+/// Counts as frequencies: what came at all keeps one, and the rounding is made up for where it costs least.
+fn frequencies(counts: &Counts) -> Frequencies {
+    let sum: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+    let mut frequencies = [0; 256];
+    if sum == 0 {
+        return frequencies;
+    }
+    let mut rest = TOTAL as i32;
+    for (frequency, &count) in frequencies.iter_mut().zip(counts).filter(|(_, count)| **count > 0) {
+        *frequency = ((u64::from(count) * u64::from(TOTAL) + sum / 2) / sum).max(1) as u16;
+        rest -= i32::from(*frequency);
+    }
+    while rest != 0 {
+        let most = frequencies.iter_mut().max().expect("there are 256");
+        // At most half of it at once, so that others become the most frequent in turn.
+        let step = rest.max(-i32::from(*most / 2));
+        *most = (i32::from(*most) + step) as u16;
+        rest -= step;
+    }
+    frequencies
+}
+
+/// Codes frequencies, each by how large the one before it was; a reader gives those that were written.
+pub(super) struct FrequencyCoder {
+    used: Number,
+    by_last: Vec<Number>,
+}
+
+impl FrequencyCoder {
+    pub fn new() -> FrequencyCoder {
+        FrequencyCoder { used: Number::NEW, by_last: vec![Number::NEW; PRECISION as usize + 2] }
+    }
+
+    fn code(&mut self, bits: &mut impl Bits, known: &Frequencies) -> Result<Frequencies, CodecError> {
+        const DAMAGED: CodecError = CodecError::Damaged("frequencies");
+        let used = known.iter().rposition(|&frequency| frequency > 0).map_or(0, |last| last + 1);
+        let used = self.used.code(bits, used as u32) as usize;
+        let mut read = [0; 256];
+        let (mut last, mut sum) = (0, 0);
+        for (read, &known) in read.get_mut(..used).ok_or(DAMAGED)?.iter_mut().zip(known) {
+            let frequency = self.by_last[(last + 1_u32).ilog2() as usize].code(bits, u32::from(known));
+            sum += u64::from(frequency);
+            last = frequency.min(TOTAL);
+            *read = last as u16;
+        }
+        if sum == u64::from(TOTAL) || used == 0 { Ok(read) } else { Err(DAMAGED) }
+    }
+}
+
+/// How a writer moves a state by a symbol, without a division (Giesen, rans_byte.h, 2014).
+#[derive(Debug, Clone, Copy, Default)]
+struct Step {
+    /// From this state on, a word is written first.
+    limit: u32,
+    reciprocal: u32,
+    shift: u32,
+    bias: u32,
+}
+
+impl Step {
+    fn new(start: u32, frequency: u32) -> Step {
+        let limit = frequency << (31 - PRECISION);
+        if frequency == 1 {
+            return Step { limit, reciprocal: u32::MAX, shift: 0, bias: start + TOTAL - 1 };
+        }
+        let shift = 32 - (frequency - 1).leading_zeros();
+        let reciprocal = ((1_u64 << (shift + 31)) + u64::from(frequency) - 1) / u64::from(frequency);
+        Step { limit, reciprocal: reciprocal as u32, shift: shift - 1, bias: start }
+    }
+
+    /// [`TOTAL`] less the frequency.
+    #[inline(always)]
+    fn others(self) -> u32 {
+        TOTAL - (self.limit >> (31 - PRECISION))
+    }
+}
+
+/// Moves by all symbols of a context.
+pub(super) struct Steps([Step; 256]);
+
+impl Steps {
+    /// Writes the frequencies of counted symbols, and takes them.
+    pub fn write(counts: &Counts, coder: &mut FrequencyCoder, bits: &mut impl Bits) -> Steps {
+        let frequencies = frequencies(counts);
+        coder.code(bits, &frequencies).expect("frequencies in memory are sound");
+        let mut start = 0;
+        Steps(frequencies.map(|frequency| {
+            let frequency = u32::from(frequency);
+            start += frequency;
+            if frequency > 0 { Step::new(start - frequency, frequency) } else { Step::default() }
+        }))
+    }
+}
+
+/// Writes the samples of a patch, the last one first.
+pub(super) struct Encoder {
+    states: [u32; LANES],
+    words: Vec<u16>,
+    count: usize,
+}
+
+impl Encoder {
+    pub fn new() -> Encoder {
+        Encoder { states: [LEAST_STATE; LANES], words: vec![0; 1024], count: 0 }
+    }
+
+    /// Writes a sample: the symbol of each lane, and the steps of its context.
+    #[inline(always)]
+    pub fn write(&mut self, symbols: [u8; LANES], steps: [&Steps; LANES]) {
+        let mut words = [0; MOST_WORDS];
+        let mut count = 0;
+        for lane in (0..LANES).rev() {
+            let step = steps[lane].0[usize::from(symbols[lane])];
+            let state = self.states[lane];
+            let full = state >= step.limit;
+            words[count % MOST_WORDS] = state as u16;
+            count += usize::from(full);
+            let state = if full { state >> 16 } else { state };
+            let quotient = ((u64::from(state) * u64::from(step.reciprocal)) >> 32) as u32 >> step.shift;
+            self.states[lane] = state.wrapping_add(step.bias).wrapping_add(quotient.wrapping_mul(step.others()));
+        }
+        if self.words.len() < self.count + MOST_WORDS {
+            self.words.resize(2 * self.words.len(), 0);
+        }
+        self.words[self.count..self.count + MOST_WORDS].copy_from_slice(&words);
+        self.count += count;
+    }
+
+    /// The words in the order of the reader: the states, then those taken on the way.
+    pub fn finish(mut self) -> Vec<u8> {
+        self.words.truncate(self.count);
+        let states = self.states.iter().flat_map(|state| state.to_le_bytes());
+        states.chain(self.words.iter().rev().flat_map(|word| word.to_le_bytes())).collect()
+    }
+}
+
+/// What a reader finds at each place of a context: the symbol, its frequency, and how far the place lies behind its first one, in 8, 12 and 12
+/// bits.
+pub(super) struct Places([u32; TOTAL as usize]);
+
+impl Places {
+    /// Of a context that no sample is in.
+    pub const NONE: Places = Places([0; TOTAL as usize]);
+
+    /// Reads what [`Steps::write`] wrote.
+    pub fn read(&mut self, coder: &mut FrequencyCoder, bits: &mut impl Bits) -> Result<(), CodecError> {
+        let frequencies = coder.code(bits, &[0; 256])?;
+        let mut rest = self.0.as_mut_slice();
+        for (symbol, frequency) in (0_u32..).zip(frequencies).filter(|(_, frequency)| *frequency > 0) {
+            let (places, after) = rest.split_at_mut(usize::from(frequency));
+            for (place, behind) in places.iter_mut().zip(0_u32..) {
+                *place = symbol | u32::from(frequency) << 8 | behind << 20;
+            }
+            rest = after;
+        }
+        Ok(())
+    }
+}
+
+/// Reads the samples of a patch.
+pub(super) struct Decoder {
+    states: [u32; LANES],
+    words: Vec<u16>,
+    at: usize,
+}
+
+impl Decoder {
+    const DAMAGED: CodecError = CodecError::Damaged("words of the samples");
+
+    pub fn new(bytes: &[u8]) -> Result<Decoder, CodecError> {
+        let (states, words) = bytes.split_at_checked(4 * LANES).ok_or(Decoder::DAMAGED)?;
+        let mut states = states.as_chunks().0.iter().map(|&state| u32::from_le_bytes(state));
+        let states = std::array::from_fn(|_| states.next().expect("as many were split off"));
+        let (words, rest) = words.as_chunks();
+        if !rest.is_empty() {
+            return Err(Decoder::DAMAGED);
+        }
+        let words = words.iter().map(|&word| u16::from_le_bytes(word));
+        // A sample looks at the next words at once.
+        let words = words.chain([0; MOST_WORDS]).collect();
+        Ok(Decoder { states, words, at: 0 })
+    }
+
+    /// Reads symbols of the lanes from `first` on, each by the places of its context.
+    #[inline(always)]
+    pub fn read<const N: usize>(&mut self, first: usize, places: [&Places; N]) -> Result<[u8; N], CodecError> {
+        let words: &[u16; MOST_WORDS] = self.words[self.at..].first_chunk().ok_or(Decoder::DAMAGED)?;
+        let mut count = 0;
+        let mut symbols = [0; N];
+        for lane in 0..N {
+            let state = self.states[first + lane];
+            let place = places[lane].0[(state % TOTAL) as usize];
+            symbols[lane] = place as u8;
+            let state = (place >> 8 & 0xfff) * (state >> PRECISION) + (place >> 20);
+            let low = state < LEAST_STATE;
+            let filled = state << 16 | u32::from(words[count % MOST_WORDS]);
+            self.states[first + lane] = if low { filled } else { state };
+            count += usize::from(low);
+        }
+        self.at += count;
+        Ok(symbols)
+    }
+
+    /// Whether all words were read, and led back to where the writer began.
+    pub fn finish(self) -> Result<(), CodecError> {
+        let whole = self.at + MOST_WORDS == self.words.len() && self.states == [LEAST_STATE; LANES];
+        if whole { Ok(()) } else { Err(Decoder::DAMAGED) }
+    }
+}
