@@ -8,8 +8,8 @@
 /// How often a colour is cut off at the faces of the cube before it stays; tested on every colour.
 const MOST_CUTS: usize = 2;
 
-/// Subtracted from luma in steps of 2 or more, so that it fits a signed byte.
-const MIDDLE: i16 = 64;
+/// Of a byte's values: negative ones come below.
+const MIDDLE: u8 = 0x80;
 
 /// How exactly colours are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -95,28 +95,35 @@ impl ColourSteps {
         [round(r + 2 * g + b, luma + 2), round(r - b, orange), round(2 * g - r - b, green + 1)]
     }
 
-    /// A colour as three bytes, for coders that predict: in steps luma less a half and the chromas; exactly, the green less a half
-    /// and what red and blue are above it, which wrap.
+    /// A colour as three bytes, for coders that predict: in steps luma and the chromas around the middle; exactly, the green,
+    /// and what red and blue are above it, which wrap around the middle.
     #[inline(always)]
-    pub(super) fn bytes(self, colour: [u8; 3]) -> [i8; 3] {
+    pub(super) fn bytes(self, colour: [u8; 3]) -> [u8; 3] {
         let [r, g, b] = colour;
         if self == ColourSteps::Lossless {
-            return [g ^ 0x80, r.wrapping_sub(g), b.wrapping_sub(g)].map(|byte| byte as i8);
+            return [g, r.wrapping_sub(g) ^ MIDDLE, b.wrapping_sub(g) ^ MIDDLE];
         }
-        let [luma, orange, green] = self.codes(colour);
-        [luma - MIDDLE, orange, green].map(|code| code as i8)
+        let [luma, orange, green] = self.codes(colour).map(|code| code as u8);
+        [luma, orange ^ MIDDLE, green ^ MIDDLE]
     }
 
     /// The colour of [`ColourSteps::bytes`].
     #[inline(always)]
-    pub(super) fn rgb_of_bytes(self, bytes: [i8; 3]) -> [u8; 3] {
+    pub(super) fn rgb_of_bytes(self, [first, second, third]: [u8; 3]) -> [u8; 3] {
+        let (second, third) = (second ^ MIDDLE, third ^ MIDDLE);
         if self == ColourSteps::Lossless {
-            let [g, r, b] = bytes.map(|byte| byte as u8);
-            let g = g ^ 0x80;
-            return [r.wrapping_add(g), g, b.wrapping_add(g)];
+            return [second.wrapping_add(first), first, third.wrapping_add(first)];
         }
-        let [luma, orange, green] = bytes.map(i16::from);
-        self.rgb([luma + MIDDLE, orange, green])
+        self.rgb([first.into(), (second as i8).into(), (third as i8).into()])
+    }
+
+    /// [`ColourSteps::rgb_of_bytes`] of a plane.
+    pub(super) fn rgb_of_all_bytes(self, bytes: impl Iterator<Item = [u8; 3]>) -> Vec<[u8; 3]> {
+        match self {
+            ColourSteps::Lossless => bytes.map(|bytes| ColourSteps::Lossless.rgb_of_bytes(bytes)).collect(),
+            ColourSteps::Fine => bytes.map(|bytes| ColourSteps::Fine.rgb_of_bytes(bytes)).collect(),
+            ColourSteps::Coarse => bytes.map(|bytes| ColourSteps::Coarse.rgb_of_bytes(bytes)).collect(),
+        }
     }
 
     /// The colour of some codes; where they leave the cube, the nearest channel values inside.

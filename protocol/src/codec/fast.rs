@@ -12,38 +12,54 @@ use std::ops::Range;
 use super::CodecError;
 use super::bits::{BitReader, BitWriter};
 use super::colour::ColourSteps;
-use super::rans::{Counts, Decoder, Encoder, FrequencyCoder, LANES, Places, Steps};
+use super::lanes::{self, get, put};
+use super::rans::{CONTEXTS, Counts, Decoder, Encoder, Steps};
 use crate::bytes::{Reader, Writer};
 use crate::image::{DepthImage, Mask};
 
-/// Depth, two of normal, three of colour; padded to a vector.
-type Values = [i16; 8];
-/// The lane of the surface's symbol, and how many lanes of values come after it.
-const SURFACE: usize = 0;
-const CHANNELS: usize = LANES - 1;
-const DEPTH: usize = 0;
+/// Symbols of a sample in their lanes: two of the normal, three of the colour, of depth, and of the surface.
+type Symbols = u64;
+/// The contexts of symbols, in their lanes.
+type Contexts = u64;
+const DEPTH: usize = 5;
+const SURFACE: usize = 6;
+/// The first context of each lane. A channel has four by how large the differences nearby were, and one where no neighbour is of
+/// the surface; the surface has sixteen, by how those nearby agree.
+const FIRST_CONTEXTS: Contexts =
+    put(8, 1) + put(16, 2) + put(24, 3) + put(32, 4) + put(8 * DEPTH as u8, DEPTH) + put(8 * SURFACE as u8, SURFACE);
+/// The lanes that change where a surface bends.
+const SHAPE: Symbols = put(255, 0) + put(255, 1) + put(255, DEPTH);
+const COLOUR: [usize; 3] = [2, 3, 4];
+const CHANNELS: [usize; 6] = [0, 1, 2, 3, 4, DEPTH];
 
-/// Contexts of the surface: four comparisons of those nearby.
-const SURFACE_CONTEXTS: usize = 16;
-/// Contexts of a channel: four levels of the differences nearby, and one for samples without a neighbour; in a power of two.
-const CHANNEL_CONTEXTS: usize = 8;
-const ALONE: u8 = 4;
-/// Where the next level begins, of the sum of two symbols. By entropies over four scenes, these three were best of five choices.
+/// Where the next level of differences begins, of the sum of two symbols. By entropies over four scenes, these were the best of five choices.
 const LEVELS: [u8; 3] = [1, 7, 23];
-const CONTEXTS: usize = SURFACE_CONTEXTS + CHANNELS * CHANNEL_CONTEXTS;
+/// Of all channels, without a neighbour.
+const ALONE: Contexts = lanes::all(4) - put(4, SURFACE);
 
-/// A depth's difference that does not fit a symbol: it follows among the literals.
+/// The symbol of a depth that does not fit one: it follows among the literals.
 const WIDE: u8 = 255;
 
 /// Object in the lower 16 bits, then material.
 type Surface = u32;
 /// No sample's.
 const NO_SURFACE: Surface = u32::MAX;
-/// Surfaces nearby that a symbol names; the next symbol is a literal, those above are places of [`Columns::recent`].
-const NEARBY: usize = 7;
-const LITERAL: u8 = NEARBY as u8;
+/// What the surface's symbol says: one of the neighbours' ([`Around::neighbour`]), ...
+const LIKELY: u8 = 0;
+const LEFT: u8 = 1;
+const UP: u8 = 2;
+/// ... the likely one, and also that depth and normal are as predicted, so that they have no symbols, ...
+const FLAT: u8 = 3;
+/// The surface's context where that is worth asking: all nearby are alike, and so far depth and normal were as predicted. Takes the
+/// place of one that cannot be.
+const FLAT_CONTEXT: u8 = 0b0011;
+/// ... one farther away ([`Columns::farther`]), ...
+const FIRST_FARTHER: u8 = 4;
+const FARTHER: usize = 4;
+/// ... one that follows among the literals, or one of those remembered.
+const LITERAL: u8 = FIRST_FARTHER + FARTHER as u8;
 const FIRST_RECENT: u8 = LITERAL + 1;
-/// Surfaces remembered: as many as told apart best by entropies over four scenes.
+/// Of the number of surfaces remembered; by entropies over four scenes, more cost as much in symbols as they save in literals.
 const RECENT_BITS: u32 = 6;
 
 fn recent_place(surface: Surface) -> usize {
@@ -51,20 +67,34 @@ fn recent_place(surface: Surface) -> usize {
     (surface.wrapping_mul(0x9e37_79b9) >> (u32::BITS - RECENT_BITS)) as usize
 }
 
+/// The channels but for depth in their lanes, and depth in the upper two bytes.
+type Values = u64;
+const DEPTH_SHIFT: u32 = 48;
+const LOWER: u64 = (1 << DEPTH_SHIFT) - 1;
+
+/// What three neighbours predict, the last of them the one between the others: at an edge the one on this side of it, else the plane
+/// through the three.
+#[inline(always)]
+fn edge(left: Values, up: Values, corner: Values) -> Values {
+    let [l, u, c] = [left, up, corner].map(|values| (values >> DEPTH_SHIFT) as u16);
+    let depth = l.wrapping_add(u).wrapping_sub(c.max(l.min(u)).min(l.max(u)));
+    lanes::median_edge(left & LOWER, up & LOWER, corner & LOWER) | u64::from(depth) << DEPTH_SHIFT
+}
+
 /// Columns before the first one and after the last one.
 const MARGIN: usize = 2;
-
 /// The last sample seen in each column, and of each object.
 struct Columns {
     values: Vec<Values>,
-    /// The symbols of the channels.
-    symbols: Vec<[u8; 8]>,
+    /// How large the differences were, see [`lanes::at_most_31`].
+    sizes: Vec<u64>,
     surfaces: Vec<Surface>,
     of_object: Vec<Values>,
     recent: [Surface; 1 << RECENT_BITS],
 }
 
 /// The surfaces around a sample: to the left, above, and above to both sides.
+#[derive(Clone, Copy)]
 struct Around {
     left: Surface,
     up: Surface,
@@ -73,18 +103,29 @@ struct Around {
 }
 
 impl Around {
+    /// The context of the surface. `flat` where depth and normal were as predicted to the left and above.
     #[inline(always)]
-    fn context(&self) -> usize {
-        let Around { left, up, corner, right } = *self;
-        usize::from(left == up)
-            | usize::from(up == corner) << 1
-            | usize::from(up == right) << 2
-            | usize::from(left == corner) << 3
+    fn context(self, flat: bool) -> Contexts {
+        const ALIKE: u8 = 0b1111;
+        let Around { left, up, corner, right } = self;
+        let bit = |same: bool, place: u32| u8::from(same) << place;
+        let context = bit(left == up, 0) | bit(up == corner, 1) | bit(up == right, 2) | bit(left == corner, 3);
+        put(if flat & (context == ALIKE) { FLAT_CONTEXT } else { context }, SURFACE)
+    }
+
+    /// The surface of the first symbols.
+    #[inline(always)]
+    fn neighbour(self, symbol: u8) -> Surface {
+        match symbol {
+            LEFT => self.left,
+            UP => self.up,
+            _ => self.likely(),
+        }
     }
 
     /// The most likely surface: below an edge that comes down, the one on this side.
     #[inline(always)]
-    fn likely(&self) -> Surface {
+    fn likely(self) -> Surface {
         if self.left == self.corner { self.up } else { self.left }
     }
 }
@@ -93,66 +134,48 @@ impl Columns {
     fn new(width_px: u32) -> Columns {
         let columns = width_px as usize + 2 * MARGIN;
         Columns {
-            values: vec![[0; 8]; columns],
-            symbols: vec![[0; 8]; columns],
+            values: vec![0; columns],
+            sizes: vec![0; columns],
             surfaces: vec![NO_SURFACE; columns],
-            of_object: vec![[0; 8]; 1 << 16],
+            of_object: vec![0; 1 << 16],
             recent: [NO_SURFACE; 1 << RECENT_BITS],
         }
     }
 
-    /// The surfaces that the first symbols name.
     #[inline(always)]
-    fn nearby(&self, at: usize, around: &Around) -> [Surface; NEARBY] {
-        let Around { left, up, corner, right } = *around;
-        [around.likely(), left, up, right, corner, self.surfaces[at - 2], self.surfaces[at + 2]]
+    fn farther(&self, at: usize, around: Around) -> [Surface; FARTHER] {
+        [around.right, around.corner, self.surfaces[at - 2], self.surfaces[at + 2]]
     }
 
-    /// What a sample is predicted to be, and whether no neighbour is of its surface. `corner` is what lay to the left before this
-    /// row.
+    /// What a sample without a neighbour of its surface is predicted to be. `corner` is what lay to the left before this row.
     #[inline(always)]
-    fn predict(&self, at: usize, surface: Surface, around: &Around, corner: Values) -> (Values, bool) {
-        let (left, up) = (self.values[at - 1], self.values[at]);
-        match (around.left == surface, around.up == surface) {
-            (true, true) if around.corner == surface => {
-                let edge = |c: usize| {
-                    let plane = left[c].wrapping_add(up[c]).wrapping_sub(corner[c]);
-                    plane.max(left[c].min(up[c])).min(left[c].max(up[c]))
-                };
-                (std::array::from_fn(edge), false)
-            }
-            (true, _) => (left, false),
-            (false, true) => (up, false),
-            (false, false) if around.corner == surface => (corner, true),
-            (false, false) if around.right == surface => (self.values[at + 1], true),
-            (false, false) => (self.of_object[usize::from(surface as u16)], true),
+    fn elsewhere(&self, at: usize, surface: Surface, around: Around, corner: Values) -> Values {
+        if around.corner == surface {
+            corner
+        } else if around.right == surface {
+            self.values[at + 1]
+        } else {
+            self.of_object[usize::from(surface as u16)]
         }
     }
-
-    /// The contexts of the channels.
-    #[inline(always)]
-    fn contexts(&self, at: usize, alone: bool) -> [u8; CHANNELS] {
-        let (left, up) = (self.symbols[at - 1], self.symbols[at]);
-        std::array::from_fn(|channel| {
-            let sum = left[channel].saturating_add(up[channel]);
-            let level = LEVELS.map(|least| u8::from(sum >= least)).iter().sum();
-            if alone { ALONE } else { level }
-        })
-    }
 }
+
+/// A surface, and the symbol that says so.
+type Named = (Surface, u8);
 
 /// One end of the walk.
 trait End {
     /// The surface of the next sample.
-    fn surface(&mut self, columns: &mut Columns, at: usize, around: &Around) -> Result<Surface, CodecError>;
-
-    /// Its values and their symbols.
-    fn values(
+    fn surface(
         &mut self,
-        surface: Surface,
-        predicted: Values,
-        contexts: [u8; CHANNELS],
-    ) -> Result<(Values, [u8; 8]), CodecError>;
+        columns: &mut Columns,
+        at: usize,
+        around: Around,
+        context: Contexts,
+    ) -> Result<Named, CodecError>;
+
+    /// Its values, and the symbols of their channels.
+    fn values(&mut self, named: Named, predicted: Values, contexts: Contexts) -> Result<(Values, Symbols), CodecError>;
 }
 
 /// Goes through the samples of a mask.
@@ -170,29 +193,37 @@ fn walk(mask: &Mask, end: &mut impl End) -> Result<(), CodecError> {
     Ok(())
 }
 
+#[inline(always)]
 fn walk_run(columns: &mut Columns, run: Range<usize>, end: &mut impl End) -> Result<(), CodecError> {
-    let mut corner = (columns.surfaces[run.start - 1], columns.values[run.start - 1]);
+    let before = run.start - 1;
+    let (mut left, mut left_size, mut left_surface) =
+        (columns.values[before], columns.sizes[before], columns.surfaces[before]);
+    let (mut corner, mut corner_surface) = (left, left_surface);
     for at in run {
-        let surfaces = &columns.surfaces;
-        let around = Around { left: surfaces[at - 1], up: surfaces[at], corner: corner.0, right: surfaces[at + 1] };
-        let surface = end.surface(columns, at, &around)?;
-        let (predicted, alone) = columns.predict(at, surface, &around, corner.1);
-        let contexts = columns.contexts(at, alone);
-        let (values, symbols) = end.values(surface, predicted, contexts)?;
-        corner = (around.up, columns.values[at]);
-        columns.surfaces[at] = surface;
+        let (up, right) = (columns.surfaces[at], columns.surfaces[at + 1]);
+        let around = Around { left: left_surface, up, corner: corner_surface, right };
+        let (up, up_size) = (columns.values[at], columns.sizes[at]);
+        columns.of_object[usize::from(left_surface as u16)] = left;
+        let context = around.context((left_size | up_size) & SHAPE == 0);
+        let (surface, symbol) = end.surface(columns, at, around, context)?;
+        let (predicted, contexts) = if symbol <= FLAT {
+            // The one that is missing is as the other one.
+            let (is_left, is_up) = (around.left == surface, around.up == surface);
+            let (first, second) = (if is_left { left } else { up }, if is_up { up } else { left });
+            let between = if is_left & is_up & (around.corner == surface) { corner } else { second };
+            (edge(first, second, between), lanes::levels(left_size + up_size, LEVELS))
+        } else {
+            (columns.elsewhere(at, surface, around, corner), ALONE)
+        };
+        let (values, symbols) = end.values((surface, symbol), predicted, contexts + context + FIRST_CONTEXTS)?;
+        (corner, corner_surface) = (up, around.up);
+        (left, left_size, left_surface) = (values, lanes::at_most_31(symbols), surface);
         columns.values[at] = values;
-        columns.symbols[at] = symbols;
-        columns.of_object[usize::from(surface as u16)] = values;
+        columns.sizes[at] = left_size;
+        columns.surfaces[at] = surface;
     }
+    columns.of_object[usize::from(left_surface as u16)] = left;
     Ok(())
-}
-
-/// A sample in symbols and their contexts.
-#[derive(Clone, Copy)]
-struct Coded {
-    symbols: [u8; LANES],
-    contexts: [u8; LANES],
 }
 
 /// Counts symbols, which are written once all are counted.
@@ -200,146 +231,136 @@ struct Counting<'a> {
     image: &'a DepthImage,
     steps: ColourSteps,
     rank: usize,
-    coded: Vec<Coded>,
-    counts: Vec<Counts>,
+    /// Symbols and contexts.
+    coded: Vec<(Symbols, Contexts)>,
+    counts: Box<[Counts; CONTEXTS]>,
     literals: Writer,
-    /// Symbol and context of the surface of this sample.
-    surface: (u8, u8),
 }
 
 impl End for Counting<'_> {
     #[inline(always)]
-    fn surface(&mut self, columns: &mut Columns, at: usize, around: &Around) -> Result<Surface, CodecError> {
-        let surface = Surface::from(self.image.object[self.rank]) | Surface::from(self.image.material[self.rank]) << 16;
-        let mut symbol = 0;
-        if surface != around.likely() {
-            let nearby = columns.nearby(at, around);
-            let recent = &mut columns.recent[recent_place(surface)];
-            symbol = match nearby.iter().position(|&nearby| nearby == surface) {
-                Some(place) => place as u8,
-                None if *recent == surface => FIRST_RECENT + recent_place(surface) as u8,
-                None => {
-                    self.literals.u16(self.image.object[self.rank]);
-                    self.literals.u8(self.image.material[self.rank]);
-                    LITERAL
-                }
-            };
-            *recent = surface;
+    fn surface(&mut self, columns: &mut Columns, at: usize, around: Around, _: Contexts) -> Result<Named, CodecError> {
+        let (object, material) = (self.image.object[self.rank], self.image.material[self.rank]);
+        let surface = Surface::from(object) | Surface::from(material) << 16;
+        let neighbour = [LIKELY, LEFT, UP].into_iter().find(|&symbol| around.neighbour(symbol) == surface);
+        if let Some(symbol) = neighbour {
+            return Ok((surface, symbol));
         }
-        self.surface = (symbol, around.context() as u8);
-        Ok(surface)
+        let symbol = match columns.farther(at, around).iter().position(|&farther| farther == surface) {
+            Some(place) => FIRST_FARTHER + place as u8,
+            None if columns.recent[recent_place(surface)] == surface => FIRST_RECENT + recent_place(surface) as u8,
+            None => {
+                self.literals.u16(object);
+                self.literals.u8(material);
+                LITERAL
+            }
+        };
+        columns.recent[recent_place(surface)] = surface;
+        Ok((surface, symbol))
     }
 
     #[inline(always)]
     fn values(
         &mut self,
-        _: Surface,
+        (_, symbol): Named,
         predicted: Values,
-        contexts: [u8; CHANNELS],
-    ) -> Result<(Values, [u8; 8]), CodecError> {
-        let image = self.image;
-        let [x, y] = image.normal[self.rank].map(|code| i16::from((code ^ 0x80) as i8));
-        let [a, b, c] = self.steps.bytes(image.colour[self.rank]).map(i16::from);
-        let values = [image.depth[self.rank] as i16, x, y, a, b, c, 0, 0];
-        let mut symbols: [u8; 8] = std::array::from_fn(|channel| {
-            let difference = values[channel].wrapping_sub(predicted[channel]) as i8;
-            (difference << 1 ^ difference >> 7) as u8
-        });
-        let difference = values[DEPTH].wrapping_sub(predicted[DEPTH]);
+        contexts: Contexts,
+    ) -> Result<(Values, Symbols), CodecError> {
+        let (depth, [x, y]) = (self.image.depth[self.rank], self.image.normal[self.rank]);
+        let [a, b, c] = self.steps.bytes(self.image.colour[self.rank]);
+        let channels = put(x, 0) | put(y, 1) | put(a, 2) | put(b, 3) | put(c, 4);
+        let difference = depth.wrapping_sub((predicted >> DEPTH_SHIFT) as u16) as i16;
         let code = (difference << 1 ^ difference >> 15) as u16;
-        symbols[DEPTH] = code.min(WIDE.into()) as u8;
-        if symbols[DEPTH] == WIDE {
+        if code >= WIDE.into() {
             self.literals.u16(code);
         }
-        let mut coded = Coded { symbols: [self.surface.0; LANES], contexts: [self.surface.1; LANES] };
-        coded.symbols[SURFACE + 1..].copy_from_slice(&symbols[..CHANNELS]);
-        for channel in 0..CHANNELS {
-            coded.contexts[SURFACE + 1 + channel] =
-                (SURFACE_CONTEXTS + channel * CHANNEL_CONTEXTS) as u8 + contexts[channel];
+        let symbols =
+            lanes::zigzag(lanes::subtract(channels, predicted & LOWER)) | put(code.min(WIDE.into()) as u8, DEPTH);
+        let may_be_flat = get(contexts, SURFACE) == get(FIRST_CONTEXTS, SURFACE) + FLAT_CONTEXT;
+        let flat = may_be_flat && symbol == LIKELY && symbols & SHAPE == 0;
+        let coded = symbols | put(if flat { FLAT } else { symbol }, SURFACE);
+        let mut count = |lane| {
+            self.counts[usize::from(get(contexts, lane)) % CONTEXTS][usize::from(get(coded, lane))] += 1;
+        };
+        count(SURFACE);
+        if flat {
+            COLOUR.into_iter().for_each(count)
+        } else {
+            CHANNELS.into_iter().for_each(count)
         }
-        for lane in 0..LANES {
-            self.counts[usize::from(coded.contexts[lane])][usize::from(coded.symbols[lane])] += 1;
-        }
-        self.coded.push(coded);
+        self.coded.push((coded, contexts));
         self.rank += 1;
-        Ok((values, symbols))
+        Ok((channels | u64::from(depth) << DEPTH_SHIFT, symbols))
     }
 }
 
 /// Writes frequencies as decisions; gives the symbols, and what does not fit one.
 pub(super) fn write(image: &DepthImage, steps: ColourSteps, bits: &mut BitWriter) -> [Vec<u8>; 2] {
-    let mut counting = Counting {
-        image,
-        steps,
-        rank: 0,
-        coded: Vec::with_capacity(image.sample_count()),
-        counts: vec![[0; 256]; CONTEXTS],
-        literals: Writer::default(),
-        surface: (0, 0),
-    };
+    let counts = vec![[0; 256]; CONTEXTS].into_boxed_slice().try_into().expect("one of each context");
+    let coded = Vec::with_capacity(image.sample_count());
+    let mut counting = Counting { image, steps, rank: 0, coded, counts, literals: Writer::default() };
     walk(&image.mask, &mut counting).expect("images in memory are sound");
-    let mut coder = FrequencyCoder::new();
-    let steps: Vec<Steps> = counting.counts.iter().map(|counts| Steps::write(counts, &mut coder, bits)).collect();
-    let mut encoder = Encoder::new();
-    for coded in counting.coded.iter().rev() {
-        encoder.write(coded.symbols, coded.contexts.map(|context| &steps[usize::from(context)]));
+    let mut encoder = Encoder::new(Steps::write(&counting.counts, bits));
+    for &(symbols, contexts) in counting.coded.iter().rev() {
+        if get(symbols, SURFACE) == FLAT {
+            encoder.write(symbols, contexts, COLOUR);
+        } else {
+            encoder.write(symbols, contexts, CHANNELS);
+        }
+        encoder.write(symbols, contexts, [SURFACE]);
     }
     [encoder.finish(), counting.literals.bytes]
 }
 
-/// Reads samples into the planes of an image.
+/// Reads samples.
 struct Reading<'a> {
-    image: &'a mut DepthImage,
-    steps: ColourSteps,
-    rank: usize,
-    places: Vec<Places>,
     decoder: Decoder,
     literals: Reader<'a>,
+    values: Vec<Values>,
+    surfaces: Vec<Surface>,
 }
 
 impl End for Reading<'_> {
     #[inline(always)]
-    fn surface(&mut self, columns: &mut Columns, at: usize, around: &Around) -> Result<Surface, CodecError> {
-        let [symbol] = self.decoder.read(SURFACE, [&self.places[around.context()]])?;
-        if symbol == 0 {
-            return Ok(around.likely());
+    fn surface(
+        &mut self,
+        columns: &mut Columns,
+        at: usize,
+        around: Around,
+        context: Contexts,
+    ) -> Result<Named, CodecError> {
+        let symbol = get(self.decoder.read(context + FIRST_CONTEXTS, [SURFACE])?, SURFACE);
+        if symbol <= FLAT {
+            return Ok((around.neighbour(symbol), symbol));
         }
         let surface = match symbol {
-            ..LITERAL => columns.nearby(at, around)[usize::from(symbol)],
+            ..LITERAL => columns.farther(at, around)[usize::from(symbol - FIRST_FARTHER)],
             LITERAL => Surface::from(self.literals.u16()?) | Surface::from(self.literals.u8()?) << 16,
             FIRST_RECENT.. => columns.recent[usize::from(symbol - FIRST_RECENT) % (1 << RECENT_BITS)],
         };
         columns.recent[recent_place(surface)] = surface;
-        Ok(surface)
+        Ok((surface, symbol))
     }
 
     #[inline(always)]
     fn values(
         &mut self,
-        surface: Surface,
+        (surface, symbol): Named,
         predicted: Values,
-        contexts: [u8; CHANNELS],
-    ) -> Result<(Values, [u8; 8]), CodecError> {
-        let places = std::array::from_fn(|channel| {
-            &self.places[SURFACE_CONTEXTS + channel * CHANNEL_CONTEXTS + usize::from(contexts[channel])]
-        });
-        let read: [u8; CHANNELS] = self.decoder.read(SURFACE + 1, places)?;
-        let mut symbols = [0; 8];
-        symbols[..CHANNELS].copy_from_slice(&read);
-        let mut values: Values = std::array::from_fn(|channel| {
-            let difference = i16::from((symbols[channel] >> 1) as i8 ^ -((symbols[channel] & 1) as i8));
-            i16::from(predicted[channel].wrapping_add(difference) as i8)
-        });
-        let code = if symbols[DEPTH] == WIDE { self.literals.u16()? } else { symbols[DEPTH].into() };
-        values[DEPTH] = predicted[DEPTH].wrapping_add((code >> 1) as i16 ^ -((code & 1) as i16));
-        let [depth, x, y, a, b, c, ..] = values;
-        let (image, rank) = (&mut *self.image, self.rank);
-        image.depth[rank] = depth as u16;
-        image.normal[rank] = [x, y].map(|value| value as u8 ^ 0x80);
-        image.colour[rank] = self.steps.rgb_of_bytes([a, b, c].map(|value| value as i8));
-        image.object[rank] = surface as u16;
-        image.material[rank] = (surface >> 16) as u8;
-        self.rank += 1;
+        contexts: Contexts,
+    ) -> Result<(Values, Symbols), CodecError> {
+        let symbols = if symbol == FLAT {
+            self.decoder.read(contexts, COLOUR)?
+        } else {
+            self.decoder.read(contexts, CHANNELS)?
+        };
+        let code = get(symbols, DEPTH);
+        let code = if code == WIDE { self.literals.u16()? } else { code.into() };
+        let depth = ((predicted >> DEPTH_SHIFT) as u16).wrapping_add(code >> 1 ^ (code & 1).wrapping_neg());
+        let channels = lanes::add(predicted & LOWER, lanes::unzigzag(symbols)) & LOWER;
+        let values = channels | u64::from(depth) << DEPTH_SHIFT;
+        self.values.push(values);
+        self.surfaces.push(surface);
         Ok((values, symbols))
     }
 }
@@ -352,15 +373,24 @@ pub(super) fn read(
     symbols: &[u8],
     literals: &[u8],
 ) -> Result<(), CodecError> {
-    let mut coder = FrequencyCoder::new();
-    let mut places: Vec<Places> = (0..CONTEXTS).map(|_| Places::NONE).collect();
-    places.iter_mut().try_for_each(|places| places.read(&mut coder, bits))?;
-    let (mask, count) = (image.mask.clone(), image.mask.count());
-    (image.depth, image.normal, image.colour) = (vec![0; count], vec![[0; 2]; count], vec![[0; 3]; count]);
-    (image.object, image.material) = (vec![0; count], vec![0; count]);
-    let mut reading =
-        Reading { image, steps, rank: 0, places, decoder: Decoder::new(symbols)?, literals: Reader::new(literals) };
-    walk(&mask, &mut reading)?;
+    let count = image.mask.count();
+    let mut reading = Reading {
+        decoder: Decoder::new(bits, symbols)?,
+        literals: Reader::new(literals),
+        values: Vec::with_capacity(count),
+        surfaces: Vec::with_capacity(count),
+    };
+    walk(&image.mask, &mut reading)?;
     reading.decoder.finish()?;
-    if reading.literals.remaining() == 0 { Ok(()) } else { Err(CodecError::Damaged("literals")) }
+    if reading.literals.remaining() > 0 {
+        return Err(CodecError::Damaged("literals"));
+    }
+    let (values, surfaces) = (&reading.values, &reading.surfaces);
+    image.depth = values.iter().map(|values| (values >> DEPTH_SHIFT) as u16).collect();
+    image.normal = values.iter().map(|&values| [get(values, 0), get(values, 1)]).collect();
+    image.colour =
+        steps.rgb_of_all_bytes(values.iter().map(|&values| [get(values, 2), get(values, 3), get(values, 4)]));
+    image.object = surfaces.iter().map(|&surface| surface as u16).collect();
+    image.material = surfaces.iter().map(|&surface| (surface >> 16) as u8).collect();
+    Ok(())
 }

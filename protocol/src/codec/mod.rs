@@ -7,6 +7,7 @@ mod dense;
 mod fast;
 mod header;
 mod labels;
+mod lanes;
 mod mix;
 mod outline;
 mod pack;

@@ -6,9 +6,10 @@
 
 use super::CodecError;
 use super::bits::{Bits, Number};
+use super::lanes::{LANES, get, put};
 
-/// Symbols of a sample.
-pub(super) const LANES: usize = 7;
+/// Contexts of all lanes together.
+pub(super) const CONTEXTS: usize = 64;
 /// Frequencies sum up to `1 << PRECISION`.
 const PRECISION: u32 = 11;
 const TOTAL: u32 = 1 << PRECISION;
@@ -100,42 +101,48 @@ impl Step {
     }
 }
 
-/// Moves by all symbols of a context.
-pub(super) struct Steps([Step; 256]);
+/// Moves by all symbols of all contexts.
+pub(super) struct Steps(Vec<[Step; 256]>);
 
 impl Steps {
     /// Writes the frequencies of counted symbols, and takes them.
-    pub fn write(counts: &Counts, coder: &mut FrequencyCoder, bits: &mut impl Bits) -> Steps {
-        let frequencies = frequencies(counts);
-        coder.code(bits, &frequencies).expect("frequencies in memory are sound");
-        let mut start = 0;
-        Steps(frequencies.map(|frequency| {
-            let frequency = u32::from(frequency);
-            start += frequency;
-            if frequency > 0 { Step::new(start - frequency, frequency) } else { Step::default() }
-        }))
+    pub fn write(counts: &[Counts; CONTEXTS], bits: &mut impl Bits) -> Steps {
+        let mut coder = FrequencyCoder::new();
+        let mut steps = vec![[Step::default(); 256]; CONTEXTS];
+        for (steps, counts) in steps.iter_mut().zip(counts) {
+            let frequencies = frequencies(counts);
+            coder.code(bits, &frequencies).expect("frequencies in memory are sound");
+            let mut start = 0;
+            for (step, frequency) in steps.iter_mut().zip(frequencies.map(u32::from)).filter(|(_, f)| *f > 0) {
+                *step = Step::new(start, frequency);
+                start += frequency;
+            }
+        }
+        Steps(steps)
     }
 }
 
 /// Writes the samples of a patch, the last one first.
 pub(super) struct Encoder {
+    steps: Box<[[Step; 256]; CONTEXTS]>,
     states: [u32; LANES],
     words: Vec<u16>,
     count: usize,
 }
 
 impl Encoder {
-    pub fn new() -> Encoder {
-        Encoder { states: [LEAST_STATE; LANES], words: vec![0; 1024], count: 0 }
+    pub fn new(Steps(steps): Steps) -> Encoder {
+        let steps = steps.into_boxed_slice().try_into().ok().expect("one of each context");
+        Encoder { steps, states: [LEAST_STATE; LANES], words: vec![0; 1024], count: 0 }
     }
 
-    /// Writes a sample: the symbol of each lane, and the steps of its context.
+    /// Writes the symbols of some lanes in their contexts.
     #[inline(always)]
-    pub fn write(&mut self, symbols: [u8; LANES], steps: [&Steps; LANES]) {
+    pub fn write<const N: usize>(&mut self, symbols: u64, contexts: u64, lanes: [usize; N]) {
         let mut words = [0; MOST_WORDS];
         let mut count = 0;
-        for lane in (0..LANES).rev() {
-            let step = steps[lane].0[usize::from(symbols[lane])];
+        for lane in lanes.into_iter().rev() {
+            let step = self.steps[usize::from(get(contexts, lane)) % CONTEXTS][usize::from(get(symbols, lane))];
             let state = self.states[lane];
             let full = state >= step.limit;
             words[count % MOST_WORDS] = state as u16;
@@ -159,31 +166,33 @@ impl Encoder {
     }
 }
 
-/// What a reader finds at each place of a context: the symbol, its frequency, and how far the place lies behind its first one, in 8, 12 and 12
-/// bits.
-pub(super) struct Places([u32; TOTAL as usize]);
+/// What a reader knows of a context: the symbol at each place, and the frequency and first place of each symbol, in the upper and the
+/// lower half. Two small tables, of which the parts in use stay in the nearest cache, are faster than one of everything.
+#[derive(Clone)]
+struct Places {
+    symbols: [u8; TOTAL as usize],
+    ranges: [u32; 256],
+}
 
-impl Places {
-    /// Of a context that no sample is in.
-    pub const NONE: Places = Places([0; TOTAL as usize]);
-
-    /// Reads what [`Steps::write`] wrote.
-    pub fn read(&mut self, coder: &mut FrequencyCoder, bits: &mut impl Bits) -> Result<(), CodecError> {
+/// Reads the frequencies that [`Steps::write`] wrote.
+fn places(bits: &mut impl Bits) -> Result<Box<[Places; CONTEXTS]>, CodecError> {
+    let mut coder = FrequencyCoder::new();
+    let mut places = vec![Places { symbols: [0; TOTAL as usize], ranges: [0; 256] }; CONTEXTS];
+    for Places { symbols, ranges } in &mut places {
         let frequencies = coder.code(bits, &[0; 256])?;
-        let mut rest = self.0.as_mut_slice();
-        for (symbol, frequency) in (0_u32..).zip(frequencies).filter(|(_, frequency)| *frequency > 0) {
-            let (places, after) = rest.split_at_mut(usize::from(frequency));
-            for (place, behind) in places.iter_mut().zip(0_u32..) {
-                *place = symbol | u32::from(frequency) << 8 | behind << 20;
-            }
-            rest = after;
+        let mut start = 0;
+        for (symbol, frequency) in (0..=255).zip(frequencies).filter(|(_, frequency)| *frequency > 0) {
+            symbols[start..start + usize::from(frequency)].fill(symbol);
+            ranges[usize::from(symbol)] = u32::from(frequency) << 16 | start as u32;
+            start += usize::from(frequency);
         }
-        Ok(())
     }
+    Ok(places.into_boxed_slice().try_into().ok().expect("one of each context"))
 }
 
 /// Reads the samples of a patch.
 pub(super) struct Decoder {
+    places: Box<[Places; CONTEXTS]>,
     states: [u32; LANES],
     words: Vec<u16>,
     at: usize,
@@ -192,7 +201,8 @@ pub(super) struct Decoder {
 impl Decoder {
     const DAMAGED: CodecError = CodecError::Damaged("words of the samples");
 
-    pub fn new(bytes: &[u8]) -> Result<Decoder, CodecError> {
+    /// Of the frequencies in `bits` and the words in `bytes`.
+    pub fn new(bits: &mut impl Bits, bytes: &[u8]) -> Result<Decoder, CodecError> {
         let (states, words) = bytes.split_at_checked(4 * LANES).ok_or(Decoder::DAMAGED)?;
         let mut states = states.as_chunks().0.iter().map(|&state| u32::from_le_bytes(state));
         let states = std::array::from_fn(|_| states.next().expect("as many were split off"));
@@ -203,23 +213,27 @@ impl Decoder {
         let words = words.iter().map(|&word| u16::from_le_bytes(word));
         // A sample looks at the next words at once.
         let words = words.chain([0; MOST_WORDS]).collect();
-        Ok(Decoder { states, words, at: 0 })
+        Ok(Decoder { places: places(bits)?, states, words, at: 0 })
     }
 
-    /// Reads symbols of the lanes from `first` on, each by the places of its context.
+    /// Reads the symbols of some lanes in their contexts.
     #[inline(always)]
-    pub fn read<const N: usize>(&mut self, first: usize, places: [&Places; N]) -> Result<[u8; N], CodecError> {
+    pub fn read<const N: usize>(&mut self, contexts: u64, lanes: [usize; N]) -> Result<u64, CodecError> {
         let words: &[u16; MOST_WORDS] = self.words[self.at..].first_chunk().ok_or(Decoder::DAMAGED)?;
         let mut count = 0;
-        let mut symbols = [0; N];
-        for lane in 0..N {
-            let state = self.states[first + lane];
-            let place = places[lane].0[(state % TOTAL) as usize];
-            symbols[lane] = place as u8;
-            let state = (place >> 8 & 0xfff) * (state >> PRECISION) + (place >> 20);
+        let mut symbols = 0;
+        for lane in lanes {
+            let state = self.states[lane];
+            let places = &self.places[usize::from(get(contexts, lane)) % CONTEXTS];
+            let place = state % TOTAL;
+            let symbol = places.symbols[place as usize];
+            symbols |= put(symbol, lane);
+            let range = places.ranges[usize::from(symbol)];
+            // Below, if the bytes are damaged, only where no sample is.
+            let state = (range >> 16) * (state >> PRECISION) + place.wrapping_sub(range & 0xffff);
             let low = state < LEAST_STATE;
             let filled = state << 16 | u32::from(words[count % MOST_WORDS]);
-            self.states[first + lane] = if low { filled } else { state };
+            self.states[lane] = if low { filled } else { state };
             count += usize::from(low);
         }
         self.at += count;
