@@ -117,12 +117,13 @@ impl ColourSteps {
         self.rgb([first.into(), (second as i8).into(), (third as i8).into()])
     }
 
-    /// [`ColourSteps::rgb_of_bytes`] of a plane.
-    pub(super) fn rgb_of_all_bytes(self, bytes: impl Iterator<Item = [u8; 3]>) -> Vec<[u8; 3]> {
+    /// Appends colours by [`ColourSteps::rgb_of_bytes`].
+    pub(super) fn extend_by_bytes(self, colours: &mut Vec<[u8; 3]>, bytes: impl Iterator<Item = [u8; 3]>) {
+        // One loop for each, or the shifts are looked up at every sample.
         match self {
-            ColourSteps::Lossless => bytes.map(|bytes| ColourSteps::Lossless.rgb_of_bytes(bytes)).collect(),
-            ColourSteps::Fine => bytes.map(|bytes| ColourSteps::Fine.rgb_of_bytes(bytes)).collect(),
-            ColourSteps::Coarse => bytes.map(|bytes| ColourSteps::Coarse.rgb_of_bytes(bytes)).collect(),
+            ColourSteps::Lossless => colours.extend(bytes.map(|bytes| ColourSteps::Lossless.rgb_of_bytes(bytes))),
+            ColourSteps::Fine => colours.extend(bytes.map(|bytes| ColourSteps::Fine.rgb_of_bytes(bytes))),
+            ColourSteps::Coarse => colours.extend(bytes.map(|bytes| ColourSteps::Coarse.rgb_of_bytes(bytes))),
         }
     }
 

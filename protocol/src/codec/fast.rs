@@ -113,14 +113,10 @@ impl Around {
         put(if flat & (context == ALIKE) { FLAT_CONTEXT } else { context }, SURFACE)
     }
 
-    /// The surface of the first symbols.
+    /// The surface of the first symbols. Not a choice of branches: which it is, is as good as chance at outlines.
     #[inline(always)]
     fn neighbour(self, symbol: u8) -> Surface {
-        match symbol {
-            LEFT => self.left,
-            UP => self.up,
-            _ => self.likely(),
-        }
+        [self.likely(), self.left, self.up, self.likely()][usize::from(symbol % 4)]
     }
 
     /// The most likely surface: below an edge that comes down, the one on this side.
@@ -176,6 +172,9 @@ trait End {
 
     /// Its values, and the symbols of their channels.
     fn values(&mut self, named: Named, predicted: Values, contexts: Contexts) -> Result<(Values, Symbols), CodecError>;
+
+    /// A row ends.
+    fn row(&mut self) {}
 }
 
 /// Goes through the samples of a mask.
@@ -189,6 +188,7 @@ fn walk(mask: &Mask, end: &mut impl End) -> Result<(), CodecError> {
         for run in &runs {
             walk_run(&mut columns, run.start as usize + MARGIN..run.end as usize + MARGIN, end)?;
         }
+        end.row();
     }
     Ok(())
 }
@@ -312,10 +312,12 @@ pub(super) fn write(image: &DepthImage, steps: ColourSteps, bits: &mut BitWriter
     [encoder.finish(), counting.literals.bytes]
 }
 
-/// Reads samples.
+/// Reads samples into the planes of an image.
 struct Reading<'a> {
+    planes: Planes,
     decoder: Decoder,
     literals: Reader<'a>,
+    /// Of this row.
     values: Vec<Values>,
     surfaces: Vec<Surface>,
 }
@@ -363,6 +365,44 @@ impl End for Reading<'_> {
         self.surfaces.push(surface);
         Ok((values, symbols))
     }
+
+    fn row(&mut self) {
+        self.planes.extend(&self.values, &self.surfaces);
+        self.values.clear();
+        self.surfaces.clear();
+    }
+}
+
+/// The planes of an image, as far as they are read.
+struct Planes {
+    steps: ColourSteps,
+    depth: Vec<u16>,
+    normal: Vec<[u8; 2]>,
+    colour: Vec<[u8; 3]>,
+    object: Vec<u16>,
+    material: Vec<u8>,
+}
+
+impl Planes {
+    fn with_capacity(count: usize, steps: ColourSteps) -> Planes {
+        Planes {
+            steps,
+            depth: Vec::with_capacity(count),
+            normal: Vec::with_capacity(count),
+            colour: Vec::with_capacity(count),
+            object: Vec::with_capacity(count),
+            material: Vec::with_capacity(count),
+        }
+    }
+
+    fn extend(&mut self, values: &[Values], surfaces: &[Surface]) {
+        self.depth.extend(values.iter().map(|values| (values >> DEPTH_SHIFT) as u16));
+        self.normal.extend(values.iter().map(|&values| [0, 1].map(|lane| get(values, lane))));
+        let colours = values.iter().map(|&values| COLOUR.map(|lane| get(values, lane)));
+        self.steps.extend_by_bytes(&mut self.colour, colours);
+        self.object.extend(surfaces.iter().map(|&surface| surface as u16));
+        self.material.extend(surfaces.iter().map(|&surface| (surface >> 16) as u8));
+    }
 }
 
 /// Reads what [`write`] wrote into an image of a mask.
@@ -373,24 +413,20 @@ pub(super) fn read(
     symbols: &[u8],
     literals: &[u8],
 ) -> Result<(), CodecError> {
-    let count = image.mask.count();
     let mut reading = Reading {
+        planes: Planes::with_capacity(image.mask.count(), steps),
         decoder: Decoder::new(bits, symbols)?,
         literals: Reader::new(literals),
-        values: Vec::with_capacity(count),
-        surfaces: Vec::with_capacity(count),
+        values: Vec::new(),
+        surfaces: Vec::new(),
     };
     walk(&image.mask, &mut reading)?;
     reading.decoder.finish()?;
     if reading.literals.remaining() > 0 {
         return Err(CodecError::Damaged("literals"));
     }
-    let (values, surfaces) = (&reading.values, &reading.surfaces);
-    image.depth = values.iter().map(|values| (values >> DEPTH_SHIFT) as u16).collect();
-    image.normal = values.iter().map(|&values| [get(values, 0), get(values, 1)]).collect();
-    image.colour =
-        steps.rgb_of_all_bytes(values.iter().map(|&values| [get(values, 2), get(values, 3), get(values, 4)]));
-    image.object = surfaces.iter().map(|&surface| surface as u16).collect();
-    image.material = surfaces.iter().map(|&surface| (surface >> 16) as u8).collect();
+    let Planes { depth, normal, colour, object, material, .. } = reading.planes;
+    (image.depth, image.normal, image.colour) = (depth, normal, colour);
+    (image.object, image.material) = (object, material);
     Ok(())
 }

@@ -139,7 +139,11 @@ impl Encoder {
     /// Writes the symbols of some lanes in their contexts.
     #[inline(always)]
     pub fn write<const N: usize>(&mut self, symbols: u64, contexts: u64, lanes: [usize; N]) {
-        let mut words = [0; MOST_WORDS];
+        if self.words.len() < self.count + MOST_WORDS {
+            self.words.resize(2 * self.words.len(), 0);
+        }
+        let words: &mut [u16; MOST_WORDS] =
+            self.words[self.count..].first_chunk_mut().expect("there was made room for as many");
         let mut count = 0;
         for lane in lanes.into_iter().rev() {
             let step = self.steps[usize::from(get(contexts, lane)) % CONTEXTS][usize::from(get(symbols, lane))];
@@ -151,10 +155,6 @@ impl Encoder {
             let quotient = ((u64::from(state) * u64::from(step.reciprocal)) >> 32) as u32 >> step.shift;
             self.states[lane] = state.wrapping_add(step.bias).wrapping_add(quotient.wrapping_mul(step.others()));
         }
-        if self.words.len() < self.count + MOST_WORDS {
-            self.words.resize(2 * self.words.len(), 0);
-        }
-        self.words[self.count..self.count + MOST_WORDS].copy_from_slice(&words);
         self.count += count;
     }
 
