@@ -5,7 +5,7 @@
 //! stream of words. A writer goes backwards, from the last symbol to the first; a reader goes forwards.
 
 use super::CodecError;
-use super::bits::{Bits, Number};
+use super::bits::{Bits, Number, Probability};
 use super::lanes::{LANES, get, put};
 
 /// Contexts of all lanes together.
@@ -46,19 +46,52 @@ fn frequencies(counts: &Counts) -> Frequencies {
     frequencies
 }
 
-/// Codes frequencies, each by how large the one before it was; a reader gives those that were written.
-pub(super) struct FrequencyCoder {
+/// About what counted symbols cost, with their frequencies.
+fn cost_bits(counts: &Counts) -> f64 {
+    /// A frequency takes about this much; of 4, 6, 9 and 12, the bytes of four scenes were fewest.
+    const FREQUENCY_BITS: f64 = 6.0;
+    let sum = f64::from(counts.iter().sum::<u32>());
+    let bits = |&count: &u32| f64::from(count) * (sum / f64::from(count)).log2() + FREQUENCY_BITS;
+    counts.iter().filter(|count| **count > 0).map(bits).sum()
+}
+
+/// Counts of contexts in order, of which those that cost less together share theirs with the one before.
+fn shared(counts: &[Counts; CONTEXTS]) -> Vec<(Counts, bool)> {
+    let mut first = 0;
+    let mut shared: Vec<(Counts, bool)> = vec![(counts[0], false)];
+    for (context, counts) in counts.iter().enumerate().skip(1) {
+        let both = std::array::from_fn(|symbol| shared[first].0[symbol] + counts[symbol]);
+        let share = cost_bits(&both) <= cost_bits(&shared[first].0) + cost_bits(counts);
+        if share {
+            shared[first].0 = both;
+        } else {
+            first = context;
+        }
+        shared.push((*counts, share));
+    }
+    shared
+}
+
+/// Codes the frequencies of contexts, each by how large the one before it was; a reader gives those that were written.
+struct FrequencyCoder {
+    shared: Probability,
     used: Number,
     by_last: Vec<Number>,
 }
 
 impl FrequencyCoder {
-    pub fn new() -> FrequencyCoder {
-        FrequencyCoder { used: Number::NEW, by_last: vec![Number::NEW; PRECISION as usize + 2] }
+    fn new() -> FrequencyCoder {
+        let by_last = vec![Number::NEW; PRECISION as usize + 2];
+        FrequencyCoder { shared: Probability::EVEN, used: Number::NEW, by_last }
     }
 
-    fn code(&mut self, bits: &mut impl Bits, known: &Frequencies) -> Result<Frequencies, CodecError> {
+    /// The frequencies of a context; `None` where they are those of the context before.
+    fn code(&mut self, bits: &mut impl Bits, known: Option<&Frequencies>) -> Result<Option<Frequencies>, CodecError> {
         const DAMAGED: CodecError = CodecError::Damaged("frequencies");
+        if bits.bit(&mut self.shared, known.is_none()) {
+            return Ok(None);
+        }
+        let known = known.unwrap_or(&[0; 256]);
         let used = known.iter().rposition(|&frequency| frequency > 0).map_or(0, |last| last + 1);
         let used = self.used.code(bits, used as u32) as usize;
         let mut read = [0; 256];
@@ -69,7 +102,7 @@ impl FrequencyCoder {
             last = frequency.min(TOTAL);
             *read = last as u16;
         }
-        if sum == u64::from(TOTAL) || used == 0 { Ok(read) } else { Err(DAMAGED) }
+        if sum == u64::from(TOTAL) || used == 0 { Ok(Some(read)) } else { Err(DAMAGED) }
     }
 }
 
@@ -101,6 +134,15 @@ impl Step {
     }
 }
 
+fn step_each(frequencies: &Frequencies) -> [Step; 256] {
+    let mut start = 0;
+    frequencies.map(|frequency| {
+        let first = start;
+        start += u32::from(frequency);
+        if frequency > 0 { Step::new(first, frequency.into()) } else { Step::default() }
+    })
+}
+
 /// Moves by all symbols of all contexts.
 pub(super) struct Steps(Vec<[Step; 256]>);
 
@@ -108,15 +150,15 @@ impl Steps {
     /// Writes the frequencies of counted symbols, and takes them.
     pub fn write(counts: &[Counts; CONTEXTS], bits: &mut impl Bits) -> Steps {
         let mut coder = FrequencyCoder::new();
-        let mut steps = vec![[Step::default(); 256]; CONTEXTS];
-        for (steps, counts) in steps.iter_mut().zip(counts) {
-            let frequencies = frequencies(counts);
-            coder.code(bits, &frequencies).expect("frequencies in memory are sound");
-            let mut start = 0;
-            for (step, frequency) in steps.iter_mut().zip(frequencies.map(u32::from)).filter(|(_, f)| *f > 0) {
-                *step = Step::new(start, frequency);
-                start += frequency;
+        let mut steps = Vec::with_capacity(CONTEXTS);
+        let mut last = [Step::default(); 256];
+        for (counts, share) in shared(counts) {
+            let frequencies = (!share).then(|| frequencies(&counts));
+            coder.code(bits, frequencies.as_ref()).expect("frequencies in memory are sound");
+            if let Some(frequencies) = frequencies {
+                last = step_each(&frequencies);
             }
+            steps.push(last);
         }
         Steps(steps)
     }
@@ -174,20 +216,31 @@ struct Places {
     ranges: [u32; 256],
 }
 
-/// Reads the frequencies that [`Steps::write`] wrote.
-fn places(bits: &mut impl Bits) -> Result<Box<[Places; CONTEXTS]>, CodecError> {
-    let mut coder = FrequencyCoder::new();
-    let mut places = vec![Places { symbols: [0; TOTAL as usize], ranges: [0; 256] }; CONTEXTS];
-    for Places { symbols, ranges } in &mut places {
-        let frequencies = coder.code(bits, &[0; 256])?;
+impl Places {
+    fn new(frequencies: &Frequencies) -> Places {
+        let mut places = Places { symbols: [0; TOTAL as usize], ranges: [0; 256] };
         let mut start = 0;
-        for (symbol, frequency) in (0..=255).zip(frequencies).filter(|(_, frequency)| *frequency > 0) {
-            symbols[start..start + usize::from(frequency)].fill(symbol);
-            ranges[usize::from(symbol)] = u32::from(frequency) << 16 | start as u32;
+        for (symbol, &frequency) in (0..=255).zip(frequencies).filter(|(_, frequency)| **frequency > 0) {
+            places.symbols[start..start + usize::from(frequency)].fill(symbol);
+            places.ranges[usize::from(symbol)] = u32::from(frequency) << 16 | start as u32;
             start += usize::from(frequency);
         }
+        places
     }
-    Ok(places.into_boxed_slice().try_into().ok().expect("one of each context"))
+
+    /// Reads the frequencies of all contexts that [`Steps::write`] wrote.
+    fn read(bits: &mut impl Bits) -> Result<Box<[Places; CONTEXTS]>, CodecError> {
+        let mut coder = FrequencyCoder::new();
+        let mut all = Vec::with_capacity(CONTEXTS);
+        let mut last = Places::new(&[0; 256]);
+        for _ in 0..CONTEXTS {
+            if let Some(frequencies) = coder.code(bits, None)? {
+                last = Places::new(&frequencies);
+            }
+            all.push(last.clone());
+        }
+        Ok(all.into_boxed_slice().try_into().ok().expect("one of each context"))
+    }
 }
 
 /// Reads the samples of a patch.
@@ -213,7 +266,7 @@ impl Decoder {
         let words = words.iter().map(|&word| u16::from_le_bytes(word));
         // A sample looks at the next words at once.
         let words = words.chain([0; MOST_WORDS]).collect();
-        Ok(Decoder { places: places(bits)?, states, words, at: 0 })
+        Ok(Decoder { places: Places::read(bits)?, states, words, at: 0 })
     }
 
     /// Reads the symbols of some lanes in their contexts.
