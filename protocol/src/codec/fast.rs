@@ -70,7 +70,8 @@ fn recent_place(surface: Surface) -> usize {
 /// The channels but for depth in their lanes, and depth in the upper two bytes.
 type Values = u64;
 const DEPTH_SHIFT: u32 = 48;
-const LOWER: u64 = (1 << DEPTH_SHIFT) - 1;
+/// The lanes of the others.
+const LOWER: u64 = put(255, 0) | put(255, 1) | put(255, 2) | put(255, 3) | put(255, 4);
 
 /// What three neighbours predict, the last of them the one between the others: at an edge the one on this side of it, else the plane
 /// through the three.
@@ -284,9 +285,9 @@ impl End for Counting<'_> {
         };
         count(SURFACE);
         if flat {
-            COLOUR.into_iter().for_each(count)
+            COLOUR.into_iter().for_each(count);
         } else {
-            CHANNELS.into_iter().for_each(count)
+            CHANNELS.into_iter().for_each(count);
         }
         self.coded.push((coded, contexts));
         self.rank += 1;

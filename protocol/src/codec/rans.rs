@@ -10,7 +10,8 @@ use super::lanes::{LANES, get, put};
 
 /// Contexts of all lanes together.
 pub(super) const CONTEXTS: usize = 64;
-/// Frequencies sum up to `1 << PRECISION`.
+/// Frequencies sum up to `1 << PRECISION`. With 10, non-redundant images took 0.8 % (birdnest) to 3 % (urban) more bytes than with 11; more
+/// makes a reader's tables leave the nearest cache.
 const PRECISION: u32 = 11;
 const TOTAL: u32 = 1 << PRECISION;
 /// States lie from here up to 2^16 times it; a reader below takes a word.
@@ -48,7 +49,7 @@ fn frequencies(counts: &Counts) -> Frequencies {
 
 /// About what counted symbols cost, with their frequencies.
 fn cost_bits(counts: &Counts) -> f64 {
-    /// A frequency takes about this much; of 4, 6, 9 and 12, the bytes of four scenes were fewest.
+    /// A frequency takes about this much: an estimate, which only decides what is shared.
     const FREQUENCY_BITS: f64 = 6.0;
     let sum = f64::from(counts.iter().sum::<u32>());
     let bits = |&count: &u32| f64::from(count) * (sum / f64::from(count)).log2() + FREQUENCY_BITS;
@@ -123,7 +124,7 @@ impl Step {
             return Step { limit, reciprocal: u32::MAX, shift: 0, bias: start + TOTAL - 1 };
         }
         let shift = 32 - (frequency - 1).leading_zeros();
-        let reciprocal = ((1_u64 << (shift + 31)) + u64::from(frequency) - 1) / u64::from(frequency);
+        let reciprocal = (1_u64 << (shift + 31)).div_ceil(u64::from(frequency));
         Step { limit, reciprocal: reciprocal as u32, shift: shift - 1, bias: start }
     }
 
@@ -174,7 +175,7 @@ pub(super) struct Encoder {
 
 impl Encoder {
     pub fn new(Steps(steps): Steps) -> Encoder {
-        let steps = steps.into_boxed_slice().try_into().ok().expect("one of each context");
+        let steps = steps.into_boxed_slice().try_into().expect("one of each context");
         Encoder { steps, states: [LEAST_STATE; LANES], words: vec![0; 1024], count: 0 }
     }
 
@@ -210,7 +211,7 @@ impl Encoder {
 
 /// What a reader knows of a context: the symbol at each place, and the frequency and first place of each symbol, in the upper and the
 /// lower half. Two small tables, of which the parts in use stay in the nearest cache, are faster than one of everything.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 struct Places {
     symbols: [u8; TOTAL as usize],
     ranges: [u32; 256],
@@ -239,7 +240,7 @@ impl Places {
             }
             all.push(last.clone());
         }
-        Ok(all.into_boxed_slice().try_into().ok().expect("one of each context"))
+        Ok(all.into_boxed_slice().try_into().expect("one of each context"))
     }
 }
 
@@ -297,5 +298,43 @@ impl Decoder {
     pub fn finish(self) -> Result<(), CodecError> {
         let whole = self.at + MOST_WORDS == self.words.len() && self.states == [LEAST_STATE; LANES];
         if whole { Ok(()) } else { Err(Decoder::DAMAGED) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bits::{BitReader, BitWriter};
+    use super::*;
+
+    const ORDER: [usize; LANES] = [0, 1, 2, 3, 4, 5, 6];
+
+    /// Symbols of each lane in a context of its own: from one that is always the same to noise.
+    fn samples() -> Vec<u64> {
+        let noise = |seed: u64| (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let symbol = |seed: u64, lane: usize| (noise(noise(seed) ^ lane as u64) >> 32 & ((1 << lane) - 1)) as u8;
+        (0..20_000).map(|seed| ORDER.iter().map(|&lane| put(symbol(seed, lane), lane)).sum()).collect()
+    }
+
+    #[test]
+    fn symbols_come_back_and_what_is_damaged_is_seen() {
+        let contexts = ORDER.iter().map(|&lane| put(9 * lane as u8, lane)).sum();
+        let samples = samples();
+        let mut counts = [[0; 256]; CONTEXTS];
+        for sample in &samples {
+            ORDER.iter().for_each(|&lane| counts[9 * lane][usize::from(get(*sample, lane))] += 1);
+        }
+        let mut bits = BitWriter::new();
+        let mut encoder = Encoder::new(Steps::write(&counts, &mut bits));
+        samples.iter().rev().for_each(|&sample| encoder.write(sample, contexts, ORDER));
+        let (bits, bytes) = (bits.finish(), encoder.finish());
+        let read = |bytes: &[u8]| {
+            let mut decoder = Decoder::new(&mut BitReader::new(&bits), bytes)?;
+            let read = samples.iter().map(|_| decoder.read(contexts, ORDER)).collect::<Result<Vec<u64>, _>>()?;
+            decoder.finish().map(|()| read)
+        };
+        assert!(read(&bytes).expect("sound") == samples);
+        let least = samples.len() * (1 + 2 + 3 + 4 + 5 + 6) / 8;
+        assert!(bytes.len() < least + least / 100, "{} bytes for {least} of noise", bytes.len());
+        assert!(read(&bytes[..bytes.len() - 2]).is_err() && read(&[&bytes[..], &[0, 0]].concat()).is_err());
     }
 }
