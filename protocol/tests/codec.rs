@@ -90,6 +90,19 @@ fn every_truncation_is_refused() {
     }
 }
 
+#[test]
+fn damaged_bytes_of_the_fast_profile_never_panic() {
+    let coding = Coding { profile: Profile::Fast, ..Coding::default() };
+    let bytes = encode_patch(&patch(1, cast((200, 120), |_, _| true)), coding);
+    // All of the front, where the frequencies are, then here and there.
+    for place in (0..1500).chain((1500..bytes.len()).step_by(37)) {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 1 << (place % 8);
+        let _ = decode_patch(&damaged, &Limits::default());
+        assert!(decode_patch(&bytes[..place], &Limits::default()).is_err(), "{place} of {}", bytes.len());
+    }
+}
+
 prop_compose! {
     fn any_image()(width in 1_u32..70, height in 1_u32..40)(
         width in Just(width),
@@ -155,7 +168,7 @@ fn bytes_stay_few() {
         encode_patch(&patch, Coding { profile, colour }).len() as f64
     };
     // What was found, and a tenth more.
-    for (patch, fast_most, fine_most, dense_most) in [(&whole, 0.48, 0.40, 0.89), (&part, 0.60, 0.55, 0.92)] {
+    for (patch, fast_most, fine_most, dense_most) in [(&whole, 0.48, 0.41, 0.90), (&part, 0.67, 0.62, 0.85)] {
         let fast = bytes(patch, Profile::Fast, ColourSteps::Lossless);
         let zstd = zstd::bulk::compress(&raw_planes(&patch.image), 1).unwrap().len() as f64;
         let dense = bytes(patch, Profile::Dense, ColourSteps::Lossless);

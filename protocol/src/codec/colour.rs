@@ -8,6 +8,9 @@
 /// How often a colour is cut off at the faces of the cube before it stays; tested on every colour.
 const MOST_CUTS: usize = 2;
 
+/// Of a byte's values: negative ones come below.
+const MIDDLE: u8 = 0x80;
+
 /// How exactly colours are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColourSteps {
@@ -92,6 +95,38 @@ impl ColourSteps {
         [round(r + 2 * g + b, luma + 2), round(r - b, orange), round(2 * g - r - b, green + 1)]
     }
 
+    /// A colour as three bytes, for coders that predict: in steps luma and the chromas around the middle; exactly, the green,
+    /// and what red and blue are above it, which wrap around the middle.
+    #[inline(always)]
+    pub(super) fn bytes(self, colour: [u8; 3]) -> [u8; 3] {
+        let [r, g, b] = colour;
+        if self == ColourSteps::Lossless {
+            return [g, r.wrapping_sub(g) ^ MIDDLE, b.wrapping_sub(g) ^ MIDDLE];
+        }
+        let [luma, orange, green] = self.codes(colour).map(|code| code as u8);
+        [luma, orange ^ MIDDLE, green ^ MIDDLE]
+    }
+
+    /// The colour of [`ColourSteps::bytes`].
+    #[inline(always)]
+    pub(super) fn rgb_of_bytes(self, [first, second, third]: [u8; 3]) -> [u8; 3] {
+        let (second, third) = (second ^ MIDDLE, third ^ MIDDLE);
+        if self == ColourSteps::Lossless {
+            return [second.wrapping_add(first), first, third.wrapping_add(first)];
+        }
+        self.rgb([first.into(), (second as i8).into(), (third as i8).into()])
+    }
+
+    /// Appends colours by [`ColourSteps::rgb_of_bytes`].
+    pub(super) fn extend_by_bytes(self, colours: &mut Vec<[u8; 3]>, bytes: impl Iterator<Item = [u8; 3]>) {
+        // One loop for each, or the shifts are looked up at every sample.
+        match self {
+            ColourSteps::Lossless => colours.extend(bytes.map(|bytes| ColourSteps::Lossless.rgb_of_bytes(bytes))),
+            ColourSteps::Fine => colours.extend(bytes.map(|bytes| ColourSteps::Fine.rgb_of_bytes(bytes))),
+            ColourSteps::Coarse => colours.extend(bytes.map(|bytes| ColourSteps::Coarse.rgb_of_bytes(bytes))),
+        }
+    }
+
     /// The colour of some codes; where they leave the cube, the nearest channel values inside.
     #[inline(always)]
     pub(super) fn rgb(self, codes: [i16; 3]) -> [u8; 3] {
@@ -129,6 +164,8 @@ mod tests {
         for steps in ColourSteps::ALL {
             let changed = every_colour().map(|colour| steps.settle(colour)).find(|&c| steps.rgb(steps.codes(c)) != c);
             assert_eq!(changed, None, "{steps:?}");
+            let changed = every_colour().map(|c| steps.settle(c)).find(|&c| steps.rgb_of_bytes(steps.bytes(c)) != c);
+            assert_eq!(changed, None, "{steps:?} as bytes");
         }
     }
 

@@ -4,16 +4,17 @@ mod addresses;
 mod bits;
 mod colour;
 mod dense;
+mod fast;
 mod header;
 mod labels;
+mod lanes;
 mod mix;
 mod outline;
 mod pack;
-mod packed;
+mod rans;
 mod residual;
 mod samples;
 mod segments;
-mod streams;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
 pub use colour::ColourSteps;
@@ -29,7 +30,7 @@ use crate::limits::Limits;
 /// What the coder optimizes for. Both are exact on the planes as they are given, and both ends know which it was from the bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Profile {
-    /// Speed: residuals of a 2-D prediction as byte planes, packed by zstd at level 1.
+    /// Speed: residuals of a 2-D prediction, coded by how often each came in a few contexts.
     Fast,
     /// Size: residuals coded by an adaptive arithmetic coder with contexts.
     #[default]

@@ -61,63 +61,6 @@ pub(super) fn mean(a: i16, b: i16) -> i16 {
     a.wrapping_add(b) >> 1
 }
 
-/// Hands every value to `settle(value, predicted)` in order; predictions look at values that came before.
-#[inline(always)]
-fn each<const N: usize>(
-    values: &mut [[i16; N]],
-    segments: &[Segment],
-    predict: impl Fn(i16, i16, i16) -> i16,
-    settle: impl Fn(&mut i16, i16),
-) {
-    for segment in segments {
-        let (before, here) = values.split_at_mut(segment.start as usize);
-        let here = &mut here[..segment.count as usize];
-        let mut left = before.last().copied().unwrap_or([0; N]);
-        let other = segment.other as usize;
-        let sample = |values: &mut [i16; N], predicted: [i16; N]| {
-            values.iter_mut().zip(predicted).for_each(|(value, predicted)| settle(value, predicted));
-            *values
-        };
-        match segment.around {
-            Around::Nothing => {
-                sample(&mut here[0], [0; N]);
-            }
-            Around::Anchor | Around::Up => {
-                sample(&mut here[0], before[other]);
-            }
-            Around::Left => here.iter_mut().for_each(|here| left = sample(here, left)),
-            Around::LeftUp => {
-                sample(&mut here[0], std::array::from_fn(|c| mean(left[c], before[other][c])));
-            }
-            Around::All => {
-                let mut corner = before[other - 1];
-                for (here, &up) in here.iter_mut().zip(&before[segment.others()]) {
-                    left = sample(here, std::array::from_fn(|c| predict(left[c], up[c], corner[c])));
-                    corner = up;
-                }
-            }
-        }
-    }
-}
-
-/// Turns residuals into values, in place.
-pub(super) fn restore<const N: usize>(
-    values: &mut [[i16; N]],
-    segments: &[Segment],
-    predictor: Predictor,
-    range: Range,
-) {
-    let mask = if range == Range::Byte { 0xff } else { -1 };
-    let add = |value: &mut i16, predicted: i16| *value = value.wrapping_add(predicted) & mask;
-    // One loop for each, or the choice is made at every sample.
-    match predictor {
-        Predictor::Left => each(values, segments, |l, u, c| Predictor::Left.predict(l, u, c), add),
-        Predictor::MedianEdge => each(values, segments, |l, u, c| Predictor::MedianEdge.predict(l, u, c), add),
-        Predictor::Gradient => each(values, segments, |l, u, c| Predictor::Gradient.predict(l, u, c), add),
-        Predictor::Smoothed => each(values, segments, |l, u, c| Predictor::Smoothed.predict(l, u, c), add),
-    }
-}
-
 /// The residuals of values that are all known, for the samples of `segments`.
 pub(super) fn residuals<const N: usize>(
     values: &[[i16; N]],
@@ -184,11 +127,6 @@ pub(super) fn zigzag(value: i16) -> u16 {
     (value << 1 ^ value >> 15) as u16
 }
 
-#[inline(always)]
-pub(super) fn unzigzag(code: u16) -> i16 {
-    (code >> 1) as i16 ^ -((code & 1) as i16)
-}
-
 /// Samples to choose a predictor by: blocks of segments from all over the image.
 pub(super) fn some_segments(segments: &[Segment]) -> Vec<Segment> {
     /// Enough to tell predictors apart.
@@ -219,14 +157,4 @@ pub(super) fn cost_bits<const N: usize>(
         counts.iter().map(bits).sum::<f64>() + f64::from(counts[255]) * 16.0
     };
     counts.iter().map(entropy).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn zigzag_is_reversible() {
-        assert!((i16::MIN..=i16::MAX).all(|value| unzigzag(zigzag(value)) == value));
-    }
 }

@@ -1,27 +1,23 @@
-//! The samples of a patch: a byte that names the coder, the mask, a method for each plane, and what the methods need.
+//! The samples of a patch: a byte that names the coder, the mask, and what the coder makes of the planes: the dense one a method for
+//! each plane, and what the methods need.
 //!
-//! Everything that is decided or learned travels in one stream of decisions ([`super::bits`]). The fast coder leaves the
-//! residuals to zstd ([`super::packed`]); the dense one codes them by decisions too ([`super::dense`]).
+//! Everything that is decided or learned travels in one stream of decisions ([`super::bits`]): of the dense coder everything, of
+//! the fast one ([`super::fast`]) the mask and what was counted.
 
 use super::bits::{BitReader, BitWriter, Bits};
 use super::colour::ColourSteps;
 use super::header::Header;
 use super::labels::{self, Label};
-use super::pack::{Packer, Unpacker};
 use super::residual::{self, Predictor, Range};
 use super::segments::{Segment, leading, segments};
-use super::streams::{StreamIter, StreamWriter, Streams};
-use super::{CodecError, Coding, Profile, dense, outline, packed};
+use super::{CodecError, Coding, Profile, dense, fast, outline};
 use crate::bytes::{Reader, Writer};
 use crate::held::Patch;
 use crate::image::{DepthImage, Mask};
 use crate::limits::Limits;
 
-/// Patches of fewer samples are always coded densely: zstd's tables would outweigh them.
+/// Patches of fewer samples are always coded densely: the fast coder's frequencies would outweigh them.
 const SMALL: usize = 8192;
-/// Bytes that the streams of the fast coder unpack to at most, a sample: for each of six channels a symbol and a residual
-/// that does not fit one.
-const STREAM_BYTES_PER_SAMPLE: usize = 6 * 3;
 
 /// How a plane is coded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,11 +90,9 @@ fn constant_or_labels<T: Label>(values: &[T]) -> Method {
     if leading(values, values[0]) == values.len() { Method::Constant } else { Method::Labels }
 }
 
-/// Writes residuals by one of the coders.
+/// Writes planes by decisions.
 struct Writing {
-    profile: Profile,
     bits: BitWriter,
-    streams: StreamWriter,
     /// See [`dense::code`].
     activity: Vec<u8>,
 }
@@ -112,76 +106,55 @@ impl Writing {
         segments: &[Segment],
         range: Range,
     ) {
-        let method = self.choose(labels, values, segments, range);
+        let method = choose(labels, values, segments, range);
         let Method::Residual(predictor) = method else { return write_labels(&mut self.bits, labels, segments) };
         method.code(&mut self.bits).expect("a writer reads what it wrote");
-        match self.profile {
-            Profile::Dense => {
-                dense::code(&mut self.bits, &mut values.to_vec(), segments, (predictor, range), &mut self.activity);
-            }
-            Profile::Fast => {
-                packed::write(&residual::residuals(values, segments, predictor, range), &mut self.streams);
-            }
-        }
+        dense::code(&mut self.bits, &mut values.to_vec(), segments, (predictor, range), &mut self.activity);
     }
+}
 
-    fn choose<T: Label, const N: usize>(
-        &self,
-        labels: &[T],
-        values: &[[i16; N]],
-        segments: &[Segment],
-        range: Range,
-    ) -> Method {
-        /// An exception costs a hundred nanoseconds; the fast coder takes labels only where there are few, as a share.
-        const FEW: f64 = 0.06;
-        /// Contexts take off at least so much of what residuals cost without.
-        const CONTEXT_GAIN: f64 = 0.85;
-        /// An exception is cheaper than this only where most are alike.
-        const EXCEPTION_BITS: f64 = 5.0;
-        if constant_or_labels(labels) == Method::Constant {
-            return Method::Constant;
-        }
-        let some = residual::some_segments(segments);
-        let share = some.iter().map(|segment| f64::from(segment.count)).sum::<f64>() / labels.len() as f64;
-        let costs =
-            Predictor::ALL.map(|predictor| (predictor, residual::cost_bits(values, &some, predictor, range) / share));
-        let (predictor, bits) = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are predictors");
-        let bits = bits * CONTEXT_GAIN;
-        let exceptions = labels::exceptions(labels, &some) as f64 / share;
-        if exceptions * EXCEPTION_BITS > bits {
-            return Method::Residual(predictor);
-        }
-        if self.profile == Profile::Fast {
-            if exceptions < FEW * labels.len() as f64 {
-                return Method::Labels;
-            }
-        } else {
-            let mut trial = BitWriter::new();
-            labels::code(&mut trial, &mut labels.to_vec(), segments).expect("planes in memory are sound");
-            if ((trial.finish().len() * 8) as f64) < bits {
-                return Method::Labels;
-            }
-        }
-        Method::Residual(predictor)
+fn choose<T: Label, const N: usize>(labels: &[T], values: &[[i16; N]], segments: &[Segment], range: Range) -> Method {
+    /// Contexts take off at least so much of what residuals cost without.
+    const CONTEXT_GAIN: f64 = 0.85;
+    /// An exception is cheaper than this only where most are alike.
+    const EXCEPTION_BITS: f64 = 5.0;
+    if constant_or_labels(labels) == Method::Constant {
+        return Method::Constant;
     }
+    let some = residual::some_segments(segments);
+    let share = some.iter().map(|segment| f64::from(segment.count)).sum::<f64>() / labels.len() as f64;
+    let costs =
+        Predictor::ALL.map(|predictor| (predictor, residual::cost_bits(values, &some, predictor, range) / share));
+    let (predictor, bits) = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are predictors");
+    let bits = bits * CONTEXT_GAIN;
+    let exceptions = labels::exceptions(labels, &some) as f64 / share;
+    if exceptions * EXCEPTION_BITS > bits {
+        return Method::Residual(predictor);
+    }
+    let mut trial = BitWriter::new();
+    labels::code(&mut trial, &mut labels.to_vec(), segments).expect("planes in memory are sound");
+    if ((trial.finish().len() * 8) as f64) < bits { Method::Labels } else { Method::Residual(predictor) }
 }
 
 pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
     let profile = if image.sample_count() < SMALL { Profile::Dense } else { coding.profile };
     out.u8(Coding { profile, ..coding }.to_byte());
-    let mut writing = Writing {
-        profile,
-        bits: BitWriter::new(),
-        streams: StreamWriter::default(),
-        activity: vec![0; image.sample_count()],
-    };
-    outline::code(&mut writing.bits, &mut image.mask.clone()).expect("the frame of a mask fits it");
-    if image.sample_count() > 0 {
-        write_planes(image, coding.colour, &mut writing);
-    }
-    out.varint_block(&writing.bits.finish());
-    if profile == Profile::Fast {
-        writing.streams.write(&mut Packer::new(), out);
+    let mut bits = BitWriter::new();
+    outline::code(&mut bits, &mut image.mask.clone()).expect("the frame of a mask fits it");
+    match profile {
+        Profile::Fast => {
+            let [symbols, literals] = fast::write(image, coding.colour, &mut bits);
+            out.varint_block(&bits.finish());
+            out.varint_block(&symbols);
+            out.varint_block(&literals);
+        }
+        Profile::Dense => {
+            let mut writing = Writing { bits, activity: vec![0; image.sample_count()] };
+            if image.sample_count() > 0 {
+                write_planes(image, coding.colour, &mut writing);
+            }
+            out.varint_block(&writing.bits.finish());
+        }
     }
 }
 
@@ -196,11 +169,9 @@ fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short);
 }
 
-/// Reads residuals by one of the coders.
+/// Reads planes by decisions.
 struct Reading<'a> {
     bits: BitReader<'a>,
-    /// `None` for the dense coder.
-    streams: Option<StreamIter<'a>>,
     /// See [`dense::code`].
     activity: Vec<u8>,
 }
@@ -224,18 +195,8 @@ impl Reading<'_> {
             Method::Residual(predictor) => predictor,
             method => return read_labels(&mut self.bits, method, count, segments),
         };
-        let values = match &mut self.streams {
-            None => {
-                let mut values = vec![[0; N]; count];
-                dense::code(&mut self.bits, &mut values, segments, (predictor, range), &mut self.activity);
-                values
-            }
-            Some(streams) => {
-                let mut values = packed::read(count, streams)?;
-                residual::restore(&mut values, segments, predictor, range);
-                values
-            }
-        };
+        let mut values = vec![[0; N]; count];
+        dense::code(&mut self.bits, &mut values, segments, (predictor, range), &mut self.activity);
         Ok(labels(&values))
     }
 }
@@ -253,19 +214,19 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
     if count > limits.update_samples {
         return Err(CodecError::TooMuch("samples"));
     }
-    let streams = match coding.profile {
-        Profile::Fast => Some(Streams::read(bytes, &mut Unpacker::new(), count * STREAM_BYTES_PER_SAMPLE)?),
-        Profile::Dense => None,
-    };
-    let mut reading = Reading { bits, streams: streams.as_ref().map(Streams::iter), activity: vec![0; count] };
     let Header { id, purpose, capture_time_s, objects, camera, depth_scale } = header;
     let (depth, normal, colour, object, material) = Default::default();
     let mut image = DepthImage { camera, depth_scale, mask, depth, normal, colour, object, material };
-    if count > 0 {
-        read_planes(&mut image, count, coding.colour, &mut reading)?;
-    }
-    if reading.streams.is_some_and(|streams| !streams.is_empty()) {
-        return Err(CodecError::Damaged("number of streams"));
+    match coding.profile {
+        Profile::Fast => {
+            let (symbols, literals) = (bytes.varint_block()?, bytes.varint_block()?);
+            fast::read(&mut image, coding.colour, &mut bits, symbols, literals)?;
+        }
+        Profile::Dense if count > 0 => {
+            let mut reading = Reading { bits, activity: vec![0; count] };
+            read_planes(&mut image, count, coding.colour, &mut reading)?;
+        }
+        Profile::Dense => {}
     }
     Ok(Patch { id, purpose, capture_time_s, objects, image })
 }
