@@ -2,10 +2,10 @@
 
 use protocol::codec::{Coding, ColourSteps, Profile};
 
-/// A path of less than this is worth the dense profile. It saves 0.17 of zstd-1's bytes, which are 0.19 (a street) to 0.64 (a nest of
+/// A path of less than this is worth the dense profile. It saves 0.08 of zstd-1's bytes, which are 0.19 (a street) to 0.64 (a nest of
 /// twigs) of the raw ones, and takes 0.17 to 0.43 µs longer a raw byte at both ends together (`vantage-report timing` and `codec`):
-/// the saved bytes take longer than that from 190 to 250 kB/s down.
-const DENSE_BELOW_BYTES_PER_S: f64 = 200e3;
+/// the saved bytes take longer than that from 90 to 120 kB/s down.
+const DENSE_BELOW_BYTES_PER_S: f64 = 100e3;
 
 /// Chooses the coding of each update.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +41,7 @@ mod tests {
         let profile = |rule: CodingRule, rate| rule.coding(rate).profile;
         let measured = CodingRule::default();
         assert_eq!(profile(measured, None), Profile::Fast, "the first picture should come soon");
-        assert_eq!(profile(measured, Some(125e3)), Profile::Dense, "1 Mbit/s");
+        assert_eq!(profile(measured, Some(50e3)), Profile::Dense, "0.4 Mbit/s");
         assert_eq!(profile(measured, Some(625e3)), Profile::Fast, "5 Mbit/s");
         for profile in [Profile::Fast, Profile::Dense] {
             let rule = CodingRule { profile: Some(profile), ..measured };

@@ -91,12 +91,12 @@ impl From<DiscretizationName> for Discretization {
 /// `--profile`.
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
 pub enum ProfileName {
-    /// Whichever brings an update to its viewer sooner: dense on paths of less than 1.6 Mbit/s.
+    /// Whichever brings an update to its viewer sooner: dense on paths of less than 0.8 Mbit/s.
     #[default]
     Auto,
     /// Coded and decoded quickly.
     Fast,
-    /// A quarter fewer bytes, ten times slower at both ends.
+    /// A sixth fewer bytes, twenty times slower at both ends.
     Dense,
 }
 
