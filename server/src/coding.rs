@@ -8,19 +8,13 @@ use protocol::codec::{Coding, ColourSteps, Profile};
 const DENSE_BELOW_BYTES_PER_S: f64 = 100e3;
 
 /// Chooses the coding of each update.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CodingRule {
     /// Always this; `None`: what gets an update to its viewer sooner.
     pub profile: Option<Profile>,
-    /// How exactly colours are kept.
+    /// How exactly colours are kept. In fine steps an update has a fifth fewer bytes, but where an object has one colour all of it is off
+    /// alike, which shows: FLIP over a car park rises from 0.054 to 0.082.
     pub colour: ColourSteps,
-}
-
-impl Default for CodingRule {
-    /// By the path, and colours that nobody can tell from the exact ones: those steps take off a fifth of all bytes.
-    fn default() -> CodingRule {
-        CodingRule { profile: None, colour: ColourSteps::Fine }
-    }
 }
 
 impl CodingRule {

@@ -104,9 +104,9 @@ pub enum ProfileName {
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
 pub enum ColourName {
     /// As they are.
+    #[default]
     Lossless,
     /// Off by 1 in luma and 2 in chroma at most: 48 dB.
-    #[default]
     Fine,
     /// Off by 2 in luma and 4 in chroma at most: 42 dB.
     Coarse,
