@@ -162,9 +162,9 @@ impl Pair {
             let mut decoded = decode_update(&bytes, &Limits::default()).ok();
             let adds = |update: &Update| update.edits.iter().any(|edit| matches!(edit, Edit::Add(_)));
             if self.fault == Some(Fault::Damage) && decoded.as_ref().is_some_and(adds) {
-                // Not at the end, where a coder may have nothing more to say.
-                let middle = bytes.len() / 2;
-                bytes[middle] ^= 0x55;
+                // More than one: a coder's last byte may say nothing, nor a pose's last bit.
+                let end = bytes.len() - 16..;
+                bytes[end].iter_mut().for_each(|byte| *byte ^= 0x55);
                 decoded = decode_update(&bytes, &Limits::default()).ok();
                 self.fault = None;
             }
