@@ -185,7 +185,7 @@ impl Stage {
         let peers = account.captured_by(&plan.views);
         let trims = !plan.reason.is_passing() || account.looks().is_multiple_of(rules.trim_every);
         // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
-        let supersedes = plan.reason.is_passing() && rules.refines;
+        let supersedes = plan.reason.is_passing() && rules.refines && trims;
         let least = if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
         let judge = |account: &Account, copy: &AddressView| {
             let comparison = Comparison::new(capture, copy, account, &peers, rules);
