@@ -6,7 +6,7 @@
 //! samples [`FINER`] times as dense. No pixel of that view changes by it; what of the extent it does not see is sent when it comes into
 //! view.
 
-use camera::{Camera, ImagePoint, Pinhole};
+use camera::{Camera, Pinhole};
 use glam::{DAffine3, DVec3, Vec3};
 use protocol::ObjectPose;
 use protocol::held::{HeldPatch, PatchId};
@@ -27,6 +27,8 @@ const MARGIN_PX: i32 = 1;
 const LEAST_VIEW_DENSITY: f32 = 0.5;
 /// An extent of more pixels a side is looked at no further: one pass over a view's samples must stay in proportion to the view.
 const MOST_EXTENT_PX: i32 = 32;
+/// Farther than any image is wide, and no sum of two of it leaves 32 bits.
+const FAR_OFF_PX: f64 = 1e6;
 
 /// A sample as the view sees it.
 struct Flat {
@@ -108,12 +110,12 @@ impl<'a> Eyes<'a> {
         self.to_from.transform_point3(self.from.ray_eye_from_image(u, v) / f64::from(w))
     }
 
-    fn image(&self, eye: DVec3) -> Option<ImagePoint> {
-        (eye.z > self.to.near_m).then(|| self.to.image_from_eye(eye)).flatten()
-    }
-
+    /// The pixel there, if it lies before the view's near plane; what is far off the view is taken to be [`FAR_OFF_PX`] from it.
     fn pixel(&self, u: f64, v: f64, w: f32) -> Option<(i32, i32)> {
-        self.image(self.point(u, v, w)).map(|at| (at.u.floor() as i32, at.v.floor() as i32))
+        let eye = self.point(u, v, w);
+        let at = (eye.z > self.to.near_m).then(|| self.to.image_from_eye(eye)).flatten()?;
+        let pixel = |at: f64| at.floor().clamp(-FAR_OFF_PX, FAR_OFF_PX) as i32;
+        Some((pixel(at.u), pixel(at.v)))
     }
 
     /// `point` is of the patch's image, its normal in world space.
