@@ -96,7 +96,7 @@ pub enum ProfileName {
     Auto,
     /// Coded and decoded quickly.
     Fast,
-    /// A sixth fewer bytes, twenty times slower at both ends.
+    /// A sixth fewer bytes, four to eighteen times slower.
     Dense,
 }
 
