@@ -16,12 +16,16 @@ use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::discretize::Discretization;
 use crate::imager::{Imager, ImagerError};
+use crate::pace::Pace;
 use crate::plan::{Focus, Plan, Reason, Rules, plan};
 use crate::viewer::Viewer;
 
 /// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
 /// others (on a nest of twigs 2.8 views of four).
 const LEAST_VIEWS_HELD: u64 = 3;
+/// Side of the one image that a client gets before its first set, as a share of theirs: a street is seen after half of the time (on a software
+/// adapter), and what it has is at most 1/16 of the set's samples.
+const COARSE_SIDE: f64 = 0.5;
 
 /// Why an update could not be made.
 #[derive(Debug, Error)]
@@ -41,6 +45,7 @@ pub struct Stage {
     account_rules: AccountRules,
     coding: CodingRule,
     method: Discretization,
+    coarse_first: bool,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
     deforms: Vec<bool>,
@@ -55,13 +60,23 @@ pub struct Client {
     pub account: Account,
     /// The last look at it; `None` before any, and where it begins anew.
     pub focus: Option<Focus>,
+    /// What moving costs it.
+    pub pace: Pace,
+    /// Whether it holds a coarse picture, before its first set.
+    pub has_coarse: bool,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
 }
 
 impl Default for Client {
     fn default() -> Client {
-        Client { account: Account::default(), focus: None, budget_bytes: DEFAULT_BUDGET_BYTES }
+        Client {
+            account: Account::default(),
+            focus: None,
+            pace: Pace::default(),
+            has_coarse: false,
+            budget_bytes: DEFAULT_BUDGET_BYTES,
+        }
     }
 }
 
@@ -70,6 +85,7 @@ impl Client {
     pub fn start_anew(&mut self) {
         self.account.start_anew();
         self.focus = None;
+        self.has_coarse = false;
     }
 }
 
@@ -84,6 +100,8 @@ pub struct Made {
     pub coding: Coding,
     /// What it did.
     pub counts: Counts,
+    /// Pixels of the views that it was made from.
+    pub pixels: u64,
 }
 
 impl Stage {
@@ -93,7 +111,12 @@ impl Stage {
         let still = (!scene.is_animated()).then(|| Arc::new(scene.at(0.0)));
         let deforms = scene.instances.iter().map(|instance| instance.deforms).collect();
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
-        Stage { scene, rules, account_rules, coding, method, imager, materials, deforms, still }
+        Stage { scene, rules, account_rules, coding, method, coarse_first: false, imager, materials, deforms, still }
+    }
+
+    /// The same, whose clients get one coarse image before their first set.
+    pub fn coarse_first(self, coarse_first: bool) -> Stage {
+        Stage { coarse_first, ..self }
     }
 
     /// The same, whose samples are coded by a rule.
@@ -103,10 +126,7 @@ impl Stage {
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
     pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
-        let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
-        let Some(plan) = plan(&rules, viewer, now_s, client.focus.as_ref()) else {
-            return Ok(None);
-        };
+        let Some(plan) = self.plan(viewer, client, now_s) else { return Ok(None) };
         client.account.draw_with(|| self.imager.new_surfaces());
         let snapshot = self.snapshot(now_s);
         let lighting = self.imager.lighting(&snapshot);
@@ -124,6 +144,23 @@ impl Stage {
         let made = self.look(&plan, &snapshot, &now, client, viewer);
         (self.materials, self.deforms) = (materials, deforms);
         made
+    }
+
+    /// Where to look, with images as large as the client's memory and its path are.
+    fn plan(&self, viewer: &Viewer, client: &Client, now_s: f64) -> Option<Plan> {
+        let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
+        let planned = |rules: Rules| plan(&rules, viewer, now_s, client.focus.as_ref());
+        let smaller = |share: f64| (f64::from(rules.image_size_px) * share).round() as u32;
+        let whole = planned(rules)?;
+        if whole.reason == Reason::First && self.coarse_first && !client.has_coarse {
+            return planned(Rules { images: 1, image_size_px: smaller(COARSE_SIDE), ..rules });
+        }
+        let share = client.pace.side_share(whole.pixels(), viewer.bytes_per_s, rules.update_interval_s);
+        if whole.reason.is_passing() && share < 1.0 {
+            planned(Rules { image_size_px: smaller(share), ..rules })
+        } else {
+            Some(whole)
+        }
     }
 
     fn look(
@@ -156,10 +193,14 @@ impl Stage {
         // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
         let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
         let settled = counts.is_still() || is_full || self.method == Discretization::Conventional;
-        client.focus = Some(Focus { coverage: plan.coverage, settled, looks });
+        let is_coarse = plan.reason == Reason::First && self.coarse_first && !client.has_coarse;
+        client.has_coarse = true;
+        // The first set is still to come.
+        client.focus = (!is_coarse).then_some(Focus { coverage: plan.coverage, settled, looks });
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
-        Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts }))
+        let pixels = plan.pixels();
+        Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels }))
     }
 
     /// Lays one view of a plan beside the same view of the copy, and brings the copy up to date there.

@@ -3,7 +3,7 @@
 //! - [`app`]: one port with the web client, the websocket and `/healthz`; [`session`]: one client's connection, on either
 //!   clock.
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
-//!   what it lacks; [`frame`]: one tick, from scene time to edits;
+//!   what it lacks; [`pace`]: how large images are while it moves; [`frame`]: one tick, from scene time to edits;
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`look`]: its lights as both ends shade with them.
@@ -21,6 +21,7 @@ pub mod frame;
 pub mod imager;
 pub mod look;
 pub mod options;
+pub mod pace;
 pub mod plan;
 pub mod render;
 pub mod scale;

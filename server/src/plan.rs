@@ -158,6 +158,13 @@ pub struct Plan {
     pub precision: DepthPrecision,
 }
 
+impl Plan {
+    /// Of all views together.
+    pub fn pixels(&self) -> u64 {
+        self.views.iter().map(|view| u64::from(view.width_px) * u64::from(view.height_px)).sum()
+    }
+}
+
 /// Where to look now, or `None` where nothing can be lacking since the last look.
 pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) -> Option<Plan> {
     let predicted = viewer.predict(now_s, rules.update_interval_s, rules.max_radius_m());

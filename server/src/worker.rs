@@ -127,11 +127,14 @@ fn make_updates(
 }
 
 fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
-    while let Ok(Unencoded { made, look, client, reply }) = queue.recv() {
+    while let Ok(Unencoded { made, look, mut client, reply }) = queue.recv() {
         let started = Instant::now();
-        let frame::Made { reason, update, coding, counts } = made;
+        let frame::Made { reason, update, coding, counts, pixels } = made;
         let update = wire::encode_update(&update, coding);
         stats.count_look(reason);
+        if reason.is_passing() {
+            client.pace.made(update.bytes.len(), pixels);
+        }
         // A client that left meanwhile needs no answer.
         drop(
             reply.send(Served {

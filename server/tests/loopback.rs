@@ -47,11 +47,14 @@ async fn a_client_is_welcomed_and_gets_its_first_set() {
     client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
     let welcome = client.welcome.as_ref().expect("welcome");
     assert_eq!((welcome.scene_name.as_str(), welcome.walk), ("room", true));
+    let coarse = client.held.sample_count() as f64;
+    assert!((coarse / (16.0 * 16.0) - 1.0).abs() < 0.1, "one image of about 16x16 pixels, {coarse} samples");
+    client.run(10.0, |client| client.updates.len() > 1).await.expect("a session");
     assert_eq!(client.held.patches.len(), 2);
     let samples = client.held.sample_count() as f64;
     assert!((samples / (2.0 * 32.0 * 32.0) - 1.0).abs() < 0.1, "two images of about 32x32 pixels, {samples} samples");
     assert!(client.held.lighting.is_some() && !client.held.materials.is_empty());
-    assert_eq!(running.stats.looks(Reason::First), 1);
+    assert_eq!(running.stats.looks(Reason::First), 2);
     running.stop().await;
 }
 

@@ -75,7 +75,10 @@ impl Shared {
         };
         let stats = Arc::new(Stats::default());
         let adapter = imager.adapter();
-        let stage = Stage::new(scene.clone(), rules, config.discretization, imager).coded_by(config.coding);
+        // On the virtual clock drawing and coding take no time, and a trace begins with the first picture: the set.
+        let stage = Stage::new(scene.clone(), rules, config.discretization, imager)
+            .coded_by(config.coding)
+            .coarse_first(config.clock == Clock::Wall);
         let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
         Ok(Shared { config, scene, adapter, stats, worker, places, rules, welcome, stopped, started: Instant::now() })

@@ -1,0 +1,63 @@
+//! How large the images of a viewer who moves are: as large as the path carries.
+//!
+//! Credit alone makes updates rarer on a slow path, and each then shows where the viewer was. What comes into view is rather sampled more
+//! coarsely, so that an update takes about an interval to get through, and again when the viewer stands still: coarse before fine.
+
+/// Of the side of the largest images; the least is what still makes a picture.
+const SIDE_SHARES: [f64; 4] = [1.0, std::f64::consts::FRAC_1_SQRT_2, 0.5, 0.25];
+/// Share of a new update in what a pixel is expected to cost.
+const SMOOTHING: f64 = 0.25;
+
+/// What the updates of one client came to.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Pace {
+    /// Bytes of an update over the pixels of the views that it was made from; `None` before any.
+    bytes_per_px: Option<f64>,
+}
+
+impl Pace {
+    /// An update for a viewer who moves was made from views of so many pixels together.
+    pub fn made(&mut self, bytes: usize, pixels: u64) {
+        let cost = bytes as f64 / pixels.max(1) as f64;
+        self.bytes_per_px = Some(self.bytes_per_px.map_or(cost, |old| old + SMOOTHING * (cost - old)));
+    }
+
+    /// The side of the next images as a share of the largest, when views of that have so many pixels together and the path carries
+    /// `bytes_per_s`. Sides come in few steps: views of one size share their targets.
+    pub fn side_share(&self, pixels: u64, bytes_per_s: Option<f64>, interval_s: f64) -> f64 {
+        let (Some(bytes_per_px), Some(bytes_per_s)) = (self.bytes_per_px, bytes_per_s) else { return 1.0 };
+        let expected_s = bytes_per_px * pixels as f64 / bytes_per_s.max(1.0);
+        let fits = |share: &&f64| expected_s * share.powi(2) <= interval_s;
+        *SIDE_SHARES.iter().find(fits).unwrap_or(&SIDE_SHARES[SIDE_SHARES.len() - 1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_are_as_large_as_the_path_carries_in_an_interval() {
+        let mut pace = Pace::default();
+        let pixels = 3 * 512 * 512;
+        let share = |pace: &Pace, bytes_per_s| pace.side_share(pixels, bytes_per_s, 0.1);
+        assert_eq!(share(&pace, Some(1.0)), 1.0, "nothing is known of what updates cost");
+        pace.made(50_000, pixels);
+        assert_eq!(share(&pace, None), 1.0, "nothing is known of the path");
+        let shares = [500e3, 499e3, 251e3, 125e3, 1.0, 0.0].map(|rate| share(&pace, Some(rate)));
+        assert_eq!(shares, [1.0, SIDE_SHARES[1], SIDE_SHARES[1], 0.5, 0.25, 0.25]);
+    }
+
+    #[test]
+    fn the_cost_of_a_pixel_follows_the_updates() {
+        let mut pace = Pace::default();
+        pace.made(1_000_000, 1_000_000);
+        for _ in 0..40 {
+            pace.made(10_000, 1_000_000);
+        }
+        let bytes_per_px = pace.bytes_per_px.expect("updates were made");
+        assert!((bytes_per_px - 0.01).abs() < 1e-4, "{bytes_per_px}");
+        pace.made(1, 0);
+        assert!(pace.bytes_per_px.is_some_and(f64::is_finite));
+    }
+}

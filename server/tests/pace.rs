@@ -1,0 +1,54 @@
+//! How large images are: coarse before a first set, and while a viewer moves on a slow path.
+
+mod common;
+
+use camera::Rigid;
+use common::session::Session;
+use glam::DVec3;
+use vantage_server::plan::Reason;
+
+#[test]
+fn a_coarse_picture_comes_before_the_first_set_and_makes_way_for_it() {
+    let mut session = Session::built_in("pillars");
+    session.stage = session.stage.coarse_first(true);
+    let images = |session: &Session| session.held.patches.len();
+    let largest_px = |session: &Session| {
+        let sizes = session.held.patches.values().map(|held| held.patch.image.mask.size_px().0);
+        sizes.max().expect("something is held")
+    };
+    let coarse = session.tick().expect("a coarse picture");
+    assert_eq!((coarse.reason, images(&session), largest_px(&session)), (Reason::First, 1, 32));
+    assert!(session.held.sample_count() > 32 * 32 / 2, "a room fills its view");
+    let set = session.tick().expect("the set");
+    assert_eq!((set.reason, images(&session), largest_px(&session)), (Reason::First, 3, 64));
+    session.settle();
+    session.start_anew();
+    let again = session.tick().expect("a coarse picture");
+    assert_eq!((again.reason, images(&session)), (Reason::First, 1));
+}
+
+#[test]
+fn who_moves_on_a_slow_path_gets_smaller_images_and_whole_ones_when_standing() {
+    let mut session = Session::built_in("pillars");
+    let whole_px = session.tick().expect("a set").pixels;
+    session.settle();
+    let step_m = |session: &mut Session, x_m: f64| {
+        let mut eye = session.viewer.world_from_eye;
+        eye.translation.x += x_m;
+        session.hear(Rigid { ..eye }, DVec3::X * x_m / common::session::INTERVAL_S);
+        session.tick().expect("what came into view")
+    };
+    let fast = step_m(&mut session, 0.2);
+    assert_eq!((fast.reason, fast.pixels), (Reason::Moved, whole_px), "three views of a size");
+    // A quarter of its pixels in an interval, and then less than any size has.
+    session.client.pace.made(4000, whole_px);
+    for (bytes_per_s, share) in [(10e3, 4), (1.0, 16)] {
+        session.viewer.bytes_per_s = Some(bytes_per_s);
+        let slow = step_m(&mut session, 0.2);
+        assert_eq!((slow.reason, slow.pixels), (Reason::Moved, whole_px / share));
+    }
+    let eye = session.viewer.world_from_eye;
+    session.hear(eye, DVec3::ZERO);
+    let reasons: Vec<_> = (0..20).filter_map(|_| session.tick()).map(|made| (made.reason, made.pixels)).collect();
+    assert!(reasons.contains(&(Reason::Settling, whole_px)), "{reasons:?}");
+}
