@@ -64,7 +64,7 @@ impl Tiles {
                 }
                 new => {
                     *new = Some((tiles.len(), y));
-                    tiles.push(Tile { rows: vec![sample..sample + 1], bounds });
+                    tiles.push(Tile { rows: std::iter::once(sample..sample + 1).collect(), bounds });
                 }
             }
         }
