@@ -14,7 +14,7 @@ use crate::account::compare::{Comparison, Lacking};
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
 use crate::coding::CodingRule;
 use crate::config::Config;
-use crate::discretize::Discretization;
+use crate::discretize::{Capture, Discretization};
 use crate::imager::{Imager, ImagerError};
 use crate::pace::Pace;
 use crate::plan::{Focus, Plan, Reason, Rules, plan};
@@ -181,8 +181,10 @@ impl Stage {
                 account.add(capture, &Lacking::all(capture), plan.precision, now)?;
             }
         } else {
-            for index in 0..plan.views.len() {
-                self.look_from(index, plan, snapshot, now, account)?;
+            // All at once: what they show does not depend on the account, and each wait for the GPU has a cost of its own.
+            let captures = self.imager.captures(snapshot, &plan.views, Discretization::Conventional)?;
+            for (index, capture) in captures.iter().enumerate() {
+                self.look_from(index, capture, plan, now, account)?;
             }
         }
         client.account.expire()?;
@@ -207,14 +209,12 @@ impl Stage {
     fn look_from(
         &mut self,
         index: usize,
+        capture: &Capture,
         plan: &Plan,
-        snapshot: &Snapshot,
         now: &Surroundings<'_>,
         account: &mut Account,
     ) -> Result<(), StageError> {
         let view = &plan.views[index];
-        let captures = self.imager.captures(snapshot, std::slice::from_ref(view), Discretization::Conventional)?;
-        let Some(capture) = captures.first() else { return Ok(()) };
         account.count_anew(capture);
         account.refresh();
         let mut copy = self.imager.copy_view(account, view)?;

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use camera::Pinhole;
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
 use protocol::image::Ranks;
@@ -10,6 +10,7 @@ use wgpu::util::DeviceExt;
 
 use crate::corners::{CornerRules, Corners};
 use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex};
+use crate::tiles::{Bounds, Tiles};
 
 /// The surfaces of everything held that is for the eye, one mesh a patch: on the GPU, or in the host's memory for what draws there.
 ///
@@ -59,8 +60,16 @@ pub(crate) struct PatchSurface {
 /// The mesh of a patch, where it is drawn from.
 #[derive(Debug)]
 pub(crate) enum QuadBuffers {
-    Gpu { vertices: wgpu::Buffer, indices: wgpu::Buffer, index_count: u32 },
-    Host(PatchMesh),
+    Gpu {
+        vertices: wgpu::Buffer,
+        indices: wgpu::Buffer,
+        index_count: u32,
+    },
+    Host {
+        mesh: PatchMesh,
+        #[cfg_attr(target_arch = "wasm32", expect(dead_code, reason = "only servers draw on the host"))]
+        tiles: Tiles,
+    },
 }
 
 impl HeldSurfaces {
@@ -215,8 +224,11 @@ impl HeldSurfaces {
 pub(crate) const QUAD_INDICES: usize = 6;
 
 impl QuadBuffers {
-    fn new(gpu: Option<&Gpu>, mesh: PatchMesh) -> QuadBuffers {
-        let Some(gpu) = gpu else { return QuadBuffers::Host(mesh) };
+    fn new(gpu: Option<&Gpu>, mask: &Mask, mesh: PatchMesh) -> QuadBuffers {
+        let Some(gpu) = gpu else {
+            let tiles = Tiles::new(mask, |sample| bounds(&mesh, sample));
+            return QuadBuffers::Host { mesh, tiles };
+        };
         let buffer = |label, contents, usage| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
         };
@@ -227,6 +239,15 @@ impl QuadBuffers {
             index_count: mesh.indices.len() as u32,
         }
     }
+}
+
+/// Of a sample's quad.
+fn bounds(mesh: &PatchMesh, sample: usize) -> Bounds {
+    let corners = &mesh.indices[sample * QUAD_INDICES..(sample + 1) * QUAD_INDICES];
+    Bounds::around(corners.iter().map(|&index| {
+        let vertex = &mesh.vertices[index as usize];
+        Vec3::new(vertex.u_px, vertex.v_px, vertex.w)
+    }))
 }
 
 /// The codes of an image's materials, ascending.
@@ -261,7 +282,7 @@ impl PatchSurface {
             ranks: Ranks::new(&held.patch.image.mask),
             built: held.patch.image.mask.clone(),
             ball_eye: ball_eye(&camera, &mesh),
-            quads: QuadBuffers::new(gpu, mesh),
+            quads: QuadBuffers::new(gpu, &held.patch.image.mask, mesh),
             materials: materials_in(&held.patch.image),
             stats,
         }
@@ -279,7 +300,7 @@ impl PatchSurface {
                     let at = (first * size_of::<u32>()) as u64;
                     gpu.queue.write_buffer(indices, at, bytemuck::cast_slice(&nothing));
                 }
-                (QuadBuffers::Host(mesh), _) => mesh.indices[first..first + length].fill(0),
+                (QuadBuffers::Host { mesh, .. }, _) => mesh.indices[first..first + length].fill(0),
                 (QuadBuffers::Gpu { .. }, None) => {}
             }
         }

@@ -17,6 +17,7 @@ mod gbuffer;
 mod held;
 pub mod mesh;
 mod pass;
+pub mod tiles;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use address::{AddressPass, AddressTexel, AddressView};

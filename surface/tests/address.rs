@@ -80,6 +80,25 @@ fn the_processor_sees_what_the_gpu_sees() {
 }
 
 #[test]
+fn tiles_are_passed_over_only_where_nothing_of_them_is_seen() {
+    let mut pass = AddressPass::on_host();
+    let (mut in_tiles, mut whole) = (pass.new_surfaces(), pass.new_surfaces());
+    for mut patch in patches() {
+        patch.patch.objects.clear();
+        in_tiles.insert(&patch);
+        // What holds moving objects is never passed over. This one has no samples.
+        patch.patch.objects = vec![ObjectPose { object: 99, world_from_object: DAffine3::IDENTITY }];
+        whole.insert(&patch);
+    }
+    let near = Pinhole { near_m: 0.5, ..view(DVec3::new(0.1, 0.03, -2.0), TARGET, 96, 90.0) };
+    let beside = ball(24).into_iter().map(|offset| view(EYE + offset, TARGET + 4.0 * offset, 96, 25.0));
+    for camera in beside.chain([near, view(TARGET, EYE, 64, 90.0)]) {
+        let seen = [&in_tiles, &whole].map(|surfaces| pass.view(surfaces, &camera).expect("a view"));
+        assert_eq!(seen[0], seen[1]);
+    }
+}
+
+#[test]
 fn a_plane_has_no_gaps_on_the_processor_either() {
     let wall = &ROOM[1..2];
     let mut pass = AddressPass::on_host();

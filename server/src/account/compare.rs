@@ -30,19 +30,31 @@ use crate::discretize::Capture;
 /// The address of a held sample: patch, x, y.
 pub type Address = (PatchId, u16, u16);
 
+/// How a held sample was captured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Captured {
+    /// The triangle; 0 for an unknown address.
+    pub triangle: u32,
+    /// Step of its coded inverse depth, 1/m.
+    pub w_step: f32,
+    /// Samples an area, in 1/m²: see [`density`]; infinite for an unknown address.
+    pub density: f32,
+}
+
+impl Captured {
+    /// Of an unknown address.
+    pub const UNKNOWN: Captured = Captured { triangle: 0, w_step: 0.0, density: f32::INFINITY };
+}
+
 /// What is known of held samples beside what a view shows of them.
 pub trait Samples: Sync {
-    /// Step of the coded inverse depths of a patch, 1/m.
-    fn w_step(&self, patch: PatchId) -> f32;
-    /// Samples an area where it was captured, in 1/m²: see [`density`]; infinite for an unknown address.
-    fn density(&self, address: Address) -> f32;
+    /// How a sample was captured.
+    fn captured(&self, address: Address) -> Captured;
     /// Where its centre is now, in world space, if it is of `object`.
     fn centre_world(&self, address: Address, object: u16) -> Option<DVec3>;
     /// By pixel of a view: the triangle of the sample that is held from this very camera, and was not carried elsewhere since;
     /// 0 where there is none.
     fn sent_by(&self, camera: &Pinhole) -> Vec<u32>;
-    /// The triangle it was captured from.
-    fn triangle(&self, address: Address) -> u32;
     /// Whether an object deforms, and did since the copy was last compared.
     fn deforms(&self, object: u16) -> bool;
     /// Whether any does.
@@ -58,6 +70,8 @@ pub(super) struct Point {
     pub triangle: u32,
     /// Step of its coding.
     pub w_step: f32,
+    /// How densely the held sample was captured; 0 for a hit of the scene.
+    pub density: f32,
 }
 
 /// Two views of one camera.
@@ -69,9 +83,10 @@ pub struct Comparison<'a, S> {
     width: i32,
     height: i32,
     focal_px: f32,
-    /// `ray_world = right * x' + down * y' + forward`.
-    axes: [Vec3; 3],
-    centre_px: [f32; 2],
+    /// `ray_world = right * x' + down * y' + forward`: the first part by column, the second by row, and the last.
+    across: Vec<Vec3>,
+    down: Vec<Vec3>,
+    forward: Vec3,
     truth: Vec<Option<Point>>,
     held: Vec<Option<Point>>,
     /// See [`Samples::sent_by`].
@@ -146,7 +161,12 @@ impl<'a, S: Samples> Comparison<'a, S> {
         rules: AccountRules,
     ) -> Comparison<'a, S> {
         let camera = truth.camera;
-        let rotation = camera.world_from_eye.rotation;
+        let axis = |axis: DVec3| (camera.world_from_eye.rotation * axis).as_vec3();
+        // Of the centres of the pixels beside the image too, whose rays are asked for.
+        let tangents = |length: u32, centre_px: f64| {
+            let tangent = move |at: u32| (at as f32 - 0.5 - centre_px as f32) / camera.focal_px as f32;
+            (0..length + 2).map(tangent)
+        };
         let hit = |index: usize| {
             (truth.ids[index][0] != 0).then(|| Point {
                 w: truth.w(index),
@@ -154,17 +174,13 @@ impl<'a, S: Samples> Comparison<'a, S> {
                 object: truth.object(index),
                 triangle: truth.ids[index][0],
                 w_step: 0.0,
+                density: 0.0,
             })
         };
         let held = |texel: &AddressTexel| {
-            let address = texel.address()?;
-            Some(Point {
-                w: texel.w(),
-                normal: octahedral_normal(texel.normal_code()),
-                object: texel.object(),
-                triangle: samples.triangle(address),
-                w_step: samples.w_step(address.0),
-            })
+            let Captured { triangle, w_step, density } = samples.captured(texel.address()?);
+            let normal = octahedral_normal(texel.normal_code());
+            Some(Point { w: texel.w(), normal, object: texel.object(), triangle, w_step, density })
         };
         Comparison {
             rules,
@@ -174,8 +190,9 @@ impl<'a, S: Samples> Comparison<'a, S> {
             width: camera.width_px as i32,
             height: camera.height_px as i32,
             focal_px: camera.focal_px as f32,
-            axes: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (rotation * axis).as_vec3()),
-            centre_px: camera.centre_px.as_vec2().to_array(),
+            across: tangents(camera.width_px, camera.centre_px.x).map(|tangent| axis(DVec3::X) * tangent).collect(),
+            down: tangents(camera.height_px, camera.centre_px.y).map(|tangent| axis(DVec3::Y) * tangent).collect(),
+            forward: axis(DVec3::Z),
             truth: (0..truth.ids.len()).into_par_iter().with_min_len(4096).map(hit).collect(),
             held: copy.texels.par_iter().with_min_len(4096).map(held).collect(),
             sent: samples.sent_by(&camera),
@@ -217,10 +234,9 @@ impl<'a, S: Samples> Comparison<'a, S> {
 
     /// What is to be sent.
     pub fn lacking(&self) -> Lacking {
-        let mut verdicts: Vec<Verdict> = (0..self.height)
-            .into_par_iter()
-            .flat_map_iter(|y| (0..self.width).map(move |x| self.verdict(x, y)))
-            .collect();
+        let verdict = |index: usize| self.verdict(index as i32 % self.width, index as i32 / self.width);
+        let pixels = (0..self.truth.len()).into_par_iter().with_min_len(4096);
+        let mut verdicts: Vec<Verdict> = pixels.map(verdict).collect();
         let replaced = self.replaced(&mut verdicts);
         let missing = verdicts.iter().filter(|&&verdict| verdict != Verdict::Leave).count();
         let send = self.with_border(&verdicts);
@@ -236,7 +252,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
         };
         if self.is_in_place(&hit, &held, 0, 0, x, y) {
             if self.is_same_way(&hit, &held) {
-                return if self.is_coarse(x, y, &hit) { Verdict::Coarse } else { Verdict::Leave };
+                return if self.is_coarse(x, y, &hit, &held) { Verdict::Coarse } else { Verdict::Leave };
             }
             let on_edge = self.rules.outlines_stand_in && self.is_outline(x, y, &hit);
             let shows_peer = self.seen_at(self.at(x, y)).is_some_and(|(patch, ..)| self.peers.contains(&patch));
@@ -275,10 +291,12 @@ impl<'a, S: Samples> Comparison<'a, S> {
             }
         }
         let mut turned = self.seen_with_centre(verdicts, Verdict::Turned);
-        let mut kept: Vec<Address> =
-            indices_of(verdicts, Verdict::Leave).filter_map(|index| self.seen_at(index)).collect();
-        ascending(&mut kept);
-        turned.retain(|address| !is_among(&kept, *address) && !self.peers.contains(&address.0));
+        if !turned.is_empty() {
+            let left = indices_of(verdicts, Verdict::Leave).filter_map(|index| self.seen_at(index));
+            let mut kept: Vec<Address> = left.filter(|address| is_among(&turned, *address)).collect();
+            ascending(&mut kept);
+            turned.retain(|address| !is_among(&kept, *address) && !self.peers.contains(&address.0));
+        }
         for (index, verdict) in verdicts.iter_mut().enumerate() {
             let stays = |address: &Address| !is_among(&turned, *address) && !self.peers.contains(&address.0);
             if *verdict == Verdict::Turned && self.seen_at(index).is_some_and(|address| stays(&address)) {
@@ -348,8 +366,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
             if send.get(x as u32, y as u32) {
                 return self.view_density(x, y);
             }
-            let address = self.seen_at(index).filter(|_| self.is_held_at(x, y, x, y));
-            address.map_or(0.0, |address| self.samples.density(address))
+            self.held[index].filter(|_| self.is_held_at(x, y, x, y)).map_or(0.0, |held| held.density)
         };
         (0..self.truth.len()).into_par_iter().with_min_len(4096).map(shown).collect()
     }
@@ -383,11 +400,9 @@ impl<'a, S: Samples> Comparison<'a, S> {
         self.is_inside(x, y).then(|| self.held[self.at(x, y)]).flatten()
     }
 
-    /// The ray of a pixel's centre in the axes of the world.
+    /// The ray of a pixel's centre in the axes of the world, of the image or next to it.
     pub(super) fn ray(&self, x: i32, y: i32) -> Vec3 {
-        let across = (x as f32 + 0.5 - self.centre_px[0]) / self.focal_px;
-        let down = (y as f32 + 0.5 - self.centre_px[1]) / self.focal_px;
-        self.axes[0] * across + self.axes[1] * down + self.axes[2]
+        self.across[(x + 1) as usize] + self.down[(y + 1) as usize] + self.forward
     }
 
     /// `w` of a point's plane `(dx, dy)` pixels from its own pixel `(x, y)`; its own `w` where the plane is seen edge-on.
@@ -455,12 +470,12 @@ impl<'a, S: Samples> Comparison<'a, S> {
         square(1).any(|(dx, dy)| self.is_inside(x + dx, y + dy) && self.truth_at(x + dx, y + dy).is_none())
     }
 
-    fn is_coarse(&self, x: i32, y: i32, hit: &Point) -> bool {
+    fn is_coarse(&self, x: i32, y: i32, hit: &Point, held: &Point) -> bool {
         let Some(address) = self.seen_at(self.at(x, y)) else { return false };
         if !self.rules.refines || self.peers.contains(&address.0) {
             return false;
         }
-        self.view_density(x, y) > self.rules.density_factor * self.samples.density(address)
+        self.view_density(x, y) > self.rules.density_factor * held.density
             && !(self.rules.outlines_stand_in && self.is_outline(x, y, hit))
     }
 

@@ -29,7 +29,7 @@ use rayon::prelude::*;
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
-use compare::{Address, Lacking, Retraction, Samples};
+use compare::{Address, Captured, Lacking, Retraction, Samples};
 use record::Record;
 
 /// What one sample costs a client, in bytes: 12 of planes with its extent, 1.4 vertices of 32 and six indices of 4.
@@ -371,12 +371,8 @@ impl Account {
 }
 
 impl Samples for Account {
-    fn w_step(&self, patch: PatchId) -> f32 {
-        self.held.patches.get(&patch).map_or(0.0, |held| held.patch.image.depth_scale.w_step)
-    }
-
-    fn density(&self, (patch, x, y): Address) -> f32 {
-        self.records.get(&patch).and_then(|record| record.density(x, y)).unwrap_or(f32::INFINITY)
+    fn captured(&self, (patch, x, y): Address) -> Captured {
+        self.records.get(&patch).and_then(|record| record.captured(x, y)).unwrap_or(Captured::UNKNOWN)
     }
 
     fn centre_world(&self, (patch, x, y): Address, object: u16) -> Option<DVec3> {
@@ -405,10 +401,6 @@ impl Samples for Account {
             }
         }
         triangles
-    }
-
-    fn triangle(&self, (patch, x, y): Address) -> u32 {
-        self.records.get(&patch).and_then(|record| record.triangle(x, y)).unwrap_or(0)
     }
 
     fn deforms(&self, object: u16) -> bool {

@@ -2,7 +2,7 @@ use camera::Pinhole;
 use protocol::image::{Ranks, octahedral_normal};
 use protocol::{DepthImage, Edit, Mask};
 
-use super::compare::density;
+use super::compare::{Captured, density};
 
 /// What the server knows of a patch's samples beside what the client holds: by the places that they had when the patch was
 /// added, so that deletes change nothing here.
@@ -10,6 +10,8 @@ use super::compare::density;
 pub(super) struct Record {
     /// The look that captured it.
     pub added: u32,
+    /// Step of the coded inverse depths, 1/m.
+    w_step: f32,
     mask: Mask,
     ranks: Ranks,
     samples: Vec<Sample>,
@@ -40,7 +42,8 @@ impl Record {
             let density = density(camera.focal_px as f32, w, facing);
             Sample { density, w, triangle, seen: look, trimmed: 0, extent: 0 }
         });
-        Record { added: look, ranks: Ranks::new(&image.mask), samples: samples.collect(), mask: image.mask.clone() }
+        let (mask, samples, ranks) = (image.mask.clone(), samples.collect(), Ranks::new(&image.mask));
+        Record { added: look, w_step: image.depth_scale.w_step, mask, ranks, samples }
     }
 
     pub fn sample(&self, x: u16, y: u16) -> Option<&Sample> {
@@ -51,8 +54,10 @@ impl Record {
         self.ranks.of(&self.mask, x, y).map(|rank| &mut self.samples[rank])
     }
 
-    pub fn density(&self, x: u16, y: u16) -> Option<f32> {
-        self.sample(x, y).map(|sample| sample.density)
+    pub fn captured(&self, x: u16, y: u16) -> Option<Captured> {
+        let captured =
+            |sample: &Sample| Captured { triangle: sample.triangle, w_step: self.w_step, density: sample.density };
+        self.sample(x, y).map(captured)
     }
 
     pub fn w(&self, x: u16, y: u16) -> Option<f32> {

@@ -7,7 +7,7 @@
 //! view.
 
 use camera::{Camera, Pinhole};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use protocol::ObjectPose;
 use protocol::held::{HeldPatch, PatchId};
 use protocol::image::octahedral_normal;
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::Account;
 use super::compare::{Address, Comparison, Lacking, Point};
-use super::record::Record;
+use super::record::{Record, Sample};
 
 /// Samples an area over those of what they supersede, and the pixels around its extent that they reach over. Walking among pillars (two
 /// seconds out and back, set back by a whole footprint, given up by the own view alone), as dense ones without a margin leave cracks between what is left: the way back then costs as much as the way out, as
@@ -37,7 +37,6 @@ struct Flat {
     plane: Vec3,
     /// What its pixel spans at its depth, in metres: by so much it may be hidden by others.
     footprint_m: f32,
-    density: f32,
     /// The pixel of its centre.
     centre_px: (i32, i32),
     /// Pixels of its extent: first and last column, first and last row.
@@ -72,19 +71,20 @@ impl Account {
         let mut superseded = Vec::new();
         for (index, (x, y)) in image.mask.occupied().enumerate() {
             let (object, address) = (image.object[index], (id, x as u16, y as u16));
-            let Some(sample) = record.sample(address.1, address.2) else { continue };
-            let Some(centre) = eyes.pixel(f64::from(x) + 0.5, f64::from(y) + 0.5, sample.w) else { continue };
+            let w = image.depth_scale.w(image.depth[index]);
             // Most end here: they are out of sight, or as fine as what shows.
+            let Some(centre) = eyes.pixel_inside(f64::from(x) + 0.5, f64::from(y) + 0.5, w) else { continue };
+            let Some(sample) = record.sample(address.1, address.2) else { continue };
             if view.at_if_inside(centre).is_none_or(|at| shown[at] < FINER * sample.density)
                 || carried.contains(&object)
                 || self.is_deformed(object)
             {
                 continue;
             }
-            let normal = octahedral_normal(image.normal[index]);
-            let point =
-                Point { w: sample.w, normal, object, triangle: sample.triangle, w_step: image.depth_scale.w_step };
-            let Some(flat) = eyes.flat((x, y), point, sample.density, centre) else { continue };
+            let (normal, w_step) = (octahedral_normal(image.normal[index]), image.depth_scale.w_step);
+            let &Sample { triangle, density, .. } = sample;
+            let point = Point { w, normal, object, triangle, w_step, density };
+            let Some(flat) = eyes.flat((x, y), point, centre) else { continue };
             if view.is_superseded(&flat, shown) {
                 superseded.push(address);
             }
@@ -93,33 +93,55 @@ impl Account {
     }
 }
 
-/// From a patch's eye to a view's.
+/// From a patch's image to a view's eye: linear in `(u, v, w)` for a point times its `w`.
 struct Eyes<'a> {
     from: &'a Pinhole,
     to: &'a Pinhole,
-    to_from: DAffine3,
+    /// A pixel to the right, and down.
+    right: DVec3,
+    down: DVec3,
+    /// The ray of the image's top left corner.
+    corner: DVec3,
+    from_eye: DVec3,
 }
 
 impl<'a> Eyes<'a> {
     fn new(Camera::Pinhole(from): &'a Camera, to: &'a Pinhole) -> Eyes<'a> {
-        Eyes { from, to, to_from: (to.world_from_eye.inverse() * from.world_from_eye).to_affine() }
+        let to_from = (to.world_from_eye.inverse() * from.world_from_eye).to_affine();
+        let turned = |ray: DVec3| to_from.transform_vector3(ray);
+        let (right, down) = (turned(DVec3::X) / from.focal_px, turned(DVec3::Y) / from.focal_px);
+        let corner = turned(from.ray_eye_from_image(0.0, 0.0));
+        Eyes { from, to, right, down, corner, from_eye: to_from.translation }
     }
 
-    /// Where a point of the patch's image is in the view's eye space.
-    fn point(&self, u: f64, v: f64, w: f32) -> DVec3 {
-        self.to_from.transform_point3(self.from.ray_eye_from_image(u, v) / f64::from(w))
+    /// Where a point of the patch's image is in the view's eye space, times `w`.
+    fn point_times_w(&self, u: f64, v: f64, w: f64) -> DVec3 {
+        self.right * u + self.down * v + self.corner + self.from_eye * w
     }
 
-    /// The pixel there, if it lies before the view's near plane; what is far off the view is taken to be [`FAR_OFF_PX`] from it.
+    /// Where in the view's image a point is, if it lies before its near plane.
+    fn image_point(&self, u: f64, v: f64, w: f32) -> Option<DVec2> {
+        let eye = self.point_times_w(u, v, w.into());
+        let is_before = eye.z > self.to.near_m * f64::from(w);
+        is_before.then(|| self.to.centre_px + self.to.focal_px / eye.z * eye.truncate())
+    }
+
+    /// The pixel there; what is far off the view is taken to be [`FAR_OFF_PX`] from it.
     fn pixel(&self, u: f64, v: f64, w: f32) -> Option<(i32, i32)> {
-        let eye = self.point(u, v, w);
-        let at = (eye.z > self.to.near_m).then(|| self.to.image_from_eye(eye)).flatten()?;
         let pixel = |at: f64| at.floor().clamp(-FAR_OFF_PX, FAR_OFF_PX) as i32;
-        Some((pixel(at.u), pixel(at.v)))
+        self.image_point(u, v, w).map(|at| (pixel(at.x), pixel(at.y)))
+    }
+
+    /// The same, if the view's image has it: without a call into the maths library.
+    fn pixel_inside(&self, u: f64, v: f64, w: f32) -> Option<(i32, i32)> {
+        let is_inside = |at: &DVec2| {
+            at.x >= 0.0 && at.y >= 0.0 && at.x < self.to.width_px.into() && at.y < self.to.height_px.into()
+        };
+        self.image_point(u, v, w).filter(is_inside).map(|at| (at.x as i32, at.y as i32))
     }
 
     /// `point` is of the patch's image, its normal in world space.
-    fn flat(&self, (x, y): (u32, u32), point: Point, density: f32, centre_px: (i32, i32)) -> Option<Flat> {
+    fn flat(&self, (x, y): (u32, u32), point: Point, centre_px: (i32, i32)) -> Option<Flat> {
         let (u, v) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
         let normal = point.normal.as_dvec3();
         let ray = |u: f64, v: f64| self.from.world_from_eye.transform_vector(self.from.ray_eye_from_image(u, v));
@@ -132,10 +154,10 @@ impl<'a> Eyes<'a> {
                 *range = (range.0.min(at), range.1.max(at));
             }
         }
-        let centre_world = self.to.world_from_eye.transform_vector(self.point(u, v, point.w));
-        let plane = (normal / normal.dot(centre_world)).as_vec3();
+        let centre_world_times_w = self.to.world_from_eye.transform_vector(self.point_times_w(u, v, point.w.into()));
+        let plane = (normal * f64::from(point.w) / normal.dot(centre_world_times_w)).as_vec3();
         let footprint_m = (1.0 / (self.from.focal_px * f64::from(point.w))) as f32;
-        plane.is_finite().then_some(Flat { point, plane, footprint_m, density, centre_px, extent_px })
+        plane.is_finite().then_some(Flat { point, plane, footprint_m, centre_px, extent_px })
     }
 }
 
@@ -143,11 +165,11 @@ impl Comparison<'_, Account> {
     fn is_superseded(&self, sample: &Flat, shown: &[f32]) -> bool {
         let [columns, rows] = sample.extent_px.map(|(first, last)| (first - MARGIN_PX, last + MARGIN_PX));
         let (x, y) = sample.centre_px;
-        let tells = self.view_density(x, y) >= LEAST_VIEW_DENSITY * sample.density;
+        let tells = self.view_density(x, y) >= LEAST_VIEW_DENSITY * sample.point.density;
         let is_small = columns.1 - columns.0 < MOST_EXTENT_PX && rows.1 - rows.0 < MOST_EXTENT_PX;
         let is_shown_finer = |(x, y)| {
             let at = self.at_if_inside((x, y)).filter(|_| self.lies_on(x, y, sample));
-            at.is_none_or(|at| shown[at] >= FINER * sample.density)
+            at.is_none_or(|at| shown[at] >= FINER * sample.point.density)
         };
         tells
             && is_small

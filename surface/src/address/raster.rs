@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use camera::Pinhole;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3, Vec4};
 use protocol::PatchId;
 use protocol::image::{octahedral_code, octahedral_normal};
 use rayon::prelude::*;
@@ -17,13 +17,20 @@ use super::{AddressTexel, AddressView};
 use crate::held::{HeldSurfaces, PatchSurface, QUAD_INDICES, QuadBuffers};
 use crate::mesh::{PatchMesh, Vertex};
 use crate::pass::{Placement, setback};
+use crate::tiles::Pyramid;
 
 /// Steps a pixel is divided into.
 const SUBPIXELS: f32 = 256.0;
 /// Triangles that reach further out than this many half widths or heights from the middle are cut: edges stay exact in 64 bits.
 const GUARD: f32 = 4.0;
-/// Quads that one thread takes at once.
-const CHUNK_QUADS: usize = 4096;
+/// Pixels that one thread takes at once.
+const CHUNK_PX: usize = 4096;
+
+/// An interpolated depth may be greater than that of the nearest corner by rounding: by a few of the 2^-24 of an f32.
+const ROUNDED_UP: f32 = 1.0 + 1e-6;
+
+/// Columns and rows.
+type Pixels = (Range<usize>, Range<usize>);
 
 /// Which triangle a pixel shows, and how near.
 #[derive(Debug, Clone, Copy)]
@@ -54,19 +61,17 @@ struct Drawn<'a> {
     mesh: &'a PatchMesh,
     surface: &'a PatchSurface,
     placement: Placement,
-    corners: Vec<Projected>,
     /// See [`HeldSurfaces::is_one_sided`].
     is_one_sided: bool,
 }
 
-/// A corner on the screen.
+/// Corners in clip space, one a lane; `z` may be set back.
 #[derive(Debug, Clone, Copy)]
-struct Projected {
-    /// In 1/256 of a pixel; `None` where it is not in front of the near plane, or far off the screen.
-    at: Option<[i32; 2]>,
-    depth: f32,
-    /// A bit a plane of the view's pyramid that it lies outside of. A triangle whose corners share one is not seen.
-    outside: u8,
+struct Clip {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+    w: Vec4,
 }
 
 /// The output's projection.
@@ -78,24 +83,29 @@ struct Screen {
     size_px: [f32; 2],
 }
 
+/// Samples of a tile that the view may see, of a patch by its place among the drawn ones.
+type Rows<'a> = (u32, &'a [Range<usize>]);
+
 /// What everything held looks like from `camera`. Patches that lie on a GPU are left out.
 pub(super) fn view(surfaces: &HeldSurfaces, camera: &Pinhole) -> AddressView {
     let screen = Screen::new(camera);
     let eye_from_world = camera.world_from_eye.inverse().to_affine();
-    let patches: Vec<_> = surfaces.patches().filter(|(_, surface)| surface.may_be_seen_from(camera)).collect();
-    let drawn: Vec<Drawn<'_>> = patches
-        .into_par_iter()
-        .filter_map(|(id, surface)| {
-            let QuadBuffers::Host(mesh) = &surface.quads else { return None };
-            let placement = Placement::new(surfaces, surface, &eye_from_world);
-            let setback = setback(surface);
-            let project =
-                |vertex: &Vertex| screen.projected(set_back(screen.clip(vertex, surface, &placement), setback));
-            let corners = mesh.vertices.par_iter().with_min_len(CHUNK_QUADS).map(project).collect();
-            Some(Drawn { id, setback, mesh, surface, placement, corners, is_one_sided: surfaces.is_one_sided(surface) })
-        })
-        .collect();
-    let seen = nearest(&drawn, &screen);
+    let (mut drawn, mut rows) = (Vec::new(), Vec::new());
+    for (id, surface) in surfaces.patches().filter(|(_, surface)| surface.may_be_seen_from(camera)) {
+        let QuadBuffers::Host { mesh, tiles } = &surface.quads else { continue };
+        // What moves may have come into view.
+        let pyramid = surface.objects.is_empty().then(|| Pyramid::new(&surface.camera, camera));
+        rows.extend(tiles.rows_in(pyramid).map(|rows| (drawn.len() as u32, rows)));
+        drawn.push(Drawn {
+            id,
+            setback: setback(surface),
+            mesh,
+            surface,
+            placement: Placement::new(surfaces, surface, &eye_from_world),
+            is_one_sided: surfaces.is_one_sided(surface),
+        });
+    }
+    let seen = nearest(&drawn, &rows, &screen);
     let width = camera.width_px as usize;
     let texel = |(index, seen): (usize, &Seen)| {
         let pixel = DVec2::new((index % width) as f64, (index / width) as f64) + 0.5;
@@ -105,26 +115,19 @@ pub(super) fn view(surfaces: &HeldSurfaces, camera: &Pinhole) -> AddressView {
             AddressTexel::default()
         }
     };
-    let texels = seen.par_iter().enumerate().with_min_len(CHUNK_QUADS).map(texel).collect();
+    let texels = seen.par_iter().enumerate().with_min_len(CHUNK_PX).map(texel).collect();
     AddressView { size_px: (camera.width_px, camera.height_px), texels }
 }
 
-/// The nearest triangle of every pixel. Each thread draws every so manieth chunk of quads into an image of its own.
-fn nearest(drawn: &[Drawn<'_>], screen: &Screen) -> Vec<Seen> {
-    let chunks: Vec<(u32, Range<usize>)> = drawn
-        .iter()
-        .zip(0..)
-        .flat_map(|(patch, index)| {
-            let quads = patch.mesh.indices.len() / QUAD_INDICES;
-            (0..quads).step_by(CHUNK_QUADS).map(move |first| (index, first..quads.min(first + CHUNK_QUADS)))
-        })
-        .collect();
-    let threads = rayon::current_num_threads().min(chunks.len().max(1));
+/// The nearest triangle of every pixel. Each thread draws every so manieth tile into an image of its own.
+fn nearest(drawn: &[Drawn<'_>], tiles: &[Rows<'_>], screen: &Screen) -> Vec<Seen> {
+    let threads = rayon::current_num_threads().min(tiles.len().max(1));
     let pixels = screen.camera.width_px as usize * screen.camera.height_px as usize;
     let draw = |thread: usize| {
         let mut image = Image { screen, seen: vec![NOTHING; pixels] };
-        for (patch, quads) in chunks.iter().skip(thread).step_by(threads) {
-            image.draw(&drawn[*patch as usize], *patch, quads.clone());
+        // The latest are mostly the finest, which hide the others.
+        for (patch, rows) in tiles.iter().rev().skip(thread).step_by(threads) {
+            rows.iter().for_each(|row| image.draw(&drawn[*patch as usize], *patch, row.clone()));
         }
         image.seen
     };
@@ -147,24 +150,46 @@ impl Screen {
         }
     }
 
-    /// A corner in clip space, as the vertex stage computes it.
-    fn clip(&self, vertex: &Vertex, surface: &PatchSurface, placement: &Placement) -> [f32; 4] {
-        let mover = mover_of(vertex).and_then(|index| placement.movers.get(index));
-        let rows = mover.map_or(&placement.eye_from_patch, |mover| &mover.eye_from_patch);
-        let (centre_px, focal_px) = (surface.camera.centre_px.as_vec2(), surface.camera.focal_px as f32);
-        let point = [(vertex.u_px - centre_px.x) / focal_px, (vertex.v_px - centre_px.y) / focal_px, 1.0, vertex.w];
-        let [x, y, z] = rows.map(|row| row[0] * point[0] + row[1] * point[1] + row[2] * point[2] + row[3] * point[3]);
-        [self.scale[0] * x + self.shift[0] * z, self.scale[1] * y + self.shift[1] * z, self.near_m * vertex.w, z]
+    /// Corners of one quad in clip space, as the vertex stage computes them: all of them are of one object.
+    fn clip(&self, corners: [&Vertex; 4], drawn: &Drawn<'_>) -> Clip {
+        let mover = mover_of(corners[0]).and_then(|index| drawn.placement.movers.get(index));
+        let rows = mover.map_or(&drawn.placement.eye_from_patch, |mover| &mover.eye_from_patch);
+        let camera = &drawn.surface.camera;
+        let (centre_px, focal_px) = (camera.centre_px.as_vec2(), camera.focal_px as f32);
+        let [a, b, c, d] = corners;
+        let across = (Vec4::new(a.u_px, b.u_px, c.u_px, d.u_px) - centre_px.x) / focal_px;
+        let down = (Vec4::new(a.v_px, b.v_px, c.v_px, d.v_px) - centre_px.y) / focal_px;
+        let w = Vec4::new(a.w, b.w, c.w, d.w);
+        let [x, y, z] = rows.map(|row| row[0] * across + row[1] * down + row[2] + row[3] * w);
+        Clip {
+            x: self.scale[0] * x + self.shift[0] * z,
+            y: self.scale[1] * y + self.shift[1] * z,
+            z: self.near_m * w,
+            w: z,
+        }
     }
 
-    fn projected(&self, [x, y, z, w]: [f32; 4]) -> Projected {
-        let is_inside = z <= w && x.abs() <= GUARD * w && y.abs() <= GUARD * w && z > 0.0;
+    /// Where on the screen corners are, in 1/256 of a pixel; all of them must be [`Clip::is_inside`].
+    fn snapped(&self, clip: &Clip) -> [[i32; 2]; 4] {
         // Rounds, without a call into the maths library.
-        let snapped = |value: f32| (value * SUBPIXELS + 0.5_f32.copysign(value)) as i32;
-        let on_screen =
-            || [snapped((x / w + 1.0) / 2.0 * self.size_px[0]), snapped((1.0 - y / w) / 2.0 * self.size_px[1])];
-        let outside = [z > w, x > w, -x > w, y > w, -y > w].into_iter().fold(0, |bits, is| bits << 1 | u8::from(is));
-        Projected { at: is_inside.then(on_screen), depth: z / w, outside }
+        let snapped = |at: Vec4| {
+            let at = at * SUBPIXELS;
+            (at + Vec4::splat(0.5).copysign(at)).to_array().map(|at| at as i32)
+        };
+        let x = snapped((clip.x / clip.w + 1.0) / 2.0 * self.size_px[0]);
+        let y = snapped((1.0 - clip.y / clip.w) / 2.0 * self.size_px[1]);
+        std::array::from_fn(|corner| [x[corner], y[corner]])
+    }
+
+    /// The pixels whose centres, at 128 of 256, lie within the box of some corners.
+    fn pixels_in<const CORNERS: usize>(&self, corners: &[[i32; 2]; CORNERS]) -> Pixels {
+        let pixels = |axis: usize, length: u32| {
+            let (low, high) = corners
+                .iter()
+                .fold((i32::MAX, i32::MIN), |(low, high), corner| (low.min(corner[axis]), high.max(corner[axis])));
+            ((low + 127) >> 8).max(0) as usize..((high + 128) >> 8).clamp(0, length as i32) as usize
+        };
+        (pixels(0, self.camera.width_px), pixels(1, self.camera.height_px))
     }
 
     /// A pixel's point in normalized device coordinates.
@@ -174,10 +199,50 @@ impl Screen {
     }
 }
 
+impl Clip {
+    fn new(corners: [[f32; 4]; 4]) -> Clip {
+        let [x, y, z, w] = std::array::from_fn(|axis| Vec4::from_array(corners.map(|corner| corner[axis])));
+        Clip { x, y, z, w }
+    }
+
+    /// By the depth that is tested, see `set_back` in `surface/quads.wgsl`.
+    fn set_back(self, setback: f32) -> Clip {
+        let nearer = 1.0 - (setback / self.w).min(Vec4::splat(0.5)) * (1.0 - self.z / self.w);
+        Clip { z: Vec4::select(self.w.cmpgt(Vec4::ZERO), self.z * nearer, self.z), ..self }
+    }
+
+    /// Whether all corners lie in front of the near plane and not far off the screen.
+    fn is_inside(&self) -> bool {
+        let far_off = GUARD * self.w;
+        let is_inside =
+            self.z.cmple(self.w) & self.x.abs().cmple(far_off) & self.y.abs().cmple(far_off) & self.z.cmpgt(Vec4::ZERO);
+        is_inside.all()
+    }
+
+    /// Whether some corners, of those in `lanes`, all lie outside of one plane of the view's pyramid.
+    fn is_outside(&self, lanes: u32) -> bool {
+        let outside = [
+            self.z.cmpgt(self.w),
+            self.x.cmpgt(self.w),
+            (-self.x).cmpgt(self.w),
+            self.y.cmpgt(self.w),
+            (-self.y).cmpgt(self.w),
+        ];
+        outside.iter().any(|corners| corners.bitmask() & lanes == lanes)
+    }
+
+    fn corner(&self, lane: usize) -> [f32; 4] {
+        [self.x[lane], self.y[lane], self.z[lane], self.w[lane]]
+    }
+}
+
 /// The place of a corner's moving object in its patch.
 fn mover_of(vertex: &Vertex) -> Option<usize> {
     ((vertex.corner_normal_mover >> 16) as usize).checked_sub(1)
 }
+
+/// Of a quad's four corners, those of its two triangles: see [`PatchMesh::indices`] where the first vertex is the provoking one.
+const TRIANGLES: [[usize; 3]; 2] = [[0, 1, 2], [0, 3, 1]];
 
 /// What one thread drew.
 struct Image<'a> {
@@ -187,24 +252,34 @@ struct Image<'a> {
 
 impl Image<'_> {
     fn draw(&mut self, drawn: &Drawn<'_>, patch: u32, quads: Range<usize>) {
-        for first_index in (quads.start * QUAD_INDICES..quads.end * QUAD_INDICES).step_by(3) {
-            let indices = drawn.triangle(first_index);
+        let indices = &drawn.mesh.indices[quads.start * QUAD_INDICES..quads.end * QUAD_INDICES];
+        for (quad, indices) in quads.zip(indices.chunks_exact(QUAD_INDICES)) {
             if indices[0] == indices[1] {
                 continue; // Deleted.
             }
-            let corners = indices.map(|index| drawn.corners[index]);
-            if corners[0].outside & corners[1].outside & corners[2].outside != 0 {
+            let corners = [0, 1, 2, 4].map(|corner| &drawn.mesh.vertices[indices[corner] as usize]);
+            let clip = self.screen.clip(corners, drawn).set_back(drawn.setback);
+            if clip.is_outside(0b1111) {
                 continue;
             }
-            let of = Seen { depth: 0.0, patch, first_index: first_index as u32 };
-            if let [Some(a), Some(b), Some(c)] = corners.map(|corner| corner.at) {
-                self.triangle([a, b, c], corners.map(|corner| corner.depth), drawn.is_one_sided, of);
+            let of =
+                |triangle: usize| Seen { depth: 0.0, patch, first_index: (quad * QUAD_INDICES + 3 * triangle) as u32 };
+            if clip.is_inside() {
+                let (at, depths) = (self.screen.snapped(&clip), clip.z / clip.w);
+                let pixels = self.screen.pixels_in(&at);
+                if self.is_hidden(&pixels, depths.max_element()) {
+                    continue;
+                }
+                for (triangle, corners) in TRIANGLES.iter().enumerate() {
+                    let (at, depths) = (corners.map(|corner| at[corner]), corners.map(|corner| depths[corner]));
+                    self.triangle(at, depths, &pixels, drawn.is_one_sided, of(triangle));
+                }
             } else {
-                self.cut(
-                    indices.map(|index| set_back(drawn.clip(index, self.screen), drawn.setback)),
-                    drawn.is_one_sided,
-                    of,
-                );
+                for (triangle, corners) in TRIANGLES.iter().enumerate() {
+                    if !clip.is_outside(corners.iter().map(|corner| 1 << corner).sum()) {
+                        self.cut(corners.map(|corner| clip.corner(corner)), drawn.is_one_sided, of(triangle));
+                    }
+                }
             }
         }
     }
@@ -236,29 +311,38 @@ impl Image<'_> {
             polygon = kept;
         }
         // A corner on a plane may have been rounded to the other side of it.
-        let corner = |[x, y, z, w]: [f32; 4]| {
+        let on_plane = |[x, y, z, w]: [f32; 4]| {
             let w = w.max(z);
-            self.screen.projected([x.clamp(-GUARD * w, GUARD * w), y.clamp(-GUARD * w, GUARD * w), z, w])
+            [x.clamp(-GUARD * w, GUARD * w), y.clamp(-GUARD * w, GUARD * w), z, w]
         };
-        let corners: Vec<Projected> = polygon.into_iter().map(corner).collect();
+        let corners: Vec<[f32; 4]> = polygon.into_iter().map(on_plane).collect();
         for index in 2..corners.len() {
-            let fan = [corners[0], corners[index - 1], corners[index]];
-            if let [Some(a), Some(b), Some(c)] = fan.map(|corner| corner.at) {
-                self.triangle([a, b, c], fan.map(|corner| corner.depth), is_one_sided, of);
+            let fan = Clip::new([corners[0], corners[index - 1], corners[index], corners[index]]);
+            if fan.is_inside() {
+                let ([a, b, c, _], [depth_a, depth_b, depth_c, _]) =
+                    (self.screen.snapped(&fan), (fan.z / fan.w).to_array());
+                let pixels = self.screen.pixels_in(&[a, b, c]);
+                self.triangle([a, b, c], [depth_a, depth_b, depth_c], &pixels, is_one_sided, of);
             }
         }
     }
 
-    fn triangle(&mut self, [a, mut b, mut c]: [[i32; 2]; 3], depths: [f32; 3], is_one_sided: bool, of: Seen) {
-        let [depth_a, mut depth_b, mut depth_c] = depths;
-        let (width, height) = (self.screen.camera.width_px as i32, self.screen.camera.height_px as i32);
-        // Pixels whose centres, at 128 of 256, lie within the box.
-        let first = |axis: usize| ((a[axis].min(b[axis]).min(c[axis]) + 127) >> 8).max(0);
-        let end = |axis: usize, length: i32| (((a[axis].max(b[axis]).max(c[axis]) + 128) >> 8).min(length)).max(0);
-        let (xs, ys) = (first(0)..end(0, width), first(1)..end(1, height));
-        if xs.is_empty() || ys.is_empty() {
-            return;
-        }
+    /// Whether all of some pixels show what is nearer than a quad's nearest corner: then nothing of it is seen.
+    fn is_hidden(&self, (columns, rows): &Pixels, nearest: f32) -> bool {
+        let nearest = nearest * ROUNDED_UP;
+        let row = |y: usize| &self.seen[y * self.screen.camera.width_px as usize..][columns.clone()];
+        columns.is_empty() || rows.clone().all(|y| row(y).iter().all(|seen| seen.depth > nearest))
+    }
+
+    /// Draws what of a triangle lies on some pixels, which hold all of its own.
+    fn triangle(
+        &mut self,
+        [a, mut b, mut c]: [[i32; 2]; 3],
+        [depth_a, mut depth_b, mut depth_c]: [f32; 3],
+        (columns, rows): &Pixels,
+        is_one_sided: bool,
+        of: Seen,
+    ) {
         let area = edge(a, b, c);
         // As y points down, the area is negative where the corners run counter-clockwise: seen from the front.
         if area == 0 || (is_one_sided && area > 0) {
@@ -268,31 +352,23 @@ impl Image<'_> {
             std::mem::swap(&mut b, &mut c);
             std::mem::swap(&mut depth_b, &mut depth_c);
         }
-        let edges = [(b, c), (c, a), (a, b)];
-        let bias = edges.map(|(from, to)| if owns_its_line(from, to) { 0 } else { -1 });
-        let [to_a, to_b, to_c] = [depth_a, depth_b, depth_c].map(|depth| depth / area.abs() as f32);
-        for y in ys {
-            for x in xs.clone() {
-                let centre = [(x << 8) + 128, (y << 8) + 128];
-                let inside = edges.map(|(from, to)| edge(from, to, centre));
-                if (0..3).all(|side| inside[side] + bias[side] >= 0) {
-                    let depth = inside[0] as f32 * to_a + inside[1] as f32 * to_b + inside[2] as f32 * to_c;
-                    let seen = &mut self.seen[(y * width + x) as usize];
-                    if depth > seen.depth {
-                        *seen = Seen { depth, ..of };
-                    }
+        let area = area.abs();
+        let bias = [(b, c), (c, a), (a, b)].map(|(from, to)| if owns_its_line(from, to) { 0 } else { -1 });
+        let width = self.screen.camera.width_px as usize;
+        for y in rows.clone() {
+            for x in columns.clone() {
+                let centre = [x, y].map(|at| ((at as i32) << 8) + 128);
+                let (of_a, of_b) = (edge(b, c, centre), edge(c, a, centre));
+                let of_c = area - of_a - of_b;
+                if of_a + bias[0] >= 0 && of_b + bias[1] >= 0 && of_c + bias[2] >= 0 {
+                    let share = |of_corner: i64, depth: f32| of_corner as f32 * (depth / area as f32);
+                    let depth = share(of_a, depth_a) + share(of_b, depth_b) + share(of_c, depth_c);
+                    let seen = &mut self.seen[y * width + x];
+                    *seen = seen.or(Seen { depth, ..of });
                 }
             }
         }
     }
-}
-
-/// A corner in clip space with the depth that is tested, see `set_back` in `surface/quads.wgsl`.
-fn set_back([x, y, z, w]: [f32; 4], setback: f32) -> [f32; 4] {
-    if w <= 0.0 {
-        return [x, y, z, w];
-    }
-    [x, y, z * (1.0 - (setback / w).min(0.5) * (1.0 - z / w)), w]
 }
 
 /// Twice the area of the triangle from an edge to a point: positive to the right of the edge, as y points down.
@@ -312,15 +388,12 @@ impl Drawn<'_> {
         std::array::from_fn(|corner| self.mesh.indices[first_index + corner] as usize)
     }
 
-    fn clip(&self, index: usize, screen: &Screen) -> [f32; 4] {
-        screen.clip(&self.mesh.vertices[index], self.surface, &self.placement)
-    }
-
     /// What a triangle shows at a pixel's centre.
     fn texel(&self, first_index: usize, pixel: DVec2, screen: &Screen) -> AddressTexel {
-        let indices = self.triangle(first_index);
-        let shares = perspective_shares(indices.map(|index| self.clip(index, screen)), screen.ndc(pixel));
-        let vertices = indices.map(|index| &self.mesh.vertices[index]);
+        let vertices = self.triangle(first_index).map(|index| &self.mesh.vertices[index]);
+        let [a, b, c] = vertices;
+        let clip = screen.clip([a, b, c, c], self);
+        let shares = perspective_shares([0, 1, 2].map(|lane| clip.corner(lane)), screen.ndc(pixel));
         let mean = |of: fn(&Vertex) -> f32| (0..3).map(|i| shares.of_corners[i] * of(vertices[i])).sum::<f32>();
         let quad = &self.mesh.vertices[self.mesh.indices[first_index - first_index % QUAD_INDICES] as usize];
         let (x, y) = (quad.pixel & 0xffff, quad.pixel >> 16);
