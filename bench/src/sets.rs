@@ -48,6 +48,7 @@ pub fn rules(scene: &Scene, plan: &SetPlan) -> Rules {
         near_m: server::start::near_m(scene),
         margin_m: region_radius_m(scene),
         animated: scene.is_animated(),
+        parallax_error_px: server::plan::PARALLAX_ERROR_PX,
     }
 }
 

@@ -114,6 +114,11 @@ impl Stage {
         Stage { scene, rules, account_rules, coding, method, coarse_first: false, imager, materials, deforms, still }
     }
 
+    /// The same, which decides what is sent by other numbers.
+    pub fn judged_by(self, account_rules: AccountRules) -> Stage {
+        Stage { account_rules, ..self }
+    }
+
     /// The same, whose clients get one coarse image before their first set.
     pub fn coarse_first(self, coarse_first: bool) -> Stage {
         Stage { coarse_first, ..self }

@@ -36,8 +36,8 @@ const PARALLAX_MARGINS: f64 = 4.0;
 const MAX_ASPECT: f64 = 4.0;
 /// Sides of images are whole multiples of this.
 const SIZE_STEP_PX: f64 = 4.0;
-/// How far a sample may be shifted on the screen by the coding of its depth.
-const PARALLAX_ERROR_PX: f64 = 0.1;
+/// How far a sample may be shifted on the screen by the coding of its depth, where nothing else is asked for.
+pub const PARALLAX_ERROR_PX: f64 = 0.1;
 /// How much wider than the view the own image of a viewer who stands still is on each side: what rounding needs, so that its
 /// pixels lie where the viewer looks. Images from the rim keep the turn's margin.
 const STILL_MARGIN_RAD: f64 = 0.01;
@@ -59,6 +59,8 @@ pub struct Rules {
     pub margin_m: f64,
     /// Whether the scene changes with time.
     pub animated: bool,
+    /// How far a sample may be shifted on the screen by the coding of its depth.
+    pub parallax_error_px: f64,
 }
 
 impl Rules {
@@ -192,7 +194,7 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
 /// A sample is seen from elsewhere than where it was taken.
 fn precision(rules: &Rules, coverage: &Coverage) -> DepthPrecision {
     DepthPrecision::Parallax {
-        epsilon_px: PARALLAX_ERROR_PX,
+        epsilon_px: rules.parallax_error_px,
         focal_px: output_focal_px(coverage.view),
         offset_m: (PARALLAX_MARGINS * rules.margin_m).max(2.0 * coverage.radius_m),
     }
@@ -306,8 +308,15 @@ mod tests {
     use glam::DQuat;
 
     const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.047 };
-    const RULES: Rules =
-        Rules { images: 4, image_size_px: 512, update_interval_s: 0.1, near_m: 0.05, margin_m: 0.25, animated: false };
+    const RULES: Rules = Rules {
+        images: 4,
+        image_size_px: 512,
+        update_interval_s: 0.1,
+        near_m: 0.05,
+        margin_m: 0.25,
+        animated: false,
+        parallax_error_px: PARALLAX_ERROR_PX,
+    };
 
     fn viewer() -> Viewer {
         Viewer::at_start(VIEW, Rigid::look_along(DVec3::new(0.0, 1.7, 0.0), DVec3::NEG_Z), 0.0)

@@ -72,6 +72,7 @@ impl Shared {
             near_m: start::near_m(&scene),
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
+            parallax_error_px: plan::PARALLAX_ERROR_PX,
         };
         let stats = Arc::new(Stats::default());
         let adapter = imager.adapter();

@@ -15,7 +15,7 @@ use vantage_server::account::Counts;
 use vantage_server::discretize::Discretization;
 use vantage_server::frame::{Client, Made, Stage};
 use vantage_server::imager::GpuImager;
-use vantage_server::plan::Rules;
+use vantage_server::plan::{PARALLAX_ERROR_PX, Rules};
 use vantage_server::start::{near_m, start_pose};
 use vantage_server::viewer::Viewer;
 
@@ -60,6 +60,7 @@ impl Session {
             near_m: 0.1,
             margin_m: 0.25,
             animated: scene.is_animated(),
+            parallax_error_px: PARALLAX_ERROR_PX,
         };
         Session::starting(scene, Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z), rules)
     }
@@ -74,6 +75,7 @@ impl Session {
             near_m: near_m(&scene),
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
+            parallax_error_px: PARALLAX_ERROR_PX,
         };
         let start = start_pose(&scene);
         Session::starting(scene, start, rules)

@@ -5,10 +5,12 @@
 //! library, drawing the copy that was decoded from the bytes, at the eye's true place one update later.
 
 mod cost;
+mod settings;
 mod walk;
 
 use std::sync::Arc;
 
+use clap::Args;
 use client::frame::Options;
 use gpu::Gpu;
 use protocol::Look;
@@ -26,7 +28,7 @@ use crate::stage::{Stage, load_scene, picture};
 use crate::topic::{Run, Topic, scene_label};
 use crate::topics::reconstruction::cover;
 use cost::Costs;
-use walk::{Loop, Tick, UPDATE_HZ, Walker};
+use walk::{Loop, Setup, Tick, UPDATE_HZ, Walker};
 
 /// See the module.
 pub struct SentOnce;
@@ -40,6 +42,14 @@ const STAND_S: f64 = 1.0;
 const IMAGES_PX: [u32; 2] = [256, 512];
 /// Every so many ticks the client's view is judged.
 const JUDGED_EVERY: usize = 5;
+
+/// What only this topic takes.
+#[derive(Debug, Default, clap::Args)]
+struct Arguments {
+    /// Instead: the same walk at one setting after another, error against bytes.
+    #[arg(long)]
+    settings: bool,
+}
 
 impl Topic for SentOnce {
     fn name(&self) -> &'static str {
@@ -56,8 +66,13 @@ impl Topic for SentOnce {
         scenes.iter().map(|&name| name.to_owned()).collect()
     }
 
+    fn arguments(&self, command: clap::Command) -> clap::Command {
+        Arguments::augment_args(command)
+    }
+
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
         let gpu = run.gpu(report)?.clone();
+        let arguments: Arguments = run.arguments()?;
         let half_s = if run.quick { QUICK_HALF_S } else { HALF_S };
         let sizes_px = match run.size_px {
             Some((side_px, _)) => vec![side_px],
@@ -70,7 +85,12 @@ impl Topic for SentOnce {
             let label = scene_label(name);
             for &image_px in &sizes_px {
                 progress.say(format!("walking in {label}, {image_px} px"));
-                if let Err(error) = scene(&gpu, name, image_px, half_s, run, report) {
+                let walked = if arguments.settings {
+                    settings::scene(&gpu, name, image_px, half_s, run, report)
+                } else {
+                    scene(&gpu, name, image_px, half_s, run, report)
+                };
+                if let Err(error) = walked {
                     report.rows.push(Row::failed(&label, "walk", &error));
                 }
                 progress.step();
@@ -109,8 +129,9 @@ fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &
     let label = scene_label(name);
     let scene = Arc::new(load_scene(name, 1.0)?);
     let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
-    let once = walked(gpu, &scene, image_px, Discretization::NonRedundant, half_s, &mut truths)?;
-    let anew = walked(gpu, &scene, image_px, Discretization::Conventional, half_s, &mut truths)?;
+    let usual = Setup::usual(image_px);
+    let once = walked(gpu, &scene, &usual, half_s, &mut truths)?;
+    let anew = walked(gpu, &scene, &Setup { method: Discretization::Conventional, ..usual }, half_s, &mut truths)?;
     let row = row(&label, &format!("sent once, {image_px} px"), &once, half_s);
     let at_most = if label == "tree" { 0.16 } else { 0.10 };
     let bar =
@@ -149,18 +170,11 @@ fn median<'a>(ticks: impl IntoIterator<Item = &'a Tick>) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-fn walked(
-    gpu: &Gpu,
-    scene: &Arc<Scene>,
-    image_px: u32,
-    method: Discretization,
-    half_s: f64,
-    truths: &mut Stage,
-) -> anyhow::Result<Walked> {
+fn walked(gpu: &Gpu, scene: &Arc<Scene>, setup: &Setup, half_s: f64, truths: &mut Stage) -> anyhow::Result<Walked> {
     let way = Loop::of(scene);
     let near_m = server::start::near_m(scene);
-    let mut walker = Walker::new(gpu, scene.clone(), image_px, method)?;
-    let mut view = ClientView::new(gpu, (image_px, image_px))?;
+    let mut walker = Walker::new(gpu, scene.clone(), setup)?;
+    let mut view = ClientView::new(gpu, (setup.output_px, setup.output_px))?;
     let mut walked =
         Walked { ticks: Vec::new(), holes: Vec::new(), false_cover: Vec::new(), flip: Vec::new(), frames: Vec::new() };
     let steps = ((2.0 * half_s + 2.0 * STAND_S) * UPDATE_HZ).round() as usize;

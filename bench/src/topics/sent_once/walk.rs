@@ -10,11 +10,12 @@ use gpu::Gpu;
 use protocol::message::ViewSize;
 use protocol::{Held, Limits, wire};
 use scene::Scene;
-use server::account::Counts;
+use server::account::{AccountRules, Counts};
+use server::coding::CodingRule;
 use server::discretize::Discretization;
 use server::frame::{Client, Stage};
 use server::imager::GpuImager;
-use server::plan::Rules;
+use server::plan::{PARALLAX_ERROR_PX, Rules};
 use server::viewer::Viewer;
 use surface::HeldSurfaces;
 
@@ -98,6 +99,40 @@ pub struct Tick {
     pub patches: usize,
 }
 
+/// How the server looks and codes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup {
+    /// What is sent: what lacks, or every view anew.
+    pub method: Discretization,
+    /// Views of a look at most.
+    pub images: usize,
+    /// Server views have this many pixels squared.
+    pub image_px: u32,
+    /// The viewer's output is as large as this squared.
+    pub output_px: u32,
+    /// See [`Rules::parallax_error_px`].
+    pub parallax_error_px: f64,
+    /// What decides what is sent.
+    pub rules: AccountRules,
+    /// How samples are coded.
+    pub coding: CodingRule,
+}
+
+impl Setup {
+    /// As a server does by itself.
+    pub fn usual(image_px: u32) -> Setup {
+        Setup {
+            method: Discretization::NonRedundant,
+            images: 4,
+            image_px,
+            output_px: image_px,
+            parallax_error_px: PARALLAX_ERROR_PX,
+            rules: AccountRules::default(),
+            coding: CodingRule::default(),
+        }
+    }
+}
+
 /// A server's stage and one client of it, whose copy is decoded from the bytes.
 pub struct Walker {
     stage: Stage,
@@ -110,16 +145,17 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// A client of `scene` whose server views have `image_px`² pixels and about 90 degrees.
-    pub fn new(gpu: &Gpu, scene: Arc<Scene>, image_px: u32, method: Discretization) -> anyhow::Result<Walker> {
-        let plan = SetPlan { discretization: method, images: 4, image_px };
-        let rules = Rules { update_interval_s: 1.0 / UPDATE_HZ, ..sets::rules(&scene, &plan) };
+    /// A client of `scene` whose server views see about 90 degrees.
+    pub fn new(gpu: &Gpu, scene: Arc<Scene>, setup: &Setup) -> anyhow::Result<Walker> {
+        let &Setup { method, images, image_px, output_px, parallax_error_px, .. } = setup;
+        let plan = SetPlan { discretization: method, images, image_px };
+        let rules = Rules { update_interval_s: 1.0 / UPDATE_HZ, parallax_error_px, ..sets::rules(&scene, &plan) };
         let imager = Box::new(GpuImager::new(gpu, &scene, &server::Config::default())?);
         let start = server::start::start_pose(&scene);
         // With a turn's margin of 0.1 on each side the images see 90 degrees.
-        let view = ViewSize { width_px: image_px, height_px: image_px, fov_y_rad: TAU / 4.0 - 0.2 };
+        let view = ViewSize { width_px: output_px, height_px: output_px, fov_y_rad: TAU / 4.0 - 0.2 };
         Ok(Walker {
-            stage: Stage::new(scene, rules, method, imager),
+            stage: Stage::new(scene, rules, method, imager).judged_by(setup.rules).coded_by(setup.coding),
             client: Client::default(),
             viewer: Viewer::at_start(view, start, 0.0),
             set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },
@@ -157,7 +193,7 @@ impl Walker {
         Ok(tick)
     }
 
-    /// What a viewer sees from `pose`: 90 degrees less the margin, as large as the server's views.
+    /// What a viewer sees from `pose`: 90 degrees less the margin.
     pub fn output(&self, pose: Rigid, near_m: f64) -> Pinhole {
         let view = self.viewer.view;
         Pinhole::symmetric(pose, (view.width_px, view.height_px), view.fov_y_rad, near_m)
