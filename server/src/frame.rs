@@ -23,8 +23,7 @@ use crate::viewer::Viewer;
 /// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
 /// others (on a nest of twigs 2.8 views of four).
 const LEAST_VIEWS_HELD: u64 = 3;
-/// Side of the one image that a client gets before its first set, as a share of theirs: a street is seen after half of the time (on a software
-/// adapter), and what it has is at most 1/16 of the set's samples.
+/// Side of the one image that a client gets before its first set, as a share of theirs: of four images it has 1/16 of the pixels.
 const COARSE_SIDE: f64 = 0.5;
 
 /// Why an update could not be made.
@@ -62,8 +61,8 @@ pub struct Client {
     pub focus: Option<Focus>,
     /// What moving costs it.
     pub pace: Pace,
-    /// Whether it holds a coarse picture, before its first set.
-    pub has_coarse: bool,
+    /// Whether it was sent a picture, coarse as it may be.
+    pub has_picture: bool,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
 }
@@ -74,7 +73,7 @@ impl Default for Client {
             account: Account::default(),
             focus: None,
             pace: Pace::default(),
-            has_coarse: false,
+            has_picture: false,
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
     }
@@ -85,7 +84,7 @@ impl Client {
     pub fn start_anew(&mut self) {
         self.account.start_anew();
         self.focus = None;
-        self.has_coarse = false;
+        self.has_picture = false;
     }
 }
 
@@ -157,7 +156,7 @@ impl Stage {
         let planned = |rules: Rules| plan(&rules, viewer, now_s, client.focus.as_ref());
         let smaller = |share: f64| (f64::from(rules.image_size_px) * share).round() as u32;
         let whole = planned(rules)?;
-        if whole.reason == Reason::First && self.coarse_first && !client.has_coarse {
+        if self.begins_coarsely(client) {
             return planned(Rules { images: 1, image_size_px: smaller(COARSE_SIDE), ..rules });
         }
         let share = client.pace.side_share(whole.pixels(), viewer.bytes_per_s, rules.update_interval_s);
@@ -166,6 +165,10 @@ impl Stage {
         } else {
             Some(whole)
         }
+    }
+
+    fn begins_coarsely(&self, client: &Client) -> bool {
+        self.coarse_first && client.focus.is_none() && !client.has_picture
     }
 
     fn look(
@@ -200,10 +203,9 @@ impl Stage {
         // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
         let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
         let settled = counts.is_still() || is_full || self.method == Discretization::Conventional;
-        let is_coarse = plan.reason == Reason::First && self.coarse_first && !client.has_coarse;
-        client.has_coarse = true;
-        // The first set is still to come.
-        client.focus = (!is_coarse).then_some(Focus { coverage: plan.coverage, settled, looks });
+        // After a coarse picture the first set is still to come.
+        client.focus = (!self.begins_coarsely(client)).then_some(Focus { coverage: plan.coverage, settled, looks });
+        client.has_picture = true;
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         let pixels = plan.pixels();

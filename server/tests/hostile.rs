@@ -131,11 +131,11 @@ async fn a_client_that_says_nothing_is_cut_off() {
 async fn a_wrong_digest_begins_anew() {
     let running = start(config(), room(false), Duration::ZERO).await;
     let mut client = Client::connect(&running, Clock::Wall).await;
-    client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
-    client.session.broken(client.now_s());
     client.run(10.0, |client| client.updates.len() == 2).await.expect("a session");
-    assert!(client.updates[1].clears);
-    assert_eq!(client.held.patches.len(), 2);
+    client.session.broken(client.now_s());
+    client.run(10.0, |client| client.updates.len() == 4).await.expect("a session");
+    assert!(client.updates[2].clears, "a coarse picture first");
+    assert_eq!(client.held.patches.len(), 2, "and then a set");
     running.stop().await;
 }
 

@@ -92,9 +92,10 @@ fn single_sample(trim: u8) -> protocol::held::HeldPatch {
 }
 
 #[test]
-fn a_lone_sample_fills_its_pixel_and_a_trimmed_one_its_share() {
+fn a_lone_sample_fills_half_of_its_pixel_and_a_trimmed_one_its_share() {
     let stage = Stage::new();
-    for (trim, side) in [(0, 16), (1, 8), (2, 4), (3, 2)] {
+    // Of the 16 columns of its pixel, those whose centres lie within 0.7, 0.35, 0.175 and 0.0875 of it.
+    for (trim, side) in [(0, 12), (1, 6), (2, 2), (3, 2)] {
         let drawn = stage.draw_patch(&single_sample(trim), &view(DVec3::ZERO, DVec3::NEG_Z, 128, 60.0));
         assert_eq!(drawn.covered(), side * side, "trim {trim}");
         let centre = (5 * 16 + 8) * 128 + 3 * 16 + 8;
