@@ -109,7 +109,7 @@ async fn a_client_that_never_reads_is_cut_off_and_others_are_served() {
     let mut stuck = socket(&running).await;
     stuck.send(hello(VERSION, Clock::Wall)).await.expect("send");
     let mut client = Client::connect(&running, Clock::Wall).await;
-    client.run(5.0, |client| client.updates.len() >= 10).await.expect("a session");
+    client.run(20.0, |client| client.updates.len() >= 10).await.expect("a session");
     assert!(client.updates.len() >= 10, "{} updates beside a stuck client", client.updates.len());
     eventually("cut off", || running.stats.cut_off.load(Ordering::Relaxed) == 1).await;
     client.run(0.5, |_| false).await.expect("a session that goes on");
