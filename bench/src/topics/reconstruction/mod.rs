@@ -17,9 +17,9 @@ use anyhow::Context;
 use clap::Args;
 use client::frame::Options;
 use gpu::Gpu;
-use protocol::codec::Coding;
 use protocol::{DepthImage, Look};
 use rayon::prelude::*;
+use server::coding::CodingRule;
 use server::discretize::{Discretization, Discretizer, TexelTest};
 use surface::Corners;
 
@@ -309,7 +309,10 @@ fn judge(shown: &Shown, eye: &Eye) -> anyhow::Result<Found> {
         shares: shares(&shown.verdicts, &eye.truth).context("an eye that sees nothing")?,
         scores: score(&shown.drawn, &picture(&eye.truth), None)?,
         times_ms: shown.times_ms,
-        encoded_bytes: sets::encoded(&shown.images, Coding::default()).iter().map(Vec::len).sum::<usize>() as f64,
+        encoded_bytes: sets::encoded(&shown.images, CodingRule::default().coding(None))
+            .iter()
+            .map(Vec::len)
+            .sum::<usize>() as f64,
         raw_bytes: shown.images.iter().map(DepthImage::raw_bytes).sum::<usize>() as f64,
         samples: shown.images.iter().map(DepthImage::sample_count).sum::<usize>() as f64,
     })
