@@ -130,7 +130,7 @@ impl Point {
 
     fn row(&self, label: &str, setting: &str) -> Row {
         let mut row = Row::new(label, setting);
-        row.bytes.set("mbit_s", self.mbit_s);
+        row.counts.set("mbit_s", self.mbit_s);
         for (name, spread) in
             [("flip_covered", self.flip), ("holes_share", self.holes), ("false_cover_share", self.false_cover)]
         {
