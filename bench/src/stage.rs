@@ -50,6 +50,12 @@ impl Stage {
         Ok(Stage { scene, renderer, lighting, truth, look, shown })
     }
 
+    /// The same, ready for methods that follow rays.
+    pub fn with_rays(self) -> Stage {
+        let renderer = self.renderer.with_rays(&self.scene);
+        Stage { renderer, ..self }
+    }
+
     /// Shows the scene at `time_s` to eyes around `eye_world`.
     pub fn show(&mut self, time_s: f64, eye_world: DVec3) -> anyhow::Result<()> {
         let moved = self.scene.is_animated() && time_s != self.shown.time_s;

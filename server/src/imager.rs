@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::account::Account;
 use crate::config::Config;
-use crate::discretize::{Capture, Discretization, Discretizer, TexelTest};
+use crate::discretize::{Capture, Discretization, Discretizer};
 use crate::look::SceneLook;
 use crate::render::{RenderError, SceneRenderer};
 
@@ -36,7 +36,7 @@ pub trait Imager: Send {
     /// The lights of a snapshot, as clients shade with them.
     fn lighting(&self, snapshot: &Snapshot) -> Lighting;
 
-    /// What each view sees of the scene, in order; by [`Discretization::NonRedundant`] less what an earlier one sees.
+    /// What each view sees of the scene, in order, less what the method leaves out.
     fn captures(
         &mut self,
         snapshot: &Snapshot,
@@ -69,7 +69,8 @@ impl GpuImager {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene, config: &Config) -> Result<GpuImager, ImagerError> {
         let renderer = SceneRenderer::new(gpu, scene)?;
-        let discretizer = Discretizer::new(&renderer, TexelTest::default())?;
+        let renderer = if config.discretization.needs_rays() { renderer.with_rays(scene) } else { renderer };
+        let discretizer = Discretizer::new(&renderer)?;
         let look = SceneLook::new(scene, config.look);
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);

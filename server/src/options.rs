@@ -30,9 +30,10 @@ pub struct Options {
     /// What clients must give as ?token=... in the websocket's address
     #[arg(long, env = "VANTAGE_TOKEN", hide_env_values = true)]
     pub token: Option<String>,
-    /// How the images of a set are made
-    #[arg(long, value_enum, default_value_t)]
-    pub discretization: DiscretizationName,
+    /// How the images of a set are made: conventional, depth-peeling, non-redundant, neighbourhood, surface, footprint, visibility,
+    /// visibility-plain
+    #[arg(long, default_value_t)]
+    pub discretization: Discretization,
     /// Images a set
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
     pub images: u64,
@@ -68,25 +69,6 @@ pub struct Options {
 
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
     Logging: RUST_LOG=debug also shows why each set of images is made.";
-
-/// `--discretization`.
-#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
-pub enum DiscretizationName {
-    /// Every image holds all that its camera sees.
-    Conventional,
-    /// An image leaves out what an earlier one holds.
-    #[default]
-    NonRedundant,
-}
-
-impl From<DiscretizationName> for Discretization {
-    fn from(name: DiscretizationName) -> Discretization {
-        match name {
-            DiscretizationName::Conventional => Discretization::Conventional,
-            DiscretizationName::NonRedundant => Discretization::NonRedundant,
-        }
-    }
-}
 
 /// `--profile`.
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
@@ -188,7 +170,7 @@ impl Options {
         Ok(Config {
             bind: self.bind,
             port: self.port,
-            discretization: self.discretization.into(),
+            discretization: self.discretization,
             images: self.images as usize,
             image_size_px: self.image_size,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },

@@ -89,6 +89,30 @@ impl Attachments {
         })
     }
 
+    /// Copies a layer's depth into the same layer of a texture of the same size that passes can read.
+    pub(crate) fn copy_depth(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, layer: u32, to: &wgpu::Texture) {
+        let (width, height) = self.size_px;
+        let bytes_per_row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("depth on its way"),
+            size: u64::from(bytes_per_row) * u64::from(height),
+            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(bytes_per_row), rows_per_image: Some(height) };
+        let between = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+        let layer_of = |texture, aspect| wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+            aspect,
+        };
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        encoder.copy_texture_to_buffer(layer_of(&self.depth, wgpu::TextureAspect::DepthOnly), between, size);
+        encoder.copy_buffer_to_texture(between, layer_of(to, wgpu::TextureAspect::All), size);
+    }
+
     /// Reads the top left `size_px` of a layer. Depth can only be copied whole: [`planes`] crops it.
     pub(crate) fn read(&self, readback: &mut Readback, layer: u32, size_px: (u32, u32)) -> Slots {
         Slots {

@@ -6,7 +6,7 @@ use camera::{Pinhole, Rigid};
 use common::*;
 use glam::{DAffine3, DVec3, Vec3};
 use scene::{Deformed, Material};
-use vantage_server::discretize::{Discretization, TexelTest};
+use vantage_server::discretize::Discretization;
 use vantage_server::render::SceneRenderer;
 
 const SIZE_PX: u32 = 64;
@@ -40,8 +40,7 @@ fn a_sphere_has_its_outline_and_normals() {
     let gpu = gpu();
     let scene = scene(vec![sphere(64, 0)], vec![Material::default()], &[(0, DAffine3::IDENTITY)]);
     let camera = looking_back(DVec3::new(0.0, 0.0, 3.0), 128);
-    let captures =
-        captures(&renderer(&gpu, &scene, &camera), &[camera], Discretization::Conventional, TexelTest::Single);
+    let captures = captures(&renderer(&gpu, &scene, &camera), &[camera], Discretization::Conventional);
     let mut wrong = 0;
     for (index, ids) in captures[0].ids.iter().enumerate() {
         let (x, y) = ((index % 128) as f64 + 0.5, (index / 128) as f64 + 0.5);
@@ -72,7 +71,7 @@ fn back_faces_are_culled_unless_two_sided_or_mirrored() {
     let covered = |material: &Material, world_from_mesh: DAffine3| {
         let scene = scene(vec![square(1, 0)], vec![material.clone()], &[(0, world_from_mesh)]);
         let renderer = renderer(&gpu, &scene, &camera);
-        let image = captures(&renderer, &[camera], Discretization::Conventional, TexelTest::Single).remove(0);
+        let image = captures(&renderer, &[camera], Discretization::Conventional).remove(0);
         let middle = (SIZE_PX * SIZE_PX / 2 + SIZE_PX / 2) as usize;
         (image.ids[middle][0] != 0).then(|| protocol::image::octahedral_normal(image.normal_code(middle)))
     };
@@ -97,7 +96,7 @@ fn textures_keep_their_bytes_and_average_in_linear_light() {
         vec![texture(SIZE_PX, SIZE_PX, true, |x, y| [(x * 4) as u8, (y * 4) as u8, ((x ^ y) * 4) as u8, 255])];
     let camera = looking_back(DVec3::new(0.0, 0.0, 1.0), SIZE_PX);
     let renderer_near = renderer(&gpu, &near, &camera);
-    let image = captures(&renderer_near, &[camera], Discretization::Conventional, TexelTest::Single).remove(0);
+    let image = captures(&renderer_near, &[camera], Discretization::Conventional).remove(0);
     let worst = image.colour.chunks(4).zip(near.textures[0].rgba.chunks(16));
     for (stored, texels) in worst {
         for (stored, texel) in stored.iter().zip(texels.chunks(4)) {
@@ -109,7 +108,7 @@ fn textures_keep_their_bytes_and_average_in_linear_light() {
     far.textures = vec![texture(256, 256, false, |x, y| [if (x + y) % 2 == 0 { 255 } else { 0 }; 4])];
     let camera = looking_back(DVec3::new(0.0, 0.0, 2.0), SIZE_PX);
     let renderer_far = renderer(&gpu, &far, &camera);
-    let image = captures(&renderer_far, &[camera], Discretization::Conventional, TexelTest::Single).remove(0);
+    let image = captures(&renderer_far, &[camera], Discretization::Conventional).remove(0);
     let middle = image.colour[(SIZE_PX * SIZE_PX / 2 + SIZE_PX / 2) as usize];
     assert!(middle[..3].iter().all(|value| value.abs_diff(188) <= 2), "{middle:?}");
 }
@@ -146,7 +145,7 @@ fn deformed_vertices_are_drawn() {
     let camera = looking_back(DVec3::new(0.0, 0.0, 1.5), SIZE_PX);
     let mut renderer = renderer(&gpu, &scene, &camera);
     renderer.update(&scene.at(1.0), camera.world_from_eye.translation).expect("same scene");
-    let image = captures(&renderer, &[camera], Discretization::Conventional, TexelTest::Single).remove(0);
+    let image = captures(&renderer, &[camera], Discretization::Conventional).remove(0);
     let middle = (SIZE_PX * SIZE_PX / 2 + SIZE_PX / 2) as usize;
     assert_eq!(image.object(middle), 1);
     assert!((image.w(middle) - 1.0).abs() < 1e-5);
@@ -176,9 +175,9 @@ fn pulled_vertices_give_equal_ids() {
     let mut pulled = SceneRenderer::with_pulling(&gpu, &scene).expect("the scene uploads");
     pulled.update(&scene.at(0.0), cameras[0].world_from_eye.translation).expect("same scene");
     assert!(native.is_native() && !pulled.is_native());
-    for method in [Discretization::Conventional, Discretization::NonRedundant] {
-        let ours = captures(&native, &cameras, method, TexelTest::Single);
-        let theirs = captures(&pulled, &cameras, method, TexelTest::Single);
+    for method in [Discretization::Conventional, Discretization::PIXEL] {
+        let ours = captures(&native, &cameras, method);
+        let theirs = captures(&pulled, &cameras, method);
         for (ours, theirs) in ours.iter().zip(&theirs) {
             assert!(ours.ids.iter().any(|ids| ids[0] != 0));
             assert_eq!(ours.ids, theirs.ids, "{method:?}");

@@ -13,7 +13,7 @@ use gpu::Gpu;
 use image::ImageEncoder;
 use protocol::codec::{Coding, ColourSteps, Profile, decode_patch};
 use protocol::{DepthImage, Limits, Look};
-use server::discretize::{Discretization, Discretizer, TexelTest};
+use server::discretize::{Discretization, Discretizer};
 use server::start::{near_m, start_pose};
 
 use crate::report::plot::{Bars, draw_bars};
@@ -43,7 +43,7 @@ const ENCODE_BAR_MS_PER_MB: f64 = 1000.0 / 300.0;
 const DECODE_BAR_MS_PER_MB: f64 = 1000.0 / 500.0;
 
 const KINDS: [(&str, Discretization); 2] =
-    [("conventional", Discretization::Conventional), ("non-redundant", Discretization::NonRedundant)];
+    [("conventional", Discretization::Conventional), ("non-redundant", Discretization::PIXEL)];
 
 /// Sums over the scenes, by kind and method.
 #[derive(Debug, Clone, Copy, Default)]
@@ -109,7 +109,7 @@ fn scene(gpu: &Gpu, name: &str, repeats: usize, totals: &mut Totals) -> anyhow::
     let mut stage = Stage::new(gpu, load_scene(name, 1.0)?, Look::Default)?;
     let output = Pinhole::symmetric(start_pose(&stage.scene), OUTPUT_PX, FOV_Y_RAD, near_m(&stage.scene));
     stage.show(0.0, output.world_from_eye.translation)?;
-    let mut discretizer = Discretizer::new(&stage.renderer, TexelTest::default())?;
+    let mut discretizer = Discretizer::new(&stage.renderer)?;
     let mut rows = Vec::new();
     for (kind, discretization) in KINDS {
         let plan = SetPlan { discretization, images: IMAGES, image_px: IMAGE_PX };

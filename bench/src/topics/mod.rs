@@ -3,11 +3,18 @@
 pub mod codec;
 pub mod novel_views;
 pub mod reconstruction;
+pub mod sampling;
 pub mod sent_once;
 pub mod timing;
 
 use crate::topic::Topic;
 
 /// Every topic, in the order in which the command lists them.
-pub const ALL: &[&dyn Topic] =
-    &[&reconstruction::Reconstruction, &sent_once::SentOnce, &timing::Timing, &codec::Codec, &novel_views::NovelViews];
+pub const ALL: &[&dyn Topic] = &[
+    &sampling::Sampling,
+    &reconstruction::Reconstruction,
+    &sent_once::SentOnce,
+    &timing::Timing,
+    &codec::Codec,
+    &novel_views::NovelViews,
+];

@@ -9,9 +9,10 @@
 //! | `s`, a sample | a fragment: pixel centre and `w` |
 //! | `t` | triangle id |
 //! | `PPC_i`, `I_i` | [`Pinhole`] `i`, layer `i` of the id texture |
-//! | PixelRedundancyTest | `holds` in `server/image.wgsl`, [`redundancy::Earlier::holds`] |
+//! | PixelRedundancyTest | `holds_pixel` in `server/redundancy.wgsl`, [`redundancy::Earlier`] |
+//! | VisibilityRedundancyTest | `holds_by_rays` there |
 //!
-//! [`TexelTest::Neighbourhood`] also looks at the eight pixels around (ours): where two triangles meet, the paper's test keeps
+//! [`RedundancyTest::Neighbourhood`] also looks at the eight pixels around (ours): where two triangles meet, the paper's test keeps
 //! a line of samples one pixel wide because the reprojected point rounds to the other side of the edge. Those lines turn out
 //! to be worth their bytes, so the paper's test is the default. Means over five scenes (urban, pillars, birdnest, grass, a
 //! room), four images of 384 x 384, five views between them, drawn with averaged corners:
@@ -24,110 +25,50 @@
 //! | 4 non-redundant, neighbourhood | 2.78 % | 186,000 | 427 kB |
 
 mod capture;
+mod earlier;
+mod meter;
+mod method;
+pub mod placement;
 pub mod redundancy;
 
 pub use capture::{Capture, DepthPrecision};
+pub use meter::Meter;
+pub use method::{Discretization, Redundancy, RedundancyTest};
 
 use camera::Pinhole;
 use gpu::{Gpu, Pending, Readback, Slot};
 use rayon::prelude::*;
-use wgpu::util::DeviceExt;
 
 use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
 use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, Slots, planes};
-use redundancy::EarlierImages;
+use earlier::{EarlierLayout, EarlierPlanes};
 
 /// Images of one set at most: the last is tested against all but itself.
 pub const MAX_IMAGES: usize = redundancy::MAX_EARLIER + 1;
 
-/// Which method makes the images.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Discretization {
-    /// Every image holds all that its camera sees.
-    Conventional,
-    /// No image holds what an earlier one does.
-    #[default]
-    NonRedundant,
-}
-
-/// Where the redundancy test looks for the triangle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum TexelTest {
-    /// At the reprojected pixel, as the paper does.
-    #[default]
-    Single,
-    /// At the 3 x 3 pixels around it.
-    Neighbourhood,
-}
-
-impl TexelTest {
-    /// Pixels around the reprojected one.
-    pub(crate) fn radius_px(self) -> i32 {
-        match self {
-            TexelTest::Single => 0,
-            TexelTest::Neighbourhood => 1,
-        }
-    }
-}
-
 /// Makes depth images.
 pub struct Discretizer {
     gpu: Gpu,
-    texel_test: TexelTest,
-    own_layout: wgpu::BindGroupLayout,
+    earlier: EarlierLayout,
     conventional: Pipelines,
-    non_redundant: Pipelines,
-    /// Kept for the next set of the same size; work on the queue runs in order, so sets in flight may share it.
+    /// Built when a method is first asked for.
+    by_redundancy: Vec<(Redundancy, Pipelines)>,
+    /// Kept for the next set of the same size; work on the queue runs in order, so sets in flight may share them.
     attachments: Option<Attachments>,
-    /// Bound where nothing is tested: a layer must not be sampled while it is drawn into.
-    nothing: Attachments,
+    depths: Option<wgpu::Texture>,
 }
 
 impl Discretizer {
     /// Pipelines for scenes of `scene`'s kind.
-    pub fn new(scene: &SceneRenderer, texel_test: TexelTest) -> Result<Discretizer, RenderError> {
+    pub fn new(scene: &SceneRenderer) -> Result<Discretizer, RenderError> {
         let gpu = scene.gpu().clone();
-        let fragment = wgpu::ShaderStages::FRAGMENT;
-        let own_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("earlier images"),
-            entries: &[
-                crate::render::buffer_entry(0, fragment, wgpu::BufferBindingType::Uniform),
-                wgpu::BindGroupLayoutEntry {
-                    binding: 1,
-                    visibility: fragment,
-                    ty: wgpu::BindingType::Texture {
-                        sample_type: wgpu::TextureSampleType::Uint,
-                        view_dimension: wgpu::TextureViewDimension::D2Array,
-                        multisampled: false,
-                    },
-                    count: None,
-                },
-            ],
-        });
-        let build = |non_redundant: bool| {
-            let constants = [
-                ("non_redundant", f64::from(u8::from(non_redundant))),
-                ("texel_radius", texel_test.radius_px().into()),
-            ];
-            let pass = Pass {
-                fragment: "image",
-                formats: &[IDS_FORMAT, COLOUR_FORMAT],
-                own_layout: Some(&own_layout),
-                constants: &constants,
-            };
-            Pipelines::new(&gpu, scene.is_native(), &pass)
-        };
-        let (conventional, non_redundant) = (build(false)?, build(true)?);
-        let nothing = Attachments::new(&gpu, (1, 1), 1);
-        Ok(Discretizer { gpu, texel_test, own_layout, conventional, non_redundant, attachments: None, nothing })
+        let earlier = EarlierLayout::new(&gpu, wgpu::ShaderStages::FRAGMENT);
+        let conventional = pipelines(scene, &earlier, None)?;
+        Ok(Discretizer { gpu, earlier, conventional, by_redundancy: Vec::new(), attachments: None, depths: None })
     }
 
-    /// Where the redundancy test looks.
-    pub fn texel_test(&self) -> TexelTest {
-        self.texel_test
-    }
-
-    /// Submits the images of `cameras`, in order, of the scene as it is now. Several sets may be in flight.
+    /// Submits the images of `cameras`, in order, of the scene as it is now: those that the method uses
+    /// ([`Discretization::cameras`]). Several sets may be in flight.
     pub fn run(
         &mut self,
         scene: &SceneRenderer,
@@ -137,19 +78,32 @@ impl Discretizer {
         if cameras.is_empty() || cameras.len() > MAX_IMAGES {
             return Err(RenderError::ImageCount(cameras.len()));
         }
+        let cameras = method.cameras(cameras);
         cameras.iter().try_for_each(|camera| check_camera(&self.gpu, camera))?;
-        let attachments = self.take_attachments(cameras);
+        let redundancy = method.redundancy();
+        if let Some(redundancy) = redundancy {
+            self.build(scene, redundancy)?;
+        }
+        let attachments = self.take_attachments(&cameras);
+        let depths = redundancy.filter(|redundancy| redundancy.test == RedundancyTest::Surface);
+        let depths = depths.map(|_| self.take_depths(&attachments));
         let timer = Timer::new(&self.gpu, cameras.len() as u32);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for (index, camera) in cameras.iter().enumerate() {
-            let tested = if method == Discretization::NonRedundant { index } else { 0 };
-            let own = self.own_group(&attachments, camera, &cameras[..tested]);
+            let tested = if redundancy.is_some() { index } else { 0 };
+            let planes =
+                EarlierPlanes { cameras: &cameras[..tested], ids: Some(&attachments.ids), depth: depths.as_ref() };
+            let own = self.earlier.group(scene, camera, &planes, redundancy)?;
             let view = scene.view_group(camera);
             let writes = timer.as_ref().map(|timer| timer.writes(index as u32));
             let mut pass = attachments.begin(&mut encoder, index as u32, [0.0; 3], writes);
             pass.set_bind_group(3, &own, &[]);
-            let pipelines = if tested > 0 { &self.non_redundant } else { &self.conventional };
-            scene.draw(&mut pass, pipelines, camera, &view);
+            let pipelines = redundancy.filter(|_| tested > 0).and_then(|redundancy| self.built(redundancy));
+            scene.draw(&mut pass, pipelines.unwrap_or(&self.conventional), camera, &view);
+            drop(pass);
+            if let Some(depths) = &depths {
+                attachments.copy_depth(&self.gpu, &mut encoder, index as u32, depths);
+            }
         }
         let mut readback = Readback::default();
         let slots = cameras
@@ -160,15 +114,26 @@ impl Discretizer {
         let times = timer.map(|timer| timer.read(&mut encoder, &mut readback));
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
-        self.attachments = Some(attachments);
+        (self.attachments, self.depths) = (Some(attachments), depths);
         Ok(PendingCaptures {
             gpu: self.gpu.clone(),
-            cameras: cameras.to_vec(),
+            cameras,
             slots,
             times,
             period_s: f64::from(self.gpu.queue.get_timestamp_period()) * 1e-9,
             pending: encoded.map(),
         })
+    }
+
+    fn built(&self, redundancy: Redundancy) -> Option<&Pipelines> {
+        self.by_redundancy.iter().find(|(built, _)| *built == redundancy).map(|(_, pipelines)| pipelines)
+    }
+
+    fn build(&mut self, scene: &SceneRenderer, redundancy: Redundancy) -> Result<(), RenderError> {
+        if self.built(redundancy).is_none() {
+            self.by_redundancy.push((redundancy, pipelines(scene, &self.earlier, Some(redundancy))?));
+        }
+        Ok(())
     }
 
     fn take_attachments(&mut self, cameras: &[Pinhole]) -> Attachments {
@@ -181,29 +146,32 @@ impl Discretizer {
             .unwrap_or_else(|| Attachments::new(&self.gpu, (width, height), layers))
     }
 
-    /// Group 3: how to reproject into the earlier images, and their ids.
-    fn own_group(&self, attachments: &Attachments, camera: &Pinhole, earlier: &[Pinhole]) -> wgpu::BindGroup {
-        let uniform = self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("earlier images"),
-            contents: bytemuck::bytes_of(&EarlierImages::new(camera, earlier)),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let tested = if earlier.is_empty() { &self.nothing } else { attachments };
-        let ids = tested.ids.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            base_array_layer: 0,
-            array_layer_count: Some(earlier.len().max(1) as u32),
-            ..Default::default()
-        });
-        self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("earlier images"),
-            layout: &self.own_layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&ids) },
-            ],
+    fn take_depths(&mut self, attachments: &Attachments) -> wgpu::Texture {
+        let (width, height) = attachments.size_px;
+        let fits = |kept: &wgpu::Texture| {
+            (kept.width(), kept.height(), kept.depth_or_array_layers()) == (width, height, attachments.layers)
+        };
+        self.depths.take().filter(fits).unwrap_or_else(|| {
+            earlier::array(&self.gpu, "earlier depths", earlier::DEPTH_FORMAT, attachments.size_px, attachments.layers)
         })
     }
+}
+
+/// The pipelines of a test, or of none.
+fn pipelines(
+    scene: &SceneRenderer,
+    earlier: &EarlierLayout,
+    redundancy: Option<Redundancy>,
+) -> Result<Pipelines, RenderError> {
+    let non_redundant = ("non_redundant", f64::from(u8::from(redundancy.is_some())));
+    let constants: Vec<_> = redundancy.iter().flat_map(Redundancy::constants).chain([non_redundant]).collect();
+    let pass = Pass {
+        fragment: "image",
+        formats: &[IDS_FORMAT, COLOUR_FORMAT],
+        own_layout: Some(&earlier.layout),
+        constants: &constants,
+    };
+    Pipelines::new(scene.gpu(), scene.is_native(), &pass)
 }
 
 /// Images on their way from the GPU.

@@ -13,11 +13,14 @@
 mod cull;
 mod materials;
 mod pipelines;
+mod rays;
 mod texture;
 mod upload;
 
 pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry};
 pub use pipelines::{Layouts, Pass, Pipelines};
+pub(crate) use rays::RayBuffers;
+pub use rays::{FirstHit, RayScene};
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
@@ -45,6 +48,17 @@ pub enum RenderError {
         /// The limit.
         limit: u64,
     },
+    /// Triangles that no hierarchy of a few levels holds apart.
+    #[error("the scene's triangles need {levels} levels of boxes to be told apart by rays; {limit} can be followed")]
+    TooDeep {
+        /// How many.
+        levels: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// Rays were not asked for when the scene was uploaded.
+    #[error("this method follows rays, which the scene was not prepared for")]
+    NoRays,
     /// A snapshot of another scene.
     #[error("the snapshot has {found} instances, the scene {expected}")]
     OtherScene {
@@ -146,6 +160,7 @@ pub struct SceneRenderer {
     batch_of_deforming: std::collections::HashMap<u32, usize>,
     material_table: Vec<protocol::Material>,
     anchor_world: DVec3,
+    rays: Option<RayScene>,
 }
 
 impl SceneRenderer {
@@ -157,6 +172,12 @@ impl SceneRenderer {
     /// The same without `primitive_index`, as a device that lacks it does it: equal ids, slower.
     pub fn with_pulling(gpu: &Gpu, scene: &Scene) -> Result<SceneRenderer, RenderError> {
         SceneRenderer::upload(gpu, scene, false)
+    }
+
+    /// The same, at its place at time 0, ready for methods that follow rays ([`crate::discretize::Discretization::needs_rays`]).
+    pub fn with_rays(self, scene: &Scene) -> SceneRenderer {
+        let rays = Some(RayScene::new(scene, self.anchor_world));
+        SceneRenderer { rays, ..self }
     }
 
     /// Moves everything to where it is in `snapshot`, relative to `anchor_world`, which should be within some hundred metres of
@@ -176,7 +197,20 @@ impl SceneRenderer {
         }
         self.gpu.queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
         self.anchor_world = anchor_world;
+        if let Some(rays) = &mut self.rays {
+            rays.update(snapshot, anchor_world);
+        }
         Ok(())
+    }
+
+    /// The scene for rays, where it was asked for.
+    pub fn rays(&self) -> Option<&RayScene> {
+        self.rays.as_ref()
+    }
+
+    /// The hierarchy of [`SceneRenderer::rays`] on the GPU.
+    pub(crate) fn ray_buffers(&self) -> Result<&RayBuffers, RenderError> {
+        self.rays.as_ref().ok_or(RenderError::NoRays)?.buffers(&self.gpu)
     }
 
     /// The materials that samples refer to by code.

@@ -185,6 +185,7 @@ impl SceneRenderer {
             batch_of_deforming,
             material_table,
             anchor_world: glam::DVec3::ZERO,
+            rays: None,
         };
         renderer.update(&scene.at(0.0), scene.bounds.centre())?;
         Ok(renderer)

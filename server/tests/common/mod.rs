@@ -13,7 +13,7 @@ use gpu::Gpu;
 use protocol::{Lighting, Look};
 use scene::model::{Animation, Wrap};
 use scene::{Bounds, Deformed, Instance, Material, Mesh, Scene, Snapshot, Texture, Vertex};
-use vantage_server::discretize::{Capture, Discretization, Discretizer, TexelTest};
+use vantage_server::discretize::{Capture, Discretization, Discretizer};
 use vantage_server::look::SceneLook;
 use vantage_server::render::SceneRenderer;
 use vantage_server::truth::{Truth, TruthRenderer};
@@ -237,12 +237,7 @@ pub fn truth(gpu: &Gpu, scene: &Scene, camera: &Pinhole) -> Truth {
     TruthRenderer::new(&renderer).expect("pipelines").render(&renderer, camera, &flat(scene)).expect("a picture")
 }
 
-pub fn captures(
-    renderer: &SceneRenderer,
-    cameras: &[Pinhole],
-    method: Discretization,
-    texel_test: TexelTest,
-) -> Vec<Capture> {
-    let mut discretizer = Discretizer::new(renderer, texel_test).expect("pipelines");
+pub fn captures(renderer: &SceneRenderer, cameras: &[Pinhole], method: Discretization) -> Vec<Capture> {
+    let mut discretizer = Discretizer::new(renderer).expect("pipelines");
     discretizer.run(renderer, cameras, method).expect("submitted").wait().expect("read back")
 }

@@ -1,6 +1,6 @@
 // The scene's triangles, from their buffers to what a fragment knows of its surface. Shared by every pass that rasterizes
 // the scene; the files `raster_native.wgsl` and `raster_pulled.wgsl` hold the entry points.
-#import "camera/pinhole.wgsl"
+#import "server/view.wgsl"
 
 struct Instance {
     // Rows of the affine map from the mesh's space to metres relative to the anchor, world axes.
@@ -36,7 +36,6 @@ struct SurfaceMaterial {
     padding: u32,
 }
 
-@group(0) @binding(0) var<uniform> camera: Pinhole;
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
 @group(1) @binding(1) var<storage, read> materials: array<SurfaceMaterial>;
 @group(2) @binding(0) var base_texture: texture_2d<f32>;

@@ -20,7 +20,7 @@ use gpu::Gpu;
 use protocol::{DepthImage, Look};
 use rayon::prelude::*;
 use server::coding::CodingRule;
-use server::discretize::{Discretization, Discretizer, TexelTest};
+use server::discretize::{Discretization, Discretizer};
 use surface::Corners;
 
 use crate::client_view::{ClientView, HeldSet};
@@ -86,7 +86,7 @@ impl Settings {
     }
 
     fn product(&self) -> SetPlan {
-        SetPlan { discretization: Discretization::NonRedundant, images: IMAGES, image_px: self.image_px }
+        SetPlan { discretization: Discretization::PIXEL, images: IMAGES, image_px: self.image_px }
     }
 }
 
@@ -118,10 +118,7 @@ impl Method {
             Source::Settled => return "settled: the set, completed and trimmed".to_owned(),
             Source::Set => {}
         }
-        let images = match self.plan.discretization {
-            Discretization::NonRedundant => "non-redundant",
-            Discretization::Conventional => "conventional",
-        };
+        let images = self.plan.discretization;
         let corners = match self.corners {
             Corners::Averaged => "averaged corners",
             Corners::OffsetImage => "offset image",
@@ -139,7 +136,7 @@ impl Method {
 /// All methods at the product's setting and the floor, then, where curves are wanted, other sizes and counts of images with
 /// averaged corners.
 fn methods(settings: &Settings) -> Vec<Method> {
-    let both = [Discretization::NonRedundant, Discretization::Conventional];
+    let both = [Discretization::PIXEL, Discretization::Conventional];
     let plan = |discretization, images, image_px| SetPlan { discretization, images, image_px };
     let mut methods: Vec<Method> = both
         .into_iter()
@@ -232,7 +229,7 @@ fn measure(settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Resul
 fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let mut stage = Stage::new(gpu, load_scene(name, 1.0)?, Look::Default).with_context(|| name.to_owned())?;
     let label = stage.scene.name.clone();
-    let mut discretizer = Discretizer::new(&stage.renderer, TexelTest::default())?;
+    let mut discretizer = Discretizer::new(&stage.renderer)?;
     let mut view = ClientView::new(gpu, settings.size_px)?;
     let mut server = settled::Server::new(gpu, name, &settings.product())?;
     let methods = methods(settings);

@@ -7,7 +7,7 @@ use protocol::codec::decode_patch;
 use protocol::{DepthImage, Limits};
 use serde_json::json;
 use server::coding::CodingRule;
-use server::discretize::{Discretization, Discretizer, TexelTest};
+use server::discretize::{Discretization, Discretizer};
 use server::start::{near_m, start_pose};
 use surface::Corners;
 
@@ -49,11 +49,11 @@ pub(super) fn measure(
 ) -> anyhow::Result<Vec<Row>> {
     let output = Pinhole::symmetric(start_pose(&stage.scene), size_px, FOV_Y_RAD, near_m(&stage.scene));
     stage.show(0.0, output.world_from_eye.translation)?;
-    let mut discretizer = Discretizer::new(&stage.renderer, TexelTest::default())?;
+    let mut discretizer = Discretizer::new(&stage.renderer)?;
     let mut view = ClientView::new(gpu, size_px)?;
     let kinds = [
         ("conventional images", Discretization::Conventional, &mut totals.conventional),
-        ("non-redundant images", Discretization::NonRedundant, &mut totals.non_redundant),
+        ("non-redundant images", Discretization::PIXEL, &mut totals.non_redundant),
     ];
     let mut rows: Vec<Row> = Vec::new();
     for (method, discretization, total) in kinds {

@@ -1,0 +1,305 @@
+//! Topic `sampling`: what images of a scene hold of it, discretization by discretization.
+//!
+//! Reference images are taken at the corners of a triangle of viewpoints (depth peeling: from its middle), and judged by the four
+//! metrics of Xie, Wang, Popescu 2016, §6.1.2: how many samples earlier images held already, how many conventional images do not
+//! hold, how many of those are of use from between the corners, and how much of output frames from there is held at all. Then the
+//! methods beside them, ours too, at the paper's corners and at places of our own choice ([`server::discretize::placement`]) for as
+//! many samples.
+
+mod convergence;
+mod metrics;
+mod output;
+mod placed;
+mod triangle;
+
+use std::time::Instant;
+
+use anyhow::Context;
+use camera::Pinhole;
+use clap::Args;
+use client::frame::Options;
+use gpu::Gpu;
+use protocol::Look;
+use server::coding::CodingRule;
+use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer, Meter, Redundancy, RedundancyTest};
+use surface::Corners;
+
+use crate::client_view::{ClientView, HeldSet};
+use crate::compare::score;
+use crate::report::progress::Progress;
+use crate::report::{Report, Row};
+use crate::sets;
+use crate::stage::{Stage, load_scene, picture};
+use crate::topic::{Run, Topic, scene_label};
+use crate::topics::reconstruction::cover::{HeldImage, shares, verdicts};
+use metrics::{Bench, Worth};
+use triangle::ViewTriangle;
+
+/// See the module.
+pub struct Sampling;
+
+/// Images at the corners.
+const IMAGES: usize = 3;
+const SEED: u64 = 1;
+/// Runs of which times are medians.
+const REPEATS: usize = 3;
+/// Every so many frames is drawn by a client, too.
+const DRAWN_STRIDE: usize = 8;
+
+/// What only this topic takes.
+#[derive(Debug, Default, clap::Args)]
+struct Arguments {
+    /// Output frames between the corners [default: 1000, with --quick 40].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    frames: Option<u64>,
+    /// Side of the reference images in pixels [default: 1024, with --quick 512].
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(16..=4096))]
+    image_size: Option<u32>,
+    /// Side of the triangle of viewpoints in metres.
+    #[arg(long, value_name = "M")]
+    side: Option<f64>,
+    /// Only these methods beside conventional and non-redundant images and depth peeling; `all` names every one.
+    #[arg(long, value_name = "NAME", default_value = "all")]
+    method: Vec<String>,
+    /// Leaves out how the metrics converge with the size of images.
+    #[arg(long)]
+    no_convergence: bool,
+}
+
+/// What a run of the topic measures.
+#[derive(Debug, Clone)]
+struct Settings {
+    size_px: (u32, u32),
+    image_px: u32,
+    frames: usize,
+    side_m: Option<f64>,
+    /// Names of methods, or `all`.
+    methods: Vec<String>,
+    /// Sizes of images at which the metrics are compared, by pixels and by rays.
+    convergence_px: Vec<u32>,
+}
+
+impl Settings {
+    fn of(run: &Run, arguments: &Arguments) -> Settings {
+        let (frames, image_px, sizes): (_, _, &[u32]) =
+            if run.quick { (40, 512, &[256, 512, 1024]) } else { (1000, 1024, &[512, 1024, 2048, 4096]) };
+        Settings {
+            size_px: run.size_px.unwrap_or(if run.quick { (256, 256) } else { (512, 512) }),
+            image_px: arguments.image_size.unwrap_or(image_px),
+            frames: arguments.frames.map_or(frames, |frames| frames as usize),
+            side_m: arguments.side,
+            methods: arguments.method.clone(),
+            convergence_px: if arguments.no_convergence { Vec::new() } else { sizes.to_vec() },
+        }
+    }
+}
+
+impl Settings {
+    /// Whether a method is measured; the paper's three always are.
+    fn wants(&self, name: &str) -> bool {
+        output::THREE.contains(&name) || self.methods.iter().any(|wanted| wanted == "all" || wanted == name)
+    }
+}
+
+/// A set of images by a method.
+struct Made {
+    name: String,
+    method: Discretization,
+    captures: Vec<Capture>,
+    /// Wall time of the set without readback; of its first image alone.
+    set_ms: f64,
+    first_ms: f64,
+    /// Of choosing views, where they were chosen.
+    choice_ms: f64,
+}
+
+impl Topic for Sampling {
+    fn name(&self) -> &'static str {
+        "sampling"
+    }
+
+    fn about(&self) -> &'static str {
+        "What images of a scene hold of it: redundant, disoccluded, useful and available samples for conventional images, depth \
+         peeling and non-redundant images by every test, beside the figures of the 2016 paper; time, bytes and error of each."
+    }
+
+    fn arguments(&self, command: clap::Command) -> clap::Command {
+        Arguments::augment_args(command)
+    }
+
+    fn default_scenes(&self, _quick: bool) -> Vec<String> {
+        ["birdnest", "grass", "urban", "tree"].map(str::to_owned).to_vec()
+    }
+
+    fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+        measure(&Settings::of(run, &run.arguments()?), run, report)
+    }
+}
+
+fn measure(settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let gpu = run.gpu(report)?.clone();
+    output::describe(report, settings);
+    for name in &run.scenes {
+        if let Err(error) = scene(&gpu, name, settings, run, report) {
+            report.rows.push(Row::failed(&scene_label(name), "all", &error));
+        }
+    }
+    output::tables(report);
+    output::bars(report);
+    Ok(())
+}
+
+fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let mut stage =
+        Stage::new(gpu, load_scene(name, 1.0)?, Look::Default).with_context(|| name.to_owned())?.with_rays();
+    let middle = run.trace.as_ref().map(|path| crate::render::read_trace(path)).transpose()?;
+    let middle = middle.and_then(|trace| trace.poses.first().map(|pose| pose.world_from_eye));
+    let triangle = ViewTriangle::of(&stage.scene, middle, settings.side_m);
+    let near_m = server::start::near_m(&stage.scene);
+    stage.show(0.0, triangle.middle((8, 8), near_m).world_from_eye.translation)?;
+    let (stage, label) = (&stage, stage.scene.name.clone());
+    let sizes = settings.convergence_px.len() as u64;
+    let progress = Progress::new(format!("{label}: images"), settings.frames as u64 + sizes);
+    let mut bench = Bench {
+        stage,
+        discretizer: Discretizer::new(&stage.renderer)?,
+        meter: Meter::new(gpu, Redundancy::by(RedundancyTest::Pixel))?,
+        surface_meter: Meter::new(gpu, Redundancy::by(RedundancyTest::Surface))?,
+    };
+    let image_px = (settings.image_px, settings.image_px);
+    let corners = triangle.corners(image_px, near_m);
+    let mut made = Vec::new();
+    for (name, method) in Discretization::NAMED.into_iter().filter(|(name, _)| settings.wants(name)) {
+        progress.say(format!("{label}: {name}"));
+        let cameras = if method == Discretization::DepthPeeling {
+            vec![triangle.middle(image_px, near_m); IMAGES]
+        } else {
+            corners.clone()
+        };
+        made.push(make(gpu, &mut bench, name.to_owned(), method, &cameras)?);
+    }
+    if settings.wants(placed::NAME) {
+        progress.say(format!("{label}: views of our choice"));
+        let paper = made.iter().find(|set| set.method == Discretization::PIXEL);
+        let budget = paper.map_or(0, |set| sample_count(&set.captures));
+        made.push(placed::make_set(gpu, &mut bench, &triangle, near_m, settings.image_px, budget)?);
+    }
+    progress.say(format!("{label}: output frames"));
+    let frames = triangle.between(settings.frames, SEED, settings.size_px, near_m);
+    let conventional = made[0].captures.clone();
+    // The conventional image of the same camera, where there is one; else all of them.
+    let references = |capture: &Capture| match conventional.iter().find(|image| image.camera == capture.camera) {
+        Some(image) => vec![image.clone()],
+        None => conventional.clone(),
+    };
+    let sets: Vec<_> =
+        made.iter().map(|set| (set.captures.as_slice(), set.captures.iter().map(references).collect())).collect();
+    let worths = bench.worth(&sets, &frames, |frames| (0..frames).for_each(|_| progress.step()))?;
+    let conventional_ms = made[0].set_ms - made[0].first_ms;
+    for (set, worth) in made.iter().zip(&worths) {
+        progress.say(format!("{label}: a client's picture, {}", set.name));
+        let mut row = output::row(&label, set, worth);
+        row.counts.set("later_images_ms_over_conventional", (set.set_ms - set.first_ms) / conventional_ms);
+        row.parameters.set("triangle_side_m", triangle.side_m);
+        draw(gpu, stage, set, &frames, &mut row)?;
+        report.rows.push(row);
+    }
+    for &size_px in &settings.convergence_px {
+        progress.say(format!("{label}: metrics at {size_px} x {size_px}"));
+        report.rows.extend(convergence::rows(gpu, &mut bench, &triangle, near_m, size_px)?);
+        progress.step();
+    }
+    output::plots(&label, run, report)
+}
+
+/// Makes a set, and times it.
+fn make(
+    gpu: &Gpu,
+    bench: &mut Bench<'_>,
+    name: String,
+    method: Discretization,
+    cameras: &[Pinhole],
+) -> anyhow::Result<Made> {
+    let mut timed = |cameras: &[Pinhole]| {
+        let mut times_ms = Vec::new();
+        let mut captures = Vec::new();
+        // The first run warms up.
+        for _ in 0..=REPEATS {
+            let started = Instant::now();
+            let pending = bench.discretizer.run(&bench.stage.renderer, cameras, method)?;
+            gpu.wait_idle()?;
+            times_ms.push(started.elapsed().as_secs_f64() * 1000.0);
+            captures = pending.wait()?;
+        }
+        times_ms.remove(0);
+        times_ms.sort_by(f64::total_cmp);
+        anyhow::Ok((times_ms[times_ms.len() / 2], captures))
+    };
+    let (first_ms, _) = timed(&cameras[..1])?;
+    let (set_ms, captures) = timed(cameras)?;
+    Ok(Made { name, method, captures, set_ms, first_ms, choice_ms: 0.0 })
+}
+
+/// Samples of a set.
+fn sample_count(set: &[Capture]) -> usize {
+    set.iter().map(metrics::samples).sum()
+}
+
+/// What a client shows of a set, and what the set takes on the wire.
+fn draw(gpu: &Gpu, stage: &Stage, set: &Made, frames: &[Pinhole], row: &mut Row) -> anyhow::Result<()> {
+    let images: Vec<_> = set.captures.iter().map(|capture| capture.depth_image(DepthPrecision::Finest)).collect();
+    let encoded = sets::encoded(&images, CodingRule::default().coding(None));
+    row.bytes.set("encoded_set", encoded.iter().map(Vec::len).sum::<usize>() as f64);
+    let held_images: Vec<HeldImage> = images.iter().map(HeldImage::new).collect();
+    let look = (stage.renderer.materials(), &stage.lighting);
+    let held = HeldSet::new(gpu, images, look, Corners::Averaged, &[])?;
+    let size_px = (frames[0].width_px, frames[0].height_px);
+    let mut view = ClientView::new(gpu, size_px)?;
+    let (mut holes, mut false_cover, mut flip) = (Vec::new(), Vec::new(), Vec::new());
+    for frame in frames.iter().step_by(DRAWN_STRIDE.min(frames.len())) {
+        let truth = stage.truth(frame)?;
+        let drawn = view.frame(&held, frame, Options::default())?;
+        let Some(shares) = shares(&verdicts(&truth, &drawn.w, frame, &held_images), &truth) else { continue };
+        holes.push(shares.holes);
+        false_cover.push(shares.false_cover);
+        flip.extend(score(&drawn.picture, &picture(&truth), None)?.flip_covered);
+    }
+    output::errors(row, &[("holes_share", &holes), ("false_cover_share", &false_cover), ("flip_covered", &flip)]);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::scratch_folder;
+
+    #[test]
+    fn every_method_is_measured() {
+        let out = scratch_folder("sampling");
+        let run = Run::new(vec!["pillars".to_owned()], out.clone());
+        let mut report = Report::new("sampling", "");
+        let settings = Settings {
+            size_px: (48, 48),
+            image_px: 96,
+            frames: 3,
+            side_m: None,
+            methods: vec!["all".to_owned()],
+            convergence_px: vec![64],
+        };
+        measure(&settings, &run, &mut report).expect("a GPU adapter, software or not");
+        assert!(!report.has_failures(), "{:?}", report.rows);
+        let row = |method: &str| report.rows.iter().find(|row| row.method == method).expect(method);
+        let figure = |method: &str, path: &str| row(method).figure(path).expect(path);
+        assert_eq!(figure("non-redundant", "counts.redundant_2"), 0.0, "by its own test");
+        assert!(figure("conventional", "counts.redundant_2") > 0.5, "most of what the third image sees was seen");
+        let missing = |method: &str| figure(method, "error.missing_share.mean");
+        assert!(missing("non-redundant") < missing("depth-peeling"), "one eye sees less than three");
+        let samples = |method: &str| figure(method, "counts.samples");
+        assert!(samples("non-redundant") < 0.9 * samples("conventional"));
+        assert!(samples("footprint, placed") <= 1.1 * samples("non-redundant"), "as many samples");
+        for figure in &report.figures {
+            assert!(out.join(&figure.file).exists(), "{}", figure.file);
+        }
+        std::fs::remove_dir_all(out).expect("was written");
+    }
+}

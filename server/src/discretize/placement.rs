@@ -1,0 +1,124 @@
+//! Where the images of a set are taken from, and how many there are (ours; Xie, Wang, Popescu 2016, §7, leave both to trial and error).
+//!
+//! *Probes* are small conventional images from every place that comes into question. What a probe sees and no image of the set
+//! would hold is missing; what one view would add is asked of its own probe. Views are taken one by one, always the one that adds the
+//! most to all probes together (greedy covering, which finds at least 1 - 1/e of what the best choice of as many would:
+//! Nemhauser, Wolsey, Fisher 1978), until little enough is missing or the budget is spent. So a scene that one image covers gets one.
+//!
+//! Probes are compared by [`RedundancyTest::Surface`]: at their size, most triangles are smaller than a pixel. They do not know of
+//! what images hold behind what they drop, so what is missing is rather over-estimated.
+
+use rayon::prelude::*;
+
+use super::redundancy::redundant_samples;
+use super::{Capture, Redundancy, RedundancyTest};
+
+/// When no more images are added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// Images at most.
+    pub images: usize,
+    /// Share of the probes' samples that may be missing.
+    pub missing: f64,
+}
+
+impl Budget {
+    /// As many images as `images`, and none for less than 0.2 % of what is seen: a fifth of the holes that a picture may have.
+    pub fn of(images: usize) -> Budget {
+        Budget { images, missing: 0.002 }
+    }
+}
+
+/// The views of a set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placement {
+    /// Indices of the probes, in the order of the images.
+    pub views: Vec<usize>,
+    /// Share of the probes' samples that is missing with the first view, with the first two, and so on.
+    pub missing: Vec<f64>,
+}
+
+/// Chooses views among those of `probes`; the first one is taken first.
+pub fn place(probes: &[Capture], budget: Budget) -> Placement {
+    let mut placement = Placement { views: Vec::new(), missing: Vec::new() };
+    let Some(held_by) = (!probes.is_empty() && budget.images > 0).then(|| held_by(probes)) else { return placement };
+    // What is missing of each probe, sample by sample.
+    let mut missing: Vec<Vec<bool>> = held_by.iter().map(|held| vec![true; held[0].len()]).collect();
+    let total = missing.iter().map(Vec::len).sum::<usize>().max(1);
+    let mut next = 0;
+    loop {
+        placement.views.push(next);
+        for (missing, held) in missing.iter_mut().zip(&held_by) {
+            missing.iter_mut().zip(&held[next]).for_each(|(missing, held)| *missing &= !held);
+        }
+        let left = missing.iter().flatten().filter(|missing| **missing).count();
+        placement.missing.push(left as f64 / total as f64);
+        let gain = |view: usize| -> usize {
+            let of_probe = |(missing, held): (&Vec<bool>, &Vec<Vec<bool>>)| {
+                missing.iter().zip(&held[view]).filter(|(missing, held)| **missing && **held).count()
+            };
+            missing.iter().zip(&held_by).map(of_probe).sum()
+        };
+        // The first of equals, so that the choice is the same everywhere.
+        let best = (0..probes.len()).map(|view| (gain(view), std::cmp::Reverse(view))).max();
+        let Some((added, std::cmp::Reverse(view))) = best else { return placement };
+        let enough = left as f64 <= budget.missing * total as f64;
+        if enough || added == 0 || placement.views.len() >= budget.images {
+            return placement;
+        }
+        next = view;
+    }
+}
+
+/// For each probe and each view: which samples of the probe the view's own probe holds.
+fn held_by(probes: &[Capture]) -> Vec<Vec<Vec<bool>>> {
+    // Nearness in space does not depend on where coordinates begin as long as no ray is followed.
+    let anchor_world = probes[0].camera.world_from_eye.translation;
+    let held = |probe: usize, view: usize| {
+        let samples = &probes[probe];
+        if probe == view {
+            return vec![true; samples.ids.iter().filter(|ids| ids[0] != 0).count()];
+        }
+        let by = Redundancy::by(RedundancyTest::Surface);
+        redundant_samples(samples, std::slice::from_ref(&probes[view]), by, anchor_world, None)
+    };
+    (0..probes.len()).into_par_iter().map(|probe| (0..probes.len()).map(|view| held(probe, view)).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use camera::{Pinhole, Rigid};
+    use glam::DVec3;
+
+    use super::*;
+
+    /// A wall 2 m away, as an eye at `x` sees it with a narrow field: columns that other eyes may not see.
+    fn probe(x: f64) -> Capture {
+        let size_px = 8;
+        let eye = Rigid::look_along(DVec3::new(x, 0.0, 0.0), DVec3::NEG_Z);
+        let camera = Pinhole::symmetric(eye, (size_px, size_px), 1.0, 0.1);
+        let pixels = (size_px * size_px) as usize;
+        // Octahedral code of +z, towards the eye.
+        let normal = protocol::image::octahedral_code(glam::Vec3::Z);
+        let ids = [1, 1 | u32::from(normal[0]) << 16 | u32::from(normal[1]) << 24];
+        Capture { camera, ids: vec![ids; pixels], colour: vec![[0; 4]; pixels], depth: vec![0.05; pixels], gpu_s: None }
+    }
+
+    #[test]
+    fn one_image_is_enough_where_all_see_the_same() {
+        let probes = vec![probe(0.0); 4];
+        let placement = place(&probes, Budget::of(4));
+        assert_eq!(placement, Placement { views: vec![0], missing: vec![0.0] });
+    }
+
+    #[test]
+    fn the_view_that_adds_the_most_comes_next() {
+        // Distinct triangles, so that only what lies in the field of view is shared.
+        let probes: Vec<Capture> = [0.0, 0.1, 50.0, 50.1, 50.2].map(probe).to_vec();
+        let placement = place(&probes, Budget { images: 5, missing: 0.2 });
+        assert_eq!(placement.views, [0, 3], "the middle of the three that the first does not see");
+        assert!(placement.missing[0] > 0.55 && placement.missing[1] < 0.2, "{:?}", placement.missing);
+        assert_eq!(place(&probes, Budget { images: 1, missing: 0.0 }).views, [0], "the budget");
+        assert!(place(&[], Budget::of(4)).views.is_empty());
+    }
+}
