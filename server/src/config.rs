@@ -8,6 +8,7 @@ use protocol::Look;
 use protocol::message::Clock;
 
 use crate::coding::CodingRule;
+use crate::discretize::placement::Placement;
 use crate::discretize::{Discretization, MAX_IMAGES};
 
 /// Everything about a server but its scene.
@@ -19,6 +20,8 @@ pub struct Config {
     pub port: u16,
     /// How the images of a set are made.
     pub discretization: Discretization,
+    /// Where a set's images are taken from.
+    pub placement: Placement,
     /// Images a set, 1 to [`Config::MAX_IMAGES`].
     pub images: usize,
     /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
@@ -52,6 +55,7 @@ impl Default for Config {
             bind: IpAddr::V4(Ipv4Addr::LOCALHOST),
             port: 8080,
             discretization: Discretization::default(),
+            placement: Placement::default(),
             images: 4,
             image_size_px: 512,
             coding: CodingRule::default(),

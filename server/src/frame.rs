@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use camera::Pinhole;
 use protocol::Material;
 use protocol::codec::Coding;
 use protocol::held::{HeldError, ObjectPose, Update};
@@ -14,10 +15,11 @@ use crate::account::compare::{Comparison, Lacking};
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
 use crate::coding::CodingRule;
 use crate::config::Config;
+use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::imager::{Imager, ImagerError};
 use crate::pace::Pace;
-use crate::plan::{Focus, Plan, Reason, Rules, plan};
+use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, region_views};
 use crate::viewer::Viewer;
 
 /// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
@@ -25,6 +27,8 @@ use crate::viewer::Viewer;
 const LEAST_VIEWS_HELD: u64 = 3;
 /// Side of the one image that a client gets before its first set, as a share of theirs: of four images it has 1/16 of the pixels.
 const COARSE_SIDE: f64 = 0.5;
+/// Places on the region's rim that probes are taken from.
+const PLACES_ON_RIM: usize = 12;
 
 /// Why an update could not be made.
 #[derive(Debug, Error)]
@@ -44,6 +48,7 @@ pub struct Stage {
     account_rules: AccountRules,
     coding: CodingRule,
     method: Discretization,
+    placement: Placement,
     coarse_first: bool,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
@@ -110,12 +115,29 @@ impl Stage {
         let still = (!scene.is_animated()).then(|| Arc::new(scene.at(0.0)));
         let deforms = scene.instances.iter().map(|instance| instance.deforms).collect();
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
-        Stage { scene, rules, account_rules, coding, method, coarse_first: false, imager, materials, deforms, still }
+        Stage {
+            scene,
+            rules,
+            account_rules,
+            coding,
+            method,
+            placement: Placement::default(),
+            coarse_first: false,
+            imager,
+            materials,
+            deforms,
+            still,
+        }
     }
 
     /// The same, which decides what is sent by other numbers.
     pub fn judged_by(self, account_rules: AccountRules) -> Stage {
         Stage { account_rules, ..self }
+    }
+
+    /// The same, whose sets by themselves are of views placed in a way.
+    pub fn placed(self, placement: Placement) -> Stage {
+        Stage { placement, ..self }
     }
 
     /// The same, whose clients get one coarse image before their first set.
@@ -184,7 +206,8 @@ impl Stage {
         if self.method == Discretization::Conventional || plan.reason == Reason::First {
             // Nothing is held that would stand for anything: a set of images by itself (2016 paper, Alg. 1 and 3).
             account.forget()?;
-            for capture in &self.imager.captures(snapshot, &plan.views, self.method)? {
+            let views = self.set_views(plan, snapshot)?;
+            for capture in &self.imager.captures(snapshot, &views, self.method)? {
                 account.count_anew(capture);
                 account.add(capture, &Lacking::all(capture), plan.precision, now)?;
             }
@@ -210,6 +233,19 @@ impl Stage {
         let coding = self.coding.coding(viewer.bytes_per_s);
         let pixels = plan.pixels();
         Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels }))
+    }
+
+    /// The views of a set by itself.
+    fn set_views(&mut self, plan: &Plan, snapshot: &Snapshot) -> Result<Vec<Pinhole>, StageError> {
+        if self.placement == Placement::Fixed || plan.views.len() < 2 {
+            return Ok(plan.views.clone());
+        }
+        let candidates = region_views(&plan.coverage, &Rules { images: 1 + PLACES_ON_RIM, ..self.rules });
+        let probes: Vec<Pinhole> = candidates.iter().map(placement::probe).collect();
+        let probes = self.imager.captures(snapshot, &probes, Discretization::Conventional)?;
+        let chosen = placement::place(&probes, half_view(plan.coverage.view), Budget::of(plan.views.len()));
+        tracing::debug!(views = ?chosen.views, missing = ?chosen.missing, "placed by probes");
+        Ok(chosen.views.into_iter().map(|view| candidates[view]).collect())
     }
 
     /// Lays one view of a plan beside the same view of the copy, and brings the copy up to date there.

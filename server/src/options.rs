@@ -11,6 +11,7 @@ use protocol::message::Clock;
 use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::discretize::Discretization;
+use crate::discretize::placement::Placement;
 
 /// Renders a scene as depth images and streams their samples to viewers.
 #[derive(Debug, Parser)]
@@ -34,6 +35,9 @@ pub struct Options {
     /// visibility-plain
     #[arg(long, default_value_t)]
     pub discretization: Discretization,
+    /// Where the images of a set are taken from; probes: as many as are of use, at most --images
+    #[arg(long, value_enum, default_value_t)]
+    pub placement: Placement,
     /// Images a set
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
     pub images: u64,
@@ -171,6 +175,7 @@ impl Options {
             bind: self.bind,
             port: self.port,
             discretization: self.discretization,
+            placement: self.placement,
             images: self.images as usize,
             image_size_px: self.image_size,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },

@@ -262,7 +262,7 @@ fn output_focal_px(view: ViewSize) -> f64 {
 }
 
 /// Tangents of the half fields of an output along x and y.
-fn half_view(view: ViewSize) -> DVec2 {
+pub fn half_view(view: ViewSize) -> DVec2 {
     let half_y = (view.fov_y_rad / 2.0).tan();
     DVec2::new(half_y * f64::from(view.width_px) / f64::from(view.height_px), half_y)
 }

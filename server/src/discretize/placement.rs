@@ -8,10 +8,25 @@
 //! Probes are compared by [`RedundancyTest::Surface`]: at their size, most triangles are smaller than a pixel. They do not know of
 //! what images hold behind what they drop, so what is missing is rather over-estimated.
 
+use camera::Pinhole;
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::redundancy::redundant_samples;
 use super::{Capture, Redundancy, RedundancyTest};
+
+/// Which views a set by itself is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Placement {
+    /// The middle of the view region and evenly around its rim.
+    #[default]
+    Fixed,
+    /// As many as are of use, and where they are: by probes.
+    Probes,
+}
+
+/// The longer side of a probe.
+const PROBE_PX: u32 = 96;
 
 /// When no more images are added.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,28 +46,42 @@ impl Budget {
 
 /// The views of a set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Placement {
+pub struct Chosen {
     /// Indices of the probes, in the order of the images.
     pub views: Vec<usize>,
     /// Share of the probes' samples that is missing with the first view, with the first two, and so on.
     pub missing: Vec<f64>,
 }
 
-/// Chooses views among those of `probes`; the first one is taken first.
-pub fn place(probes: &[Capture], budget: Budget) -> Placement {
-    let mut placement = Placement { views: Vec::new(), missing: Vec::new() };
-    let Some(held_by) = (!probes.is_empty() && budget.images > 0).then(|| held_by(probes)) else { return placement };
+/// A probe of a view: the same field, small.
+pub fn probe(view: &Pinhole) -> Pinhole {
+    let share = f64::from(PROBE_PX) / f64::from(view.width_px.max(view.height_px));
+    let side = |side_px: u32| ((f64::from(side_px) * share).round() as u32).max(1);
+    Pinhole {
+        width_px: side(view.width_px),
+        height_px: side(view.height_px),
+        focal_px: view.focal_px * share,
+        centre_px: view.centre_px * share,
+        ..*view
+    }
+}
+
+/// Chooses views among those of `probes`; the first one is taken first. What counts as missing lies within `half_field`, the
+/// tangents of what a viewer sees to each side: images are wider, so that they hold what other eyes see beside it.
+pub fn place(probes: &[Capture], half_field: DVec2, budget: Budget) -> Chosen {
+    let mut chosen = Chosen { views: Vec::new(), missing: Vec::new() };
+    let Some(held_by) = (!probes.is_empty() && budget.images > 0).then(|| held_by(probes)) else { return chosen };
     // What is missing of each probe, sample by sample.
-    let mut missing: Vec<Vec<bool>> = held_by.iter().map(|held| vec![true; held[0].len()]).collect();
-    let total = missing.iter().map(Vec::len).sum::<usize>().max(1);
+    let mut missing: Vec<Vec<bool>> = probes.iter().map(|probe| shown(probe, half_field)).collect();
+    let total = missing.iter().flatten().filter(|shown| **shown).count().max(1);
     let mut next = 0;
     loop {
-        placement.views.push(next);
+        chosen.views.push(next);
         for (missing, held) in missing.iter_mut().zip(&held_by) {
             missing.iter_mut().zip(&held[next]).for_each(|(missing, held)| *missing &= !held);
         }
         let left = missing.iter().flatten().filter(|missing| **missing).count();
-        placement.missing.push(left as f64 / total as f64);
+        chosen.missing.push(left as f64 / total as f64);
         let gain = |view: usize| -> usize {
             let of_probe = |(missing, held): (&Vec<bool>, &Vec<Vec<bool>>)| {
                 missing.iter().zip(&held[view]).filter(|(missing, held)| **missing && **held).count()
@@ -61,13 +90,24 @@ pub fn place(probes: &[Capture], budget: Budget) -> Placement {
         };
         // The first of equals, so that the choice is the same everywhere.
         let best = (0..probes.len()).map(|view| (gain(view), std::cmp::Reverse(view))).max();
-        let Some((added, std::cmp::Reverse(view))) = best else { return placement };
+        let Some((added, std::cmp::Reverse(view))) = best else { return chosen };
         let enough = left as f64 <= budget.missing * total as f64;
-        if enough || added == 0 || placement.views.len() >= budget.images {
-            return placement;
+        if enough || added == 0 || chosen.views.len() >= budget.images {
+            return chosen;
         }
         next = view;
     }
+}
+
+/// Which samples of a probe a viewer there would see.
+fn shown(probe: &Capture, half_field: DVec2) -> Vec<bool> {
+    let camera = &probe.camera;
+    let is_shown = |index: usize| {
+        let (x, y) = (index as u32 % camera.width_px, index as u32 / camera.width_px);
+        let place = DVec2::new(x.into(), y.into()) + 0.5;
+        ((place - camera.centre_px) / camera.focal_px).abs().cmple(half_field).all()
+    };
+    (0..probe.ids.len()).filter(|&index| probe.ids[index][0] != 0).map(is_shown).collect()
 }
 
 /// For each probe and each view: which samples of the probe the view's own probe holds.
@@ -87,7 +127,7 @@ fn held_by(probes: &[Capture]) -> Vec<Vec<Vec<bool>>> {
 
 #[cfg(test)]
 mod tests {
-    use camera::{Pinhole, Rigid};
+    use camera::Rigid;
     use glam::DVec3;
 
     use super::*;
@@ -107,18 +147,18 @@ mod tests {
     #[test]
     fn one_image_is_enough_where_all_see_the_same() {
         let probes = vec![probe(0.0); 4];
-        let placement = place(&probes, Budget::of(4));
-        assert_eq!(placement, Placement { views: vec![0], missing: vec![0.0] });
+        let placement = place(&probes, DVec2::INFINITY, Budget::of(4));
+        assert_eq!(placement, Chosen { views: vec![0], missing: vec![0.0] });
     }
 
     #[test]
     fn the_view_that_adds_the_most_comes_next() {
         // Distinct triangles, so that only what lies in the field of view is shared.
         let probes: Vec<Capture> = [0.0, 0.1, 50.0, 50.1, 50.2].map(probe).to_vec();
-        let placement = place(&probes, Budget { images: 5, missing: 0.2 });
+        let placement = place(&probes, DVec2::INFINITY, Budget { images: 5, missing: 0.2 });
         assert_eq!(placement.views, [0, 3], "the middle of the three that the first does not see");
         assert!(placement.missing[0] > 0.55 && placement.missing[1] < 0.2, "{:?}", placement.missing);
-        assert_eq!(place(&probes, Budget { images: 1, missing: 0.0 }).views, [0], "the budget");
-        assert!(place(&[], Budget::of(4)).views.is_empty());
+        assert_eq!(place(&probes, DVec2::INFINITY, Budget { images: 1, missing: 0.0 }).views, [0], "the budget");
+        assert!(place(&[], DVec2::INFINITY, Budget::of(4)).views.is_empty());
     }
 }

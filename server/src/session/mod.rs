@@ -79,6 +79,7 @@ impl Shared {
         // On the virtual clock drawing and coding take no time, and a trace begins with the first picture: the set.
         let stage = Stage::new(scene.clone(), rules, config.discretization, imager)
             .coded_by(config.coding)
+            .placed(config.placement)
             .coarse_first(config.clock == Clock::Wall);
         let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);

@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
+use glam::DVec2;
 use gpu::Gpu;
 use server::discretize::Discretization;
-use server::discretize::placement::{Budget, place};
+use server::discretize::placement::{Budget, place, probe};
 
 use super::metrics::Bench;
 use super::triangle::ViewTriangle;
@@ -14,7 +15,6 @@ use super::{Made, make, sample_count};
 pub(super) const NAME: &str = "footprint, placed";
 /// Rows of places on a side of the triangle.
 const GRID_ROWS: u32 = 4;
-/// Side of a probe.
 const PROBE_PX: u32 = 96;
 /// Images at most.
 const IMAGES: usize = 6;
@@ -33,14 +33,15 @@ pub(super) fn make_set(
     samples: usize,
 ) -> anyhow::Result<Made> {
     let started = Instant::now();
-    let probes = triangle.grid(GRID_ROWS, (PROBE_PX, PROBE_PX), near_m);
+    let views = triangle.grid(GRID_ROWS, (image_px, image_px), near_m);
+    let probes: Vec<_> = views.iter().map(probe).collect();
     let captures = bench.captures(&probes, Discretization::Conventional)?;
-    let placement = place(&captures, Budget::of(IMAGES));
+    let chosen = place(&captures, DVec2::INFINITY, Budget::of(IMAGES));
     let choice_ms = started.elapsed().as_secs_f64() * 1000.0;
     let method = Discretization::FOOTPRINT;
     let cameras = |side_px: u32| {
         let all = triangle.grid(GRID_ROWS, (side_px, side_px), near_m);
-        placement.views.iter().map(|&view| all[view]).collect::<Vec<_>>()
+        chosen.views.iter().map(|&view| all[view]).collect::<Vec<_>>()
     };
     let mut side_px = image_px;
     for _ in 0..TRIES {
