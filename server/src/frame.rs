@@ -11,7 +11,8 @@ use scene::{Scene, Snapshot};
 use surface::AddressView;
 use thiserror::Error;
 
-use crate::account::compare::{Comparison, Lacking};
+use crate::account::compare::Comparison;
+use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
 use crate::coding::CodingRule;
 use crate::config::Config;

@@ -31,7 +31,7 @@ pub struct Options {
     /// What clients must give as ?token=... in the websocket's address
     #[arg(long, env = "VANTAGE_TOKEN", hide_env_values = true)]
     pub token: Option<String>,
-    /// How the images of a set are made: conventional, depth-peeling, non-redundant, neighbourhood, surface, footprint, visibility,
+    /// How the images of a set are made: conventional, depth-peeling, non-redundant, neighbourhood, surface, covered, footprint, visibility,
     /// visibility-plain
     #[arg(long, default_value_t)]
     pub discretization: Discretization,

@@ -24,42 +24,10 @@ use protocol::{Mask, PatchId};
 use rayon::prelude::*;
 use surface::{AddressTexel, AddressView};
 
+use super::findings::{Lacking, Retraction, ascending, is_among};
 use super::rules::AccountRules;
+use super::samples::{Address, Captured, Samples, density};
 use crate::discretize::Capture;
-
-/// The address of a held sample: patch, x, y.
-pub type Address = (PatchId, u16, u16);
-
-/// How a held sample was captured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Captured {
-    /// The triangle; 0 for an unknown address.
-    pub triangle: u32,
-    /// Step of its coded inverse depth, 1/m.
-    pub w_step: f32,
-    /// Samples an area, in 1/m²: see [`density`]; infinite for an unknown address.
-    pub density: f32,
-}
-
-impl Captured {
-    /// Of an unknown address.
-    pub const UNKNOWN: Captured = Captured { triangle: 0, w_step: 0.0, density: f32::INFINITY };
-}
-
-/// What is known of held samples beside what a view shows of them.
-pub trait Samples: Sync {
-    /// How a sample was captured.
-    fn captured(&self, address: Address) -> Captured;
-    /// Where its centre is now, in world space, if it is of `object`.
-    fn centre_world(&self, address: Address, object: u16) -> Option<DVec3>;
-    /// By pixel of a view: the triangle of the sample that is held from this very camera, and was not carried elsewhere since;
-    /// 0 where there is none.
-    fn sent_by(&self, camera: &Pinhole) -> Vec<u32>;
-    /// Whether an object deforms, and did since the copy was last compared.
-    fn deforms(&self, object: u16) -> bool;
-    /// Whether any does.
-    fn any_deforms(&self) -> bool;
-}
 
 /// A point of a surface as one pixel shows it.
 #[derive(Debug, Clone, Copy)]
@@ -93,48 +61,6 @@ pub struct Comparison<'a, S> {
     sent: Vec<u32>,
     /// Patches that views of this plan captured at earlier looks: they are not replaced.
     peers: &'a BTreeSet<PatchId>,
-}
-
-/// What is to be taken back. Addresses ascend by patch, then row by row.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub struct Retraction {
-    /// Cover falsely: their extent is to be halved.
-    pub false_cover: Vec<Address>,
-    /// No longer true at all: to be deleted.
-    pub stale: Vec<Address>,
-}
-
-/// What is to be sent.
-#[derive(Debug)]
-pub struct Lacking {
-    /// The pixels to send, border included.
-    pub send: Mask,
-    /// Pixels whose hit is not held, or too coarsely; without the border.
-    pub missing: usize,
-    /// Held samples that what is sent replaces; ascending as in [`Retraction`].
-    pub replaced: Vec<Address>,
-}
-
-impl Lacking {
-    /// Nothing of a view.
-    pub fn nothing(capture: &Capture) -> Lacking {
-        Lacking {
-            send: Mask::empty(capture.camera.width_px, capture.camera.height_px),
-            missing: 0,
-            replaced: Vec::new(),
-        }
-    }
-
-    /// Whether a held sample is replaced.
-    pub(super) fn replaces(&self, address: Address) -> bool {
-        is_among(&self.replaced, address)
-    }
-
-    /// Every hit of a view.
-    pub fn all(capture: &Capture) -> Lacking {
-        let send = capture.mask();
-        Lacking { missing: send.count(), send, replaced: Vec::new() }
-    }
 }
 
 /// Why a hit is to be sent, or is not.
@@ -488,24 +414,10 @@ impl<'a, S: Samples> Comparison<'a, S> {
     }
 }
 
-/// Samples an area: `f² |n.r| w²`, with the ray `r = (x', y', 1)`, from the area `z² / (f² |n.r|)` that a pixel covers.
-pub fn density(focal_px: f32, w: f32, facing: f32) -> f32 {
-    focal_px * focal_px * facing.abs() * w * w
-}
-
 fn square(radius: i32) -> impl Iterator<Item = (i32, i32)> {
     (-radius..=radius).flat_map(move |dy| (-radius..=radius).map(move |dx| (dx, dy)))
 }
 
 fn indices_of(verdicts: &[Verdict], wanted: Verdict) -> impl Iterator<Item = usize> {
     verdicts.iter().enumerate().filter(move |&(_, &verdict)| verdict == wanted).map(|(index, _)| index)
-}
-
-fn ascending(addresses: &mut Vec<Address>) {
-    addresses.sort_unstable_by_key(|&(patch, x, y)| (patch, y, x));
-    addresses.dedup();
-}
-
-fn is_among(ascending: &[Address], (patch, x, y): Address) -> bool {
-    ascending.binary_search_by_key(&(patch, y, x), |&(patch, x, y)| (patch, y, x)).is_ok()
 }

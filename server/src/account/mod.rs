@@ -12,8 +12,10 @@
 //! to `2^-`[`Edit::MAX_TRIM`], so taking back comes to an end.
 
 pub mod compare;
+pub mod findings;
 mod record;
 mod rules;
+pub mod samples;
 mod superseded;
 
 pub use rules::AccountRules;
@@ -29,8 +31,9 @@ use rayon::prelude::*;
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
-use compare::{Address, Captured, Lacking, Retraction, Samples};
+use findings::{Lacking, Retraction};
 use record::Record;
+use samples::{Address, Captured, Samples};
 
 /// What one sample costs a client, in bytes: 12 of planes with its extent, 1.4 vertices of 32 and six indices of 4.
 pub const BYTES_PER_SAMPLE: u64 = 81;

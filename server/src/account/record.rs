@@ -2,7 +2,7 @@ use camera::Pinhole;
 use protocol::image::{Ranks, octahedral_normal};
 use protocol::{DepthImage, Edit, Mask};
 
-use super::compare::{Captured, density};
+use super::samples::{Captured, density};
 
 /// What the server knows of a patch's samples beside what the client holds: by the places that they had when the patch was
 /// added, so that deletes change nothing here.

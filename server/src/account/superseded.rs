@@ -14,8 +14,10 @@ use protocol::image::octahedral_normal;
 use rayon::prelude::*;
 
 use super::Account;
-use super::compare::{Address, Comparison, Lacking, Point};
+use super::compare::{Comparison, Point};
+use super::findings::Lacking;
 use super::record::{Record, Sample};
+use super::samples::Address;
 
 /// Samples an area over those of what they supersede, and the pixels around its extent that they reach over. Walking among pillars (two
 /// seconds out and back, set back by a whole footprint, given up by the own view alone), as dense ones without a margin leave cracks between what is left: the way back then costs as much as the way out, as

@@ -25,7 +25,7 @@ pub(crate) struct EarlierPlanes<'a> {
     pub cameras: &'a [Pinhole],
     /// Rays do not ask for it.
     pub ids: Option<&'a wgpu::Texture>,
-    /// Only [`super::RedundancyTest::Surface`] asks for it.
+    /// Only tests by surface ask for it.
     pub depth: Option<&'a wgpu::Texture>,
 }
 

@@ -7,7 +7,7 @@ use wgpu::util::DeviceExt;
 
 use super::earlier::{self, EarlierLayout, EarlierPlanes};
 use super::redundancy::MAX_EARLIER;
-use super::{Capture, Redundancy, RedundancyTest};
+use super::{Capture, Redundancy};
 use crate::render::{RenderError, SceneRenderer, buffer_entry};
 use crate::targets::IDS_FORMAT;
 
@@ -71,7 +71,7 @@ impl Meter {
     }
 
     /// Whether each pixel of `capture` (row-major) is a sample that one of `images` holds, of the scene as it is now. Any number of
-    /// images; by [`RedundancyTest::Visibility`] at most [`MAX_EARLIER`] make a set, as each is asked about those before it.
+    /// images; by [`super::RedundancyTest::Visibility`] at most [`MAX_EARLIER`] make a set, as each is asked about those before it.
     pub fn redundant(
         &self,
         scene: &SceneRenderer,
@@ -142,7 +142,7 @@ impl Meter {
         // Rays ask where images are, not what they show.
         let planes = (!self.redundancy.test.needs_rays()).then(|| self.planes(images, size_px));
         let [ids, depth] = [0, 1].map(|plane| planes.as_ref().map(|planes| &planes[plane]));
-        let depth = depth.filter(|_| self.redundancy.test == RedundancyTest::Surface);
+        let depth = depth.filter(|_| self.redundancy.test.needs_depth());
         let planes = EarlierPlanes { cameras: &cameras, ids, depth };
         self.earlier.group(scene, &capture.camera, &planes, Some(self.redundancy))
     }

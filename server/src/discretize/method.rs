@@ -37,6 +37,9 @@ pub enum RedundancyTest {
     /// Whether its pixel there holds the same triangle, or a sample of the same object that faces the same way, on whose plane the
     /// sample lies within a footprint (ours): triangles smaller than a pixel are told by their surface.
     Surface,
+    /// The same for all four pixels whose centres are around it (ours): between four samples of one surface a client's quads leave no
+    /// gap, beside an outline they may. So outlines are sampled by every image, each with its own pixels.
+    Covered,
     /// Whether a ray from its eye reaches the sample through nothing but what images before it hold (Alg. 2, in a recursive form that is
     /// ours: an image holds what it reached behind fragments that it dropped). Cut-outs are taken to be whole, so what
     /// lies behind their holes is kept rather than lost.
@@ -48,10 +51,11 @@ pub enum RedundancyTest {
 
 impl RedundancyTest {
     /// Every test.
-    pub const ALL: [RedundancyTest; 5] = [
+    pub const ALL: [RedundancyTest; 6] = [
         RedundancyTest::Pixel,
         RedundancyTest::Neighbourhood,
         RedundancyTest::Surface,
+        RedundancyTest::Covered,
         RedundancyTest::Visibility,
         RedundancyTest::VisibilityPlain,
     ];
@@ -66,9 +70,15 @@ impl RedundancyTest {
         match self {
             RedundancyTest::Pixel | RedundancyTest::Neighbourhood => 0,
             RedundancyTest::Surface => 1,
-            RedundancyTest::Visibility => 2,
-            RedundancyTest::VisibilityPlain => 3,
+            RedundancyTest::Covered => 2,
+            RedundancyTest::Visibility => 3,
+            RedundancyTest::VisibilityPlain => 4,
         }
+    }
+
+    /// Whether it asks where earlier images' samples lie.
+    pub(crate) fn needs_depth(self) -> bool {
+        matches!(self, RedundancyTest::Surface | RedundancyTest::Covered)
     }
 
     /// Pixels around the reprojected one.
@@ -112,12 +122,13 @@ impl Discretization {
     });
 
     /// Every method by its name, as people type it.
-    pub const NAMED: [(&str, Discretization); 8] = [
+    pub const NAMED: [(&str, Discretization); 9] = [
         ("conventional", Discretization::Conventional),
         ("depth-peeling", Discretization::DepthPeeling),
         ("non-redundant", Discretization::PIXEL),
         ("neighbourhood", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Neighbourhood))),
         ("surface", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Surface))),
+        ("covered", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered))),
         ("footprint", Discretization::FOOTPRINT),
         ("visibility", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Visibility))),
         ("visibility-plain", Discretization::NonRedundant(Redundancy::by(RedundancyTest::VisibilityPlain))),

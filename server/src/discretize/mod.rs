@@ -85,7 +85,7 @@ impl Discretizer {
             self.build(scene, redundancy)?;
         }
         let attachments = self.take_attachments(&cameras);
-        let depths = redundancy.filter(|redundancy| redundancy.test == RedundancyTest::Surface);
+        let depths = redundancy.filter(|redundancy| redundancy.test.needs_depth());
         let depths = depths.map(|_| self.take_depths(&attachments));
         let timer = Timer::new(&self.gpu, cameras.len() as u32);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::{DVec3, Mat3, Vec2, Vec3, Vec4};
+use glam::{DVec3, IVec2, Mat3, Vec2, Vec3, Vec4};
 use protocol::image::octahedral_normal;
 use rayon::prelude::*;
 
@@ -158,6 +158,14 @@ impl<'a> Earlier<'a> {
         if !self.is_dense_enough(image, sample, q) {
             return false;
         }
+        if self.redundancy.test == RedundancyTest::Covered {
+            // The four pixels whose centres are around it.
+            let first = (place - 0.5).floor().as_ivec2();
+            let last = Vec2::from(image.size_px).as_ivec2() - 1;
+            let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|corner| first + IVec2::from(corner));
+            let corners = corners.map(|corner| corner.clamp(IVec2::ZERO, last));
+            return corners.iter().all(|c| self.holds_texel(image, capture, (c.x, c.y), sample, q));
+        }
         let radius = self.redundancy.test.radius_px();
         let (u, v) = (place.x as i32, place.y as i32);
         let around = (v - radius..=v + radius).flat_map(|y| (u - radius..=u + radius).map(move |x| (x, y)));
@@ -176,7 +184,7 @@ impl<'a> Earlier<'a> {
         if triangle == sample.triangle {
             return true;
         }
-        if self.redundancy.test != RedundancyTest::Surface || triangle == 0 {
+        if !self.redundancy.test.needs_depth() || triangle == 0 {
             return false;
         }
         let index = y as usize * capture.camera.width_px as usize + x as usize;

@@ -36,10 +36,11 @@ struct EarlierImages {
 // Layer j holds `near * w`.
 @group(3) @binding(2) var earlier_depth: texture_2d_array<f32>;
 
-// Values of `redundancy_test`, in the order of `RedundancyTest::code`; 0 looks for the triangle at the pixel.
+// Values of `redundancy_test`, as `RedundancyTest::code` gives them; 0 looks for the triangle at the pixel.
 const SURFACE: u32 = 1u;
-const VISIBILITY: u32 = 2u;
-const VISIBILITY_PLAIN: u32 = 3u;
+const COVERED: u32 = 2u;
+const VISIBILITY: u32 = 3u;
+const VISIBILITY_PLAIN: u32 = 4u;
 override redundancy_test: u32 = 0u;
 // Pixels around the reprojected one that may hold the sample.
 override texel_radius: i32 = 0;
@@ -97,7 +98,7 @@ fn holds_texel(index: u32, texel: vec2i, sample: Sample, q: vec3f) -> bool {
     if ids.x == sample.triangle {
         return true;
     }
-    if redundancy_test != SURFACE || ids.x == 0u || (ids.y & 0xffffu) != sample.object {
+    if redundancy_test == 0u || ids.x == 0u || (ids.y & 0xffffu) != sample.object {
         return false;
     }
     let image = earlier.images[index];
@@ -122,8 +123,19 @@ fn holds_pixel(index: u32, sample: Sample) -> bool {
     if !is_inside(image, place) || !is_dense_enough(image, sample, q) {
         return false;
     }
-    let texel = vec2i(place);
     let last = vec2i(image.size_px) - 1;
+    if redundancy_test == COVERED {
+        // The four pixels whose centres are around it.
+        let first = vec2i(floor(place - 0.5));
+        for (var corner = 0; corner < 4; corner++) {
+            let texel = clamp(first + vec2i(corner & 1, corner >> 1u), vec2i(0), last);
+            if !holds_texel(index, texel, sample, q) {
+                return false;
+            }
+        }
+        return true;
+    }
+    let texel = vec2i(place);
     for (var y = max(texel.y - texel_radius, 0); y <= min(texel.y + texel_radius, last.y); y++) {
         for (var x = max(texel.x - texel_radius, 0); x <= min(texel.x + texel_radius, last.x); x++) {
             if holds_texel(index, vec2i(x, y), sample, q) {

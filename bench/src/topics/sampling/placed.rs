@@ -15,7 +15,6 @@ use super::{Made, make, sample_count};
 pub(super) const NAME: &str = "footprint, placed";
 /// Rows of places on a side of the triangle.
 const GRID_ROWS: u32 = 4;
-const PROBE_PX: u32 = 96;
 /// Images at most.
 const IMAGES: usize = 6;
 /// How near to the samples to spend a set must come.
