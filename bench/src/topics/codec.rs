@@ -43,7 +43,7 @@ const ENCODE_BAR_MS_PER_MB: f64 = 1000.0 / 300.0;
 const DECODE_BAR_MS_PER_MB: f64 = 1000.0 / 500.0;
 
 const KINDS: [(&str, Discretization); 2] =
-    [("conventional", Discretization::Conventional), ("non-redundant", Discretization::PIXEL)];
+    [("conventional", Discretization::Conventional), ("non-redundant", Discretization::SURFACE)];
 
 /// Sums over the scenes, by kind and method.
 #[derive(Debug, Clone, Copy, Default)]

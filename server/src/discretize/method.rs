@@ -105,13 +105,17 @@ impl Redundancy {
 
 impl Default for Discretization {
     fn default() -> Self {
-        Discretization::PIXEL
+        Discretization::SURFACE
     }
 }
 
 impl Discretization {
     /// The paper's method on a GPU (Alg. 1 and 3).
     pub const PIXEL: Discretization = Discretization::NonRedundant(Redundancy::by(RedundancyTest::Pixel));
+    /// By surface. The default: beside [`Discretization::PIXEL`] it has no lines of samples along edges between triangles. Four images of
+    /// 512 x 512, six eyes in the region: a tenth fewer bytes and less false cover (`birdnest` 1,424 kB and 2.37 % instead of 1,585 and
+    /// 2.52, `urban` 325 kB and 0.37 % instead of 359 and 0.43) at the same holes and FLIP.
+    pub const SURFACE: Discretization = Discretization::NonRedundant(Redundancy::by(RedundancyTest::Surface));
     /// How much denser a sample must be for [`Discretization::FOOTPRINT`] to keep it: of the held copy, too, what is 2.5 times as dense
     /// is sent again ([`crate::account`]).
     pub const DENSITY_FACTOR: f32 = 2.5;
@@ -127,7 +131,7 @@ impl Discretization {
         ("depth-peeling", Discretization::DepthPeeling),
         ("non-redundant", Discretization::PIXEL),
         ("neighbourhood", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Neighbourhood))),
-        ("surface", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Surface))),
+        ("surface", Discretization::SURFACE),
         ("covered", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered))),
         ("footprint", Discretization::FOOTPRINT),
         ("visibility", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Visibility))),

@@ -86,7 +86,7 @@ impl Session {
         let scene = Arc::new(scene);
         let imager = Box::new(GpuImager::new(&gpu, &scene, &Config::default()).expect("the scene uploads"));
         Session {
-            stage: Stage::new(scene.clone(), rules, Discretization::PIXEL, imager),
+            stage: Stage::new(scene.clone(), rules, Discretization::default(), imager),
             client: Client::default(),
             viewer: Viewer::at_start(VIEW, start, 0.0),
             held: Held::default(),

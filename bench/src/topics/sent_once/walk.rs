@@ -122,7 +122,7 @@ impl Setup {
     /// As a server does by itself.
     pub fn usual(image_px: u32) -> Setup {
         Setup {
-            method: Discretization::PIXEL,
+            method: Discretization::default(),
             images: 4,
             image_px,
             output_px: image_px,

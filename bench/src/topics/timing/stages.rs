@@ -53,7 +53,7 @@ pub(super) fn measure(
     let mut view = ClientView::new(gpu, size_px)?;
     let kinds = [
         ("conventional images", Discretization::Conventional, &mut totals.conventional),
-        ("non-redundant images", Discretization::PIXEL, &mut totals.non_redundant),
+        ("non-redundant images", Discretization::default(), &mut totals.non_redundant),
     ];
     let mut rows: Vec<Row> = Vec::new();
     for (method, discretization, total) in kinds {
