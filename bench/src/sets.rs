@@ -86,8 +86,8 @@ pub fn make(
     Ok(ImageSet { images: captures.iter().map(|capture| capture.depth_image(precision)).collect(), images_ms })
 }
 
-/// The bytes of images on the wire, each as a patch; colours must be settled by `coding`.
-pub fn encoded(images: &[DepthImage], coding: Coding) -> Vec<Vec<u8>> {
+/// Images as patches of a set.
+pub fn patches(images: &[DepthImage]) -> impl Iterator<Item = Patch> {
     let patch = |(image, id): (&DepthImage, u32)| Patch {
         id: PatchId(id),
         purpose: Purpose::Eye,
@@ -95,7 +95,12 @@ pub fn encoded(images: &[DepthImage], coding: Coding) -> Vec<Vec<u8>> {
         objects: Vec::new(),
         image: image.clone(),
     };
-    images.iter().zip(1..).map(|image| encode_patch(&patch(image), coding)).collect()
+    images.iter().zip(1..).map(patch)
+}
+
+/// The bytes of images on the wire, each as a patch; colours must be settled by `coding`.
+pub fn encoded(images: &[DepthImage], coding: Coding) -> Vec<Vec<u8>> {
+    patches(images).map(|patch| encode_patch(&patch, coding)).collect()
 }
 
 /// The samples at wire width, plane after plane; planes of one value are left out. Its length is [`DepthImage::raw_bytes`].

@@ -70,7 +70,8 @@ impl GpuImager {
     pub fn new(gpu: &Gpu, scene: &Scene, config: &Config) -> Result<GpuImager, ImagerError> {
         let renderer = SceneRenderer::new(gpu, scene)?;
         let renderer = if config.discretization.needs_rays() { renderer.with_rays(scene) } else { renderer };
-        let discretizer = Discretizer::new(&renderer)?;
+        let mut discretizer = Discretizer::new(&renderer)?;
+        discretizer.prepare(&renderer, config.discretization)?;
         let look = SceneLook::new(scene, config.look);
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);

@@ -9,10 +9,14 @@ use std::time::Instant;
 
 use anyhow::Context;
 use camera::Pinhole;
+use clap::Args;
 use gpu::Gpu;
 use image::ImageEncoder;
 use protocol::codec::{Coding, ColourSteps, Profile, decode_patch};
+use protocol::held::{Edit, Update};
+use protocol::wire::encode_update;
 use protocol::{DepthImage, Limits, Look};
+use server::coding::CodingRule;
 use server::discretize::{Discretization, Discretizer};
 use server::start::{near_m, start_pose};
 
@@ -54,6 +58,21 @@ struct Total {
     decode_ms: f64,
 }
 
+/// What only this topic takes.
+#[derive(Debug, Default, clap::Args)]
+struct Arguments {
+    /// Also writes each set as an update in the default coding, and `updates.json`, for bench/wasm-decode.mjs.
+    #[arg(long)]
+    write_updates: bool,
+}
+
+/// An update that was written.
+#[derive(Debug, serde::Serialize)]
+struct Written {
+    file: String,
+    raw_bytes: usize,
+}
+
 type Totals = BTreeMap<(&'static str, String), Total>;
 
 impl Topic for Codec {
@@ -64,6 +83,10 @@ impl Topic for Codec {
     fn about(&self) -> &'static str {
         "Bytes a sample by plane and by method, megabytes of samples a second in both directions, and what steps of colour \
          save and cost."
+    }
+
+    fn arguments(&self, command: clap::Command) -> clap::Command {
+        Arguments::augment_args(command)
     }
 
     fn default_scenes(&self, quick: bool) -> Vec<String> {
@@ -77,13 +100,18 @@ impl Topic for Codec {
         describe(report, repeats);
         let progress = Progress::new("codec", run.scenes.len() as u64);
         let mut totals = Totals::new();
+        let arguments: Arguments = run.arguments()?;
+        let mut updates = arguments.write_updates.then(Vec::new);
         for name in &run.scenes {
             progress.say(format!("coding {}", scene_label(name)));
-            match scene(&gpu, name, repeats, &mut totals) {
+            match scene(&gpu, name, repeats, &mut totals, (run, &mut updates)) {
                 Ok(rows) => report.rows.extend(rows),
                 Err(error) => report.rows.push(Row::failed(&scene_label(name), "all methods", &error)),
             }
             progress.step();
+        }
+        if let Some(updates) = updates {
+            std::fs::write(run.out.join("updates.json"), serde_json::to_string_pretty(&updates)?)?;
         }
         bars(&totals, report);
         plot(run, &totals, report)
@@ -105,7 +133,13 @@ fn describe(report: &mut Report, repeats: usize) {
     .to_vec();
 }
 
-fn scene(gpu: &Gpu, name: &str, repeats: usize, totals: &mut Totals) -> anyhow::Result<Vec<Row>> {
+fn scene(
+    gpu: &Gpu,
+    name: &str,
+    repeats: usize,
+    totals: &mut Totals,
+    (run, updates): (&Run, &mut Option<Vec<Written>>),
+) -> anyhow::Result<Vec<Row>> {
     let mut stage = Stage::new(gpu, load_scene(name, 1.0)?, Look::Default)?;
     let output = Pinhole::symmetric(start_pose(&stage.scene), OUTPUT_PX, FOV_Y_RAD, near_m(&stage.scene));
     stage.show(0.0, output.world_from_eye.translation)?;
@@ -115,6 +149,9 @@ fn scene(gpu: &Gpu, name: &str, repeats: usize, totals: &mut Totals) -> anyhow::
         let plan = SetPlan { discretization, images: IMAGES, image_px: IMAGE_PX };
         let (views, precision) = sets::planned(&stage.scene, output.world_from_eye, &output, &plan);
         let images = sets::make(&stage, &mut discretizer, &views, discretization, precision)?.images;
+        if let Some(updates) = updates {
+            updates.push(write_update(&format!("{}-{kind}.update", stage.scene.name), &images, run)?);
+        }
         let mut add = |method: String, row: &mut Row| {
             let total = totals.entry((kind, method)).or_default();
             total.bytes += row.figure("bytes.coded").unwrap_or_default();
@@ -145,6 +182,15 @@ fn scene(gpu: &Gpu, name: &str, repeats: usize, totals: &mut Totals) -> anyhow::
         rows.push(row);
     }
     Ok(rows)
+}
+
+/// Writes images as one update.
+fn write_update(file: &str, images: &[DepthImage], run: &Run) -> anyhow::Result<Written> {
+    let edits = sets::patches(images).map(|patch| Edit::Add(Box::new(patch))).collect();
+    let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits, digest: 0 };
+    let coding = CodingRule::default().coding(None);
+    std::fs::write(run.out.join(file), encode_update(&update, coding).bytes)?;
+    Ok(Written { file: file.to_owned(), raw_bytes: images.iter().map(DepthImage::raw_bytes).sum() })
 }
 
 fn label(Coding { profile, colour }: Coding) -> String {

@@ -81,10 +81,8 @@ impl Discretizer {
         }
         let cameras = method.cameras(cameras);
         cameras.iter().try_for_each(|camera| check_camera(&self.gpu, camera))?;
+        self.prepare(scene, method)?;
         let redundancy = method.redundancy();
-        if let Some(redundancy) = redundancy {
-            self.build(scene, redundancy)?;
-        }
         let attachments = self.take_attachments(&cameras);
         let depths = redundancy.filter(|redundancy| redundancy.test.needs_depth());
         let depths = depths.map(|_| self.take_depths(&attachments));
@@ -130,11 +128,15 @@ impl Discretizer {
         self.by_redundancy.iter().find(|(built, _)| *built == redundancy).map(|(_, pipelines)| pipelines)
     }
 
-    fn build(&mut self, scene: &SceneRenderer, redundancy: Redundancy) -> Result<(), RenderError> {
-        if self.built(redundancy).is_none() {
-            self.by_redundancy.push((redundancy, pipelines(scene, &self.earlier, Some(redundancy))?));
+    /// Builds what a method needs, so that its first set need not wait for it.
+    pub fn prepare(&mut self, scene: &SceneRenderer, method: Discretization) -> Result<(), RenderError> {
+        match method.redundancy() {
+            Some(redundancy) if self.built(redundancy).is_none() => {
+                self.by_redundancy.push((redundancy, pipelines(scene, &self.earlier, Some(redundancy))?));
+                Ok(())
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     fn take_attachments(&mut self, cameras: &[Pinhole]) -> Attachments {
