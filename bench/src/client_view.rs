@@ -5,11 +5,12 @@ use std::time::Instant;
 use camera::Pinhole;
 use client::frame::{FrameRenderer, Options};
 use gpu::{Gpu, Readback};
-use protocol::held::{Edit, Held, Patch, PatchId, Purpose};
+use protocol::held::{Edit, Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material};
-use surface::{CornerRules, Corners, HeldSurfaces};
+use surface::{HeldSurfaces, PatchMesh};
 
 use crate::compare::Picture;
+use crate::sets;
 
 /// What a client holds, and its surfaces.
 pub struct HeldSet {
@@ -22,27 +23,28 @@ pub struct HeldSet {
 }
 
 impl HeldSet {
-    /// Holds a set of images of a still scene. `offsets` are the offset images of the same views, for
-    /// [`Corners::OffsetImage`].
-    pub fn new(
+    /// Holds a set of images of a still scene, as a client does.
+    pub fn new(gpu: &Gpu, images: &[DepthImage], look: (&[Material], &Lighting)) -> anyhow::Result<HeldSet> {
+        HeldSet::with_meshes(gpu, images, look, |surfaces, held, _| surfaces.mesh(held))
+    }
+
+    /// The same with meshes of one's own, of the patch and the number of its image.
+    pub fn with_meshes(
         gpu: &Gpu,
-        images: Vec<DepthImage>,
+        images: &[DepthImage],
         (materials, lighting): (&[Material], &Lighting),
-        corners: Corners,
-        offsets: &[DepthImage],
+        mesh: impl Fn(&HeldSurfaces, &HeldPatch, usize) -> PatchMesh,
     ) -> anyhow::Result<HeldSet> {
         let mut held = Held::default();
         let mut edits = vec![Edit::Materials(materials.to_vec()), Edit::Light(Box::new(lighting.clone()))];
-        edits.extend(images.into_iter().zip(1..).map(|(image, id)| {
-            let (id, purpose) = (PatchId(id), Purpose::Eye);
-            Edit::Add(Box::new(Patch { id, purpose, capture_time_s: 0.0, objects: Vec::new(), image }))
-        }));
+        edits.extend(sets::patches(images).map(|patch| Edit::Add(Box::new(patch))));
         held.commit(edits, 0.0, 0)?;
         let started = Instant::now();
-        let mut surfaces = HeldSurfaces::with_corners(gpu, corners, CornerRules::default());
+        let mut surfaces = HeldSurfaces::new(gpu);
         surfaces.set_materials(&held.materials);
         for (index, patch) in held.patches.values().enumerate() {
-            surfaces.insert_with_offset(patch, offsets.get(index));
+            let mesh = mesh(&surfaces, patch, index);
+            surfaces.place(patch, mesh);
         }
         gpu.wait_idle()?;
         let build_ms = started.elapsed().as_secs_f64() * 1000.0;

@@ -8,7 +8,7 @@ use protocol::codec::{Coding, encode_patch};
 use protocol::held::{Patch, PatchId, Purpose};
 use protocol::message::ViewSize;
 use scene::Scene;
-use server::discretize::{DepthPrecision, Discretization, Discretizer};
+use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer};
 use server::plan::Rules;
 use server::viewer::Viewer;
 
@@ -29,6 +29,8 @@ pub struct SetPlan {
 pub struct ImageSet {
     /// In order.
     pub images: Vec<DepthImage>,
+    /// Inverse depths of their samples before they were quantized.
+    pub exact_w: Vec<Vec<f32>>,
     /// Wall time of all images with their readback, in ms.
     pub images_ms: f64,
 }
@@ -83,7 +85,15 @@ pub fn make(
     let started = Instant::now();
     let captures = discretizer.run(&stage.renderer, views, discretization)?.wait()?;
     let images_ms = started.elapsed().as_secs_f64() * 1000.0;
-    Ok(ImageSet { images: captures.iter().map(|capture| capture.depth_image(precision)).collect(), images_ms })
+    let exact_w = |capture: &Capture| {
+        let occupied = (0..capture.ids.len()).filter(|&index| capture.ids[index][0] != 0);
+        occupied.map(|index| capture.w(index)).collect()
+    };
+    Ok(ImageSet {
+        exact_w: captures.iter().map(exact_w).collect(),
+        images: captures.iter().map(|capture| capture.depth_image(precision)).collect(),
+        images_ms,
+    })
 }
 
 /// Images as patches of a set.

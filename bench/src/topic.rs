@@ -4,10 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use anyhow::Context;
+use camera::Trace;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
+use glam::DVec3;
 use gpu::Gpu;
+use scene::Scene;
+use scene::model::SceneCamera;
 
+use crate::render::read_trace;
 use crate::report::{Figure, Report};
+use crate::stage::load_scene;
 
 /// One question that a report answers with figures.
 pub trait Topic: Sync {
@@ -33,7 +39,7 @@ pub trait Topic: Sync {
 pub struct Run {
     /// Names of built-in scenes, or files.
     pub scenes: Vec<String>,
-    /// A camera trace, where the topic follows one.
+    /// A camera trace, or `auto`.
     pub trace: Option<PathBuf>,
     /// Output size; `None`: the topic's own.
     pub size_px: Option<(u32, u32)>,
@@ -64,6 +70,21 @@ impl Run {
         Ok(A::from_arg_matches(&matches)?)
     }
 
+    /// The camera trace, where a file was named.
+    pub fn read_trace(&self) -> anyhow::Result<Option<Trace>> {
+        let file = self.trace.as_deref().filter(|path| path.as_os_str() != "auto");
+        file.map(read_trace).transpose()
+    }
+
+    /// Loads a scene; it begins where the trace does.
+    pub fn load(&self, name: &str) -> anyhow::Result<Scene> {
+        let mut scene = load_scene(name, 1.0)?;
+        if let Some(trace) = self.read_trace()? {
+            scene.start = start_of(&trace);
+        }
+        Ok(scene)
+    }
+
     /// Whether somebody named the scenes, rather than the topic itself.
     pub fn names_scenes(&self) -> bool {
         self.matches.as_ref().is_some_and(|matches| matches.try_get_raw("scene").is_ok_and(|scenes| scenes.is_some()))
@@ -87,6 +108,16 @@ impl Run {
         report.figures.push(Figure { file, caption: caption.into() });
         path
     }
+}
+
+/// Where a scene begins whose viewer begins where the trace does.
+pub fn start_of(trace: &Trace) -> Option<SceneCamera> {
+    let eye = trace.poses.first()?.world_from_eye;
+    Some(SceneCamera {
+        eye_world: eye.translation,
+        forward_world: eye.transform_vector(DVec3::Z),
+        fov_y_rad: std::f64::consts::FRAC_PI_3,
+    })
 }
 
 /// Name and driver of an adapter, for people.

@@ -8,13 +8,27 @@
 //!   the image on a plane.
 //! - Transforms are named by the spaces they connect, so that inner names cancel:
 //!   `image_from_world = image_from_eye * eye_from_world`.
+//!
+//! Beside the pinhole stand two models that see more than one eye does: [`Spoc`] what lies just behind an object's silhouette,
+//! [`GraphCamera`] round the corners of a whole scene.
 
+mod bounds;
+mod convex;
+mod graph;
 mod pinhole;
 mod rigid;
+mod spoc;
 mod trace;
 
+pub use bounds::{Bounds, ImageBounds};
+pub use convex::HalfSpace;
+pub use graph::{
+    ClipFromOffset, CorridorMap, CorridorMapError, FaceDescription, Frustum, FrustumDescription, FrustumId,
+    GraphCamera, GraphDescription, GraphError, Heading, RayPiece, RootDescription, SegmentPiece, split_behind,
+};
 pub use pinhole::{ImagePoint, Pinhole};
 pub use rigid::Rigid;
+pub use spoc::{Spoc, SpocRay, SpocRayPiece};
 pub use trace::{Trace, TraceError, TracePose};
 
 use serde::{Deserialize, Serialize};

@@ -1,89 +1,67 @@
 //! What holds for every camera model, wherever it stands: project and unproject are inverse, depth orders the points of a ray,
 //! and the rasterizer's projection is the camera's own.
 
-use glam::{DQuat, DVec2, DVec3, Vec4};
+mod support;
+
+use glam::{DVec3, Vec4};
 use proptest::prelude::*;
-use vantage_camera::{Camera, ImagePoint, Pinhole, Rigid};
-
-/// From a desk to a scene 10,000 km from the origin.
-fn place() -> impl Strategy<Value = DVec3> {
-    let coordinate = || prop_oneof![-10.0..10.0, -1e7..1e7];
-    (coordinate(), coordinate(), coordinate()).prop_map(DVec3::from)
-}
-
-fn rotation() -> impl Strategy<Value = DQuat> {
-    let part = || -1.0..1.0_f64;
-    (part(), part(), part(), part())
-        .prop_map(|(x, y, z, w)| DQuat::from_xyzw(x, y, z, w))
-        .prop_filter("a direction", |q| q.length() > 0.1)
-        .prop_map(DQuat::normalize)
-}
-
-/// From half a degree to 120 degrees, with the axis off the middle by up to a quarter of the image.
-fn pinhole() -> impl Strategy<Value = Pinhole> {
-    let size_px = (1_u32..4096, 1_u32..4096);
-    let axis = (-0.25..0.25_f64, -0.25..0.25_f64);
-    (place(), rotation(), size_px, 0.01..2.1_f64, axis, 1e-4..1.0_f64).prop_map(
-        |(translation, rotation, size_px, fov_y_rad, axis, near_m)| {
-            let symmetric = Pinhole::symmetric(Rigid { rotation, translation }, size_px, fov_y_rad, near_m);
-            let size_px = DVec2::new(size_px.0.into(), size_px.1.into());
-            Pinhole { centre_px: symmetric.centre_px + DVec2::from(axis) * size_px, ..symmetric }
-        },
-    )
-}
-
-fn camera() -> impl Strategy<Value = Camera> {
-    pinhole().prop_map(Camera::Pinhole)
-}
-
-/// A point of the image, and its depth in units of the near distance: up to seven decades beyond it.
-fn seen() -> impl Strategy<Value = (DVec2, f64)> {
-    (0.0..1.0_f64, 0.0..1.0_f64, 0.0..7.0_f64)
-        .prop_map(|(across, down, decades)| (DVec2::new(across, down), 10_f64.powf(decades)))
-}
-
-fn image_point(camera: &Camera, (at, depth): (DVec2, f64)) -> ImagePoint {
-    let Camera::Pinhole(pinhole) = camera;
-    let (width_px, height_px) = camera.size_px();
-    // A hair behind the near plane, where rounding of the place cannot push it before it.
-    let near_m = pinhole.near_m + 16.0 * f64::EPSILON * pinhole.world_from_eye.translation.length();
-    ImagePoint {
-        u: at.x * f64::from(width_px),
-        v: at.y * f64::from(height_px),
-        w: 1.0 / (near_m * depth * (1.0 + 1e-9)),
-    }
-}
-
-/// How far rounding can move a world point of a camera: a few roundings of the largest coordinate on the way, through the
-/// rotation (three products each, there and back) and the translation.
-fn rounding_m(camera: &Camera, world: DVec3) -> f64 {
-    16.0 * f64::EPSILON * (camera.eye_world().abs().max_element() + world.abs().max_element())
-}
+use support::{Model, at, graph, model, pinhole, place, pose, spoc};
+use vantage_camera::{Camera, FrustumId, ImagePoint, Rigid};
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1024))]
+
     #[test]
-    fn unproject_after_project_is_the_identity(camera in camera(), seen in seen()) {
-        let world = camera.world_from_image(image_point(&camera, seen));
-        let point = camera.image_from_world(world);
-        prop_assert!(point.is_some(), "{world} is behind the near plane");
-        let again = point.map(|point| camera.world_from_image(point)).unwrap_or_default();
-        prop_assert!(again.distance(world) <= rounding_m(&camera, world), "{world} came back as {again}");
+    fn unproject_after_project_is_the_identity(camera in model(), at in at(), depth in 0.0..1.0_f64) {
+        let point = camera.point(at, depth);
+        let world = camera.world(point);
+        let again = camera.image(world);
+        prop_assert!(again.is_some(), "{world} of {point:?} has no image");
+        let again = again.map(|point| camera.world(point)).unwrap_or_default();
+        let slack_m = camera.rounding_m(point, world);
+        prop_assert!(again.distance(world) <= slack_m, "{world} came back as {again}, {slack_m:e} m");
     }
 
     #[test]
-    fn depth_orders_the_points_of_a_ray(camera in camera(), seen in seen(), further in 1.001..100.0_f64) {
-        let near = image_point(&camera, seen);
+    fn inverse_depth_is_positive_and_finite(camera in model(), at in at(), depth in 0.0..1.0_f64) {
+        let image = camera.image(camera.world(camera.point(at, depth)));
+        prop_assert!(image.is_some_and(|point| point.w > 0.0 && point.w.is_finite()));
+    }
+
+    #[test]
+    fn no_point_with_an_infinite_or_missing_coordinate_has_an_image(
+        spoc in spoc(),
+        graph in graph(),
+        p in place(),
+        axis in 0_usize..3,
+        bad in prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(f64::NEG_INFINITY), Just(1e308), Just(-1e308)],
+    ) {
+        let mut p = p;
+        p[axis] = bad;
+        prop_assert!(spoc.image_from_world(p).is_none_or(|point| bad.is_finite() && point.u.is_finite()));
+        prop_assert_eq!(graph.image_from_world(p), None);
+        let ends = graph.segment_pieces(p, graph.bounds_world().middle()).into_iter().flat_map(|piece| [piece.from, piece.to]);
+        prop_assert!(ends.into_iter().all(|end| bad.is_finite() && end.u.is_finite() && end.v.is_finite() && end.w > 0.0));
+        prop_assert!(graph.ray(p[(axis + 1) % 3], bad).is_empty());
+        prop_assert_eq!(graph.frustum_at(ImagePoint { u: p.x, v: bad, w: 1.0 }), None);
+        prop_assert_eq!(graph.world_from_image(ImagePoint { u: bad * 10.0, v: 0.0, w: 1.0 }, FrustumId::ROOT), None);
+    }
+
+    #[test]
+    fn depth_orders_the_points_of_a_ray(pinhole in pinhole(), at in at(), depth in 0.0..1.0_f64, further in 1.001..100.0_f64) {
+        let camera = Camera::Pinhole(pinhole);
+        let near = camera.point(at, depth);
         let far = ImagePoint { w: near.w / further, ..near };
         let eye = camera.eye_world();
         let (a, b) = (camera.world_from_image(near), camera.world_from_image(far));
-        let slack = rounding_m(&camera, b);
+        let slack = camera.rounding_m(far, b);
         prop_assert!(a.distance(eye) < b.distance(eye) + slack);
         prop_assert!((b - eye).cross(a - eye).length() <= 2.0 * slack * b.distance(eye), "one ray, one line");
     }
 
     #[test]
-    fn the_rasterizer_projects_as_the_camera(pinhole in pinhole(), seen in seen()) {
-        let point = image_point(&Camera::Pinhole(pinhole), seen);
+    fn the_rasterizer_projects_as_the_camera(pinhole in pinhole(), at in at(), depth in 0.0..1.0_f64) {
+        let point = Camera::Pinhole(pinhole).point(at, depth);
         let eye = pinhole.eye_from_image(point).as_vec3();
         let clip = pinhole.clip_from_eye() * Vec4::new(eye.x, eye.y, eye.z, 1.0);
         let (width, height) = (f64::from(pinhole.width_px), f64::from(pinhole.height_px));
@@ -97,8 +75,7 @@ proptest! {
     }
 
     #[test]
-    fn inverse_undoes(world_from_eye in (place(), rotation()), p in place()) {
-        let pose = Rigid { translation: world_from_eye.0, rotation: world_from_eye.1 };
+    fn inverse_undoes(pose in pose(), p in place()) {
         let again = pose.inverse().transform_point(pose.transform_point(p));
         let size = pose.translation.abs().max_element() + p.abs().max_element();
         prop_assert!(again.distance(p) <= 32.0 * f64::EPSILON * size);

@@ -90,7 +90,7 @@ fn every_method_keeps_its_word() {
             let (anchor, rays) = (renderer.anchor_world(), renderer.rays());
             let meter = Meter::new(&gpu, redundancy).expect("a pipeline");
             for (index, image) in set.iter().enumerate().skip(1) {
-                let found = meter.redundant(&renderer, image, &set[..index]).expect("measured");
+                let found = meter.redundant(&renderer, image, &meter.images(&set[..index])).expect("measured");
                 let found = found.into_iter().filter(|redundant| *redundant).count();
                 assert_eq!(found, 0, "{what}, {name}: image {index} holds what an earlier one does");
                 let twin = redundant_samples(image, &set[..index], redundancy, anchor, rays);

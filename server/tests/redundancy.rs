@@ -56,7 +56,7 @@ impl Crowd {
     /// Whether each sample is redundant: as the meter says, and as the twin says.
     fn redundant(&self, capture: &Capture, images: &[Capture], redundancy: Redundancy) -> [Vec<bool>; 2] {
         let meter = Meter::new(&self.gpu, redundancy).expect("a pipeline");
-        let all = meter.redundant(&self.renderer, capture, images).expect("measured");
+        let all = meter.redundant(&self.renderer, capture, &meter.images(images)).expect("measured");
         let occupied = all.iter().zip(&capture.ids).filter(|(_, ids)| ids[0] != 0);
         let (anchor, rays) = (self.renderer.anchor_world(), self.renderer.rays());
         let twin = redundant_samples(capture, images, redundancy, anchor, rays);

@@ -129,23 +129,22 @@ impl HeldSurfaces {
 
     /// Builds a patch's surface, or builds it anew. Patches that are not for the eye are left out.
     pub fn insert(&mut self, held: &HeldPatch) {
-        self.insert_with_offset(held, None);
-    }
-
-    /// As [`HeldSurfaces::insert`], with the offset image of the same view for [`Corners::OffsetImage`]: one pixel larger,
-    /// pixel centres on the corners of the patch's pixels.
-    pub fn insert_with_offset(&mut self, held: &HeldPatch, offset_image: Option<&DepthImage>) {
-        let mesh = self.mesh(held, offset_image);
+        let mesh = self.mesh(held);
         self.place(held, mesh);
     }
 
     /// The mesh of a patch, not yet placed: several can be built at once. Empty for patches that are not for the eye.
-    pub fn mesh(&self, held: &HeldPatch, offset_image: Option<&DepthImage>) -> PatchMesh {
+    pub fn mesh(&self, held: &HeldPatch) -> PatchMesh {
         if held.patch.purpose != Purpose::Eye {
             return PatchMesh::default();
         }
+        mesh::build(held, &self.mesh_options())
+    }
+
+    /// How it makes meshes.
+    pub fn mesh_options(&self) -> MeshOptions<'static> {
         let (corners, rules, provoking) = (self.corners, self.rules, self.provoking_vertex());
-        mesh::build(held, &MeshOptions { corners, rules, provoking, offset_image })
+        MeshOptions { corners, rules, provoking, exact_w: None, offset_image: None }
     }
 
     /// Draws a patch by its mesh from now on.

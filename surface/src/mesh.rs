@@ -64,8 +64,19 @@ pub struct MeshOptions<'a> {
     pub rules: CornerRules,
     /// See [`ProvokingVertex`].
     pub provoking: ProvokingVertex,
-    /// For [`Corners::OffsetImage`]: the image of the same view, one pixel larger, whose pixel centres are the corners.
-    pub offset_image: Option<&'a DepthImage>,
+    /// Inverse depths of the samples before they were quantized, in place of the image's codes: to tell what coding costs.
+    pub exact_w: Option<&'a [f32]>,
+    /// For [`Corners::OffsetImage`].
+    pub offset_image: Option<OffsetImage<'a>>,
+}
+
+/// The image of the same view, one pixel larger, whose pixel centres are the corners.
+#[derive(Debug, Clone, Copy)]
+pub struct OffsetImage<'a> {
+    /// Its samples.
+    pub image: &'a DepthImage,
+    /// See [`MeshOptions::exact_w`].
+    pub exact_w: Option<&'a [f32]>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -95,7 +106,7 @@ struct Builder<'a> {
 impl<'a> Builder<'a> {
     fn new(held: &'a HeldPatch, camera: &Pinhole, options: &'a MeshOptions<'a>) -> Builder<'a> {
         let image = &held.patch.image;
-        let (planes, guarded) = corners::planes(image, camera, &options.rules);
+        let (planes, guarded) = corners::planes(image, camera, &options.rules, options.exact_w);
         let width = image.mask.size_px().0 as usize;
         Builder {
             patch: &held.patch,
@@ -308,27 +319,28 @@ impl Mean {
 
 /// The offset image by pixel.
 struct OffsetPlane<'a> {
-    image: &'a DepthImage,
+    offset: OffsetImage<'a>,
     samples: Vec<u32>,
 }
 
 impl OffsetPlane<'_> {
-    fn new(image: &DepthImage) -> OffsetPlane<'_> {
-        let (width, height) = image.mask.size_px();
+    fn new(offset: OffsetImage<'_>) -> OffsetPlane<'_> {
+        let (width, height) = offset.image.mask.size_px();
         let mut samples = vec![NONE; width as usize * height as usize];
-        for (index, (x, y)) in image.mask.occupied().enumerate() {
+        for (index, (x, y)) in offset.image.mask.occupied().enumerate() {
             samples[y as usize * width as usize + x as usize] = index as u32;
         }
-        OffsetPlane { image, samples }
+        OffsetPlane { offset, samples }
     }
 
     fn at(&self, x: u32, y: u32) -> Option<(u16, f32)> {
-        let (width, height) = self.image.mask.size_px();
+        let OffsetImage { image, exact_w } = self.offset;
+        let (width, height) = image.mask.size_px();
         if x >= width || y >= height {
             return None;
         }
         let sample = self.samples[y as usize * width as usize + x as usize] as usize;
-        let code = *self.image.depth.get(sample)?;
-        Some((self.image.object[sample], self.image.depth_scale.w(code)))
+        let code = *image.depth.get(sample)?;
+        Some((image.object[sample], exact_w.map_or(image.depth_scale.w(code), |exact_w| exact_w[sample])))
     }
 }

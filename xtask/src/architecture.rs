@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 const ORDER: &[&[&str]] = &[
     &["camera", "network"],
     &["protocol", "shaders", "scene"],
-    &["gpu"],
+    &["gpu", "impostor"],
     &["surface"],
     &["server", "client"],
     &["web", "bench"],

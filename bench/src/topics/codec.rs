@@ -25,7 +25,7 @@ use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
 use crate::sets::{self, SetPlan};
 use crate::spread::{Better, Spread};
-use crate::stage::{Stage, load_scene};
+use crate::stage::Stage;
 use crate::topic::{Run, Topic, scene_label};
 
 /// See the module.
@@ -140,7 +140,7 @@ fn scene(
     totals: &mut Totals,
     (run, updates): (&Run, &mut Option<Vec<Written>>),
 ) -> anyhow::Result<Vec<Row>> {
-    let mut stage = Stage::new(gpu, load_scene(name, 1.0)?, Look::Default)?;
+    let mut stage = Stage::new(gpu, run.load(name)?, Look::Default)?;
     let output = Pinhole::symmetric(start_pose(&stage.scene), OUTPUT_PX, FOV_Y_RAD, near_m(&stage.scene));
     stage.show(0.0, output.world_from_eye.translation)?;
     let mut discretizer = Discretizer::new(&stage.renderer)?;

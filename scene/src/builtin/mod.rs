@@ -2,7 +2,7 @@
 //!
 //! Every scene has a moving variant, `NAME-moving`, of the same geometry. Triangle counts are near those of the scenes of
 //! the same kind in Xie, Wang, Popescu 2016 and in the non-pinhole papers. [`stiff`] lists scenes that strain the
-//! numbers: for tests, not for the eye.
+//! numbers, [`simple`] those of which much can be left out: for tests and reports, not for the eye.
 
 mod barrels;
 mod birdnest;
@@ -12,6 +12,7 @@ mod grass;
 mod kit;
 mod maze;
 mod mesher;
+mod mural;
 mod newell;
 mod parking;
 mod pillars;
@@ -55,6 +56,13 @@ const STIFF: &[Entry] = &[
     ("huge", "huge-moving", stiff::huge),
 ];
 
+/// Scenes that need little: for what is left out.
+const SIMPLE: &[Entry] = &[("mural", "mural-moving", mural::build)];
+
+fn all() -> impl Iterator<Item = &'static Entry> {
+    SCENES.iter().chain(STIFF).chain(SIMPLE)
+}
+
 /// Names of the scenes, still ones and their moving variants.
 pub fn names() -> impl Iterator<Item = &'static str> {
     SCENES.iter().flat_map(|&(still, moving, _)| [still, moving])
@@ -66,9 +74,14 @@ pub fn stiff() -> impl Iterator<Item = &'static str> {
     STIFF.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// The built-in scene of that name, stiff ones included; `None` where there is none.
+/// Names of scenes that need little, each still and moving: a wall that one image covers.
+pub fn simple() -> impl Iterator<Item = &'static str> {
+    SIMPLE.iter().flat_map(|&(still, moving, _)| [still, moving])
+}
+
+/// The built-in scene of that name, stiff and simple ones included; `None` where there is none.
 pub fn load(name: &str) -> Option<Scene> {
-    SCENES.iter().chain(STIFF).find_map(|&(still, moving, build)| match name {
+    all().find_map(|&(still, moving, build)| match name {
         _ if name == still => Some(build().finish(name, false)),
         _ if name == moving => Some(build().finish(name, true)),
         _ => None,
@@ -90,7 +103,7 @@ pub fn walk_eyes(name: &str) -> Vec<SceneCamera> {
 /// After how many seconds a scene's motion repeats.
 #[cfg(test)]
 fn scene_period_s(name: &str) -> f64 {
-    let found = SCENES.iter().chain(STIFF).find(|(still, moving, _)| [*still, *moving].contains(&name));
+    let found = all().find(|(still, moving, _)| [*still, *moving].contains(&name));
     found.map_or(f64::NAN, |(_, _, build)| build().period_s())
 }
 

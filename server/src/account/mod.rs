@@ -362,7 +362,7 @@ impl Account {
     pub fn refresh(&mut self) {
         let changed = std::mem::take(&mut self.changed);
         let Some(surfaces) = &mut self.surfaces else { return };
-        let mesh = |id: PatchId| (id, self.held.patches.get(&id).map(|patch| (patch, surfaces.mesh(patch, None))));
+        let mesh = |id: PatchId| (id, self.held.patches.get(&id).map(|patch| (patch, surfaces.mesh(patch))));
         let meshes: Vec<_> = changed.into_par_iter().map(mesh).collect();
         for (id, mesh) in meshes {
             match mesh {

@@ -2,6 +2,7 @@
 //! makes images, from what the images hold before anything is quantized. The twin is [`super::redundancy::redundant_samples`].
 
 use bytemuck::cast_slice;
+use camera::Pinhole;
 use gpu::{Gpu, PinholeUniform, Readback};
 use wgpu::util::DeviceExt;
 
@@ -22,6 +23,18 @@ pub struct Meter {
     sample_layout: wgpu::BindGroupLayout,
     earlier: EarlierLayout,
     pipeline: wgpu::ComputePipeline,
+}
+
+/// Images on the GPU, ready to be asked for many others' samples.
+pub struct MeterImages {
+    /// At most [`MAX_EARLIER`] together.
+    groups: Vec<MeterGroup>,
+}
+
+struct MeterGroup {
+    cameras: Vec<Pinhole>,
+    /// Ids and depth, a layer an image; `None` for rays, which ask where images are, not what they show.
+    planes: Option<[wgpu::Texture; 2]>,
 }
 
 impl Meter {
@@ -70,13 +83,26 @@ impl Meter {
         Ok(Meter { gpu: gpu.clone(), redundancy, view_layout, sample_layout, earlier, pipeline })
     }
 
-    /// Whether each pixel of `capture` (row-major) is a sample that one of `images` holds, of the scene as it is now. Any number of
-    /// images; by [`super::RedundancyTest::Visibility`] at most [`MAX_EARLIER`] make a set, as each is asked about those before it.
+    /// Takes images to the GPU; any number. By [`super::RedundancyTest::Visibility`] at most [`MAX_EARLIER`] make a set, as each is asked
+    /// about those before it.
+    pub fn images(&self, images: &[Capture]) -> MeterImages {
+        let group = |images: &[Capture]| {
+            let largest = |side: fn(&Capture) -> u32| images.iter().map(side).max().unwrap_or(1);
+            let size_px = (largest(|image| image.camera.width_px), largest(|image| image.camera.height_px));
+            MeterGroup {
+                cameras: images.iter().map(|image| image.camera).collect(),
+                planes: (!self.redundancy.test.needs_rays()).then(|| self.planes(images, size_px)),
+            }
+        };
+        MeterImages { groups: images.chunks(MAX_EARLIER).map(group).collect() }
+    }
+
+    /// Whether each pixel of `capture` (row-major) is a sample that one of `images` holds, of the scene as it is now.
     pub fn redundant(
         &self,
         scene: &SceneRenderer,
         capture: &Capture,
-        images: &[Capture],
+        images: &MeterImages,
     ) -> Result<Vec<bool>, RenderError> {
         let device = &self.gpu.device;
         let view = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -113,8 +139,8 @@ impl Meter {
             ],
         });
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for images in images.chunks(MAX_EARLIER) {
-            let own = self.earlier_group(scene, capture, images)?;
+        for group in &images.groups {
+            let own = self.earlier_group(scene, capture, group)?;
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &view_group, &[]);
@@ -134,16 +160,11 @@ impl Meter {
         &self,
         scene: &SceneRenderer,
         capture: &Capture,
-        images: &[Capture],
+        group: &MeterGroup,
     ) -> Result<wgpu::BindGroup, RenderError> {
-        let largest = |side: fn(&Capture) -> u32| images.iter().map(side).max().unwrap_or(1);
-        let size_px = (largest(|image| image.camera.width_px), largest(|image| image.camera.height_px));
-        let cameras: Vec<_> = images.iter().map(|image| image.camera).collect();
-        // Rays ask where images are, not what they show.
-        let planes = (!self.redundancy.test.needs_rays()).then(|| self.planes(images, size_px));
-        let [ids, depth] = [0, 1].map(|plane| planes.as_ref().map(|planes| &planes[plane]));
+        let [ids, depth] = [0, 1].map(|plane| group.planes.as_ref().map(|planes| &planes[plane]));
         let depth = depth.filter(|_| self.redundancy.test.needs_depth());
-        let planes = EarlierPlanes { cameras: &cameras, ids, depth };
+        let planes = EarlierPlanes { cameras: &group.cameras, ids, depth };
         self.earlier.group(scene, &capture.camera, &planes, Some(self.redundancy))
     }
 

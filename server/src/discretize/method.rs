@@ -37,9 +37,15 @@ pub enum RedundancyTest {
     /// Whether its pixel there holds the same triangle, or a sample of the same object that faces the same way, on whose plane the
     /// sample lies within a footprint (ours): triangles smaller than a pixel are told by their surface.
     Surface,
-    /// The same for all four pixels whose centres are around it (ours): between four samples of one surface a client's quads leave no
+    /// The same for the 3 x 3 pixels around it (ours): two small images of one outline, each rounded to its own pixels, miss nothing
+    /// of each other. For probes ([`super::placement`]).
+    Nearby,
+    /// The same as [`RedundancyTest::Surface`] for all four pixels whose centres are around it (ours): between four samples of one surface a client's quads leave no
     /// gap, beside an outline they may. So outlines are sampled by every image, each with its own pixels.
     Covered,
+    /// Whether all four pixels whose centres are around it hold the same triangle (ours): what another eye sees of the triangle between them
+    /// has one of them as its nearest, so no image loses by it what it would hold by itself.
+    CoveredTriangle,
     /// Whether a ray from its eye reaches the sample through nothing but what images before it hold (Alg. 2, in a recursive form that is
     /// ours: an image holds what it reached behind fragments that it dropped). Cut-outs are taken to be whole, so what
     /// lies behind their holes is kept rather than lost.
@@ -51,11 +57,13 @@ pub enum RedundancyTest {
 
 impl RedundancyTest {
     /// Every test.
-    pub const ALL: [RedundancyTest; 6] = [
+    pub const ALL: [RedundancyTest; 8] = [
         RedundancyTest::Pixel,
         RedundancyTest::Neighbourhood,
         RedundancyTest::Surface,
+        RedundancyTest::Nearby,
         RedundancyTest::Covered,
+        RedundancyTest::CoveredTriangle,
         RedundancyTest::Visibility,
         RedundancyTest::VisibilityPlain,
     ];
@@ -68,23 +76,37 @@ impl RedundancyTest {
     /// `redundancy_test` of `server/redundancy.wgsl`.
     pub(crate) fn code(self) -> u32 {
         match self {
-            RedundancyTest::Pixel | RedundancyTest::Neighbourhood => 0,
-            RedundancyTest::Surface => 1,
-            RedundancyTest::Covered => 2,
-            RedundancyTest::Visibility => 3,
-            RedundancyTest::VisibilityPlain => 4,
+            RedundancyTest::Pixel | RedundancyTest::Neighbourhood | RedundancyTest::CoveredTriangle => 0,
+            RedundancyTest::Surface | RedundancyTest::Nearby | RedundancyTest::Covered => 1,
+            RedundancyTest::Visibility => 2,
+            RedundancyTest::VisibilityPlain => 3,
         }
     }
 
     /// Whether it asks where earlier images' samples lie.
     pub(crate) fn needs_depth(self) -> bool {
-        matches!(self, RedundancyTest::Surface | RedundancyTest::Covered)
+        self.code() == RedundancyTest::Surface.code()
     }
 
-    /// Pixels around the reprojected one.
-    pub(crate) fn radius_px(self) -> i32 {
-        i32::from(self == RedundancyTest::Neighbourhood)
+    /// Which pixels of an earlier image are asked.
+    pub(crate) fn asked(self) -> Asked {
+        match self {
+            RedundancyTest::Neighbourhood | RedundancyTest::Nearby => Asked::AnyOfNine,
+            RedundancyTest::Covered | RedundancyTest::CoveredTriangle => Asked::AllOfFour,
+            _ => Asked::Own,
+        }
     }
+}
+
+/// Which pixels of an earlier image are asked for a sample; its codes are those of `asked_pixels` in `server/redundancy.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Asked {
+    /// The one that the sample lies in.
+    Own = 0,
+    /// That one and its neighbours: one is enough.
+    AnyOfNine = 1,
+    /// Those whose centres are around it: every one.
+    AllOfFour = 2,
 }
 
 impl Redundancy {
@@ -97,7 +119,7 @@ impl Redundancy {
     pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
         [
             ("redundancy_test", self.test.code().into()),
-            ("texel_radius", self.test.radius_px().into()),
+            ("asked_pixels", f64::from(self.test.asked() as u32)),
             ("density_factor", self.density_factor.into()),
         ]
     }
@@ -126,13 +148,14 @@ impl Discretization {
     });
 
     /// Every method by its name, as people type it.
-    pub const NAMED: [(&str, Discretization); 9] = [
+    pub const NAMED: [(&str, Discretization); 10] = [
         ("conventional", Discretization::Conventional),
         ("depth-peeling", Discretization::DepthPeeling),
         ("non-redundant", Discretization::PIXEL),
         ("neighbourhood", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Neighbourhood))),
         ("surface", Discretization::SURFACE),
         ("covered", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered))),
+        ("covered-triangle", Discretization::NonRedundant(Redundancy::by(RedundancyTest::CoveredTriangle))),
         ("footprint", Discretization::FOOTPRINT),
         ("visibility", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Visibility))),
         ("visibility-plain", Discretization::NonRedundant(Redundancy::by(RedundancyTest::VisibilityPlain))),

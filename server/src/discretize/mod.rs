@@ -33,7 +33,7 @@ pub mod placement;
 pub mod redundancy;
 
 pub use capture::{Capture, DepthPrecision};
-pub use meter::Meter;
+pub use meter::{Meter, MeterImages};
 pub use method::{Discretization, Redundancy, RedundancyTest};
 
 use camera::Pinhole;

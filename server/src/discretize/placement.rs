@@ -5,8 +5,9 @@
 //! most to all probes together (greedy covering, which finds at least 1 - 1/e of what the best choice of as many would:
 //! Nemhauser, Wolsey, Fisher 1978), until little enough is missing or the budget is spent. So a scene that one image covers gets one.
 //!
-//! Probes are compared by [`RedundancyTest::Surface`]: at their size, most triangles are smaller than a pixel. They do not know of
-//! what images hold behind what they drop, so what is missing is rather over-estimated.
+//! Probes are compared by [`RedundancyTest::Nearby`]: at their size, most triangles are smaller than a pixel, and outlines, which each
+//! rounds to its own pixels, are much of a picture. They do not know of what images hold behind what they drop, so what is missing
+//! is rather over-estimated.
 
 use camera::Pinhole;
 use glam::DVec2;
@@ -38,9 +39,10 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// As many images as `images`, and none for less than 0.2 % of what is seen: a fifth of the holes that a picture may have.
+    /// As many images as `images`, and none for less than 0.05 % of what is seen: probes do not find what is narrower than one of their
+    /// pixels, so little that is found stands for more.
     pub fn of(images: usize) -> Budget {
-        Budget { images, missing: 0.002 }
+        Budget { images, missing: 0.0005 }
     }
 }
 
@@ -70,32 +72,38 @@ pub fn probe(view: &Pinhole) -> Pinhole {
 /// tangents of what a viewer sees to each side: images are wider, so that they hold what other eyes see beside it.
 pub fn place(probes: &[Capture], half_field: DVec2, budget: Budget) -> Chosen {
     let mut chosen = Chosen { views: Vec::new(), missing: Vec::new() };
-    let Some(held_by) = (!probes.is_empty() && budget.images > 0).then(|| held_by(probes)) else { return chosen };
+    if probes.is_empty() || budget.images == 0 {
+        return chosen;
+    }
     // What is missing of each probe, sample by sample.
     let mut missing: Vec<Vec<bool>> = probes.iter().map(|probe| shown(probe, half_field)).collect();
     let total = missing.iter().flatten().filter(|shown| **shown).count().max(1);
+    // The other views are only looked at where the first one is not enough.
+    let mut held_by = vec![held_by_view(probes, 0)];
     let mut next = 0;
     loop {
         chosen.views.push(next);
-        for (missing, held) in missing.iter_mut().zip(&held_by) {
-            missing.iter_mut().zip(&held[next]).for_each(|(missing, held)| *missing &= !held);
+        for (missing, held) in missing.iter_mut().zip(&held_by[next]) {
+            missing.iter_mut().zip(held).for_each(|(missing, held)| *missing &= !held);
         }
         let left = missing.iter().flatten().filter(|missing| **missing).count();
         chosen.missing.push(left as f64 / total as f64);
+        if left as f64 <= budget.missing * total as f64 || chosen.views.len() >= budget.images {
+            return chosen;
+        }
+        held_by.extend((held_by.len()..probes.len()).map(|view| held_by_view(probes, view)));
         let gain = |view: usize| -> usize {
-            let of_probe = |(missing, held): (&Vec<bool>, &Vec<Vec<bool>>)| {
-                missing.iter().zip(&held[view]).filter(|(missing, held)| **missing && **held).count()
+            let of_probe = |(missing, held): (&Vec<bool>, &Vec<bool>)| {
+                missing.iter().zip(held).filter(|(missing, held)| **missing && **held).count()
             };
-            missing.iter().zip(&held_by).map(of_probe).sum()
+            missing.iter().zip(&held_by[view]).map(of_probe).sum()
         };
         // The first of equals, so that the choice is the same everywhere.
         let best = (0..probes.len()).map(|view| (gain(view), std::cmp::Reverse(view))).max();
-        let Some((added, std::cmp::Reverse(view))) = best else { return chosen };
-        let enough = left as f64 <= budget.missing * total as f64;
-        if enough || added == 0 || chosen.views.len() >= budget.images {
-            return chosen;
+        match best {
+            Some((added, std::cmp::Reverse(view))) if added > 0 => next = view,
+            _ => return chosen,
         }
-        next = view;
     }
 }
 
@@ -110,19 +118,19 @@ fn shown(probe: &Capture, half_field: DVec2) -> Vec<bool> {
     (0..probe.ids.len()).filter(|&index| probe.ids[index][0] != 0).map(is_shown).collect()
 }
 
-/// For each probe and each view: which samples of the probe the view's own probe holds.
-fn held_by(probes: &[Capture]) -> Vec<Vec<Vec<bool>>> {
+/// Which samples of each probe the own probe of a view holds.
+fn held_by_view(probes: &[Capture], view: usize) -> Vec<Vec<bool>> {
     // Nearness in space does not depend on where coordinates begin as long as no ray is followed.
     let anchor_world = probes[0].camera.world_from_eye.translation;
-    let held = |probe: usize, view: usize| {
+    let held = |probe: usize| {
         let samples = &probes[probe];
         if probe == view {
             return vec![true; samples.ids.iter().filter(|ids| ids[0] != 0).count()];
         }
-        let by = Redundancy::by(RedundancyTest::Surface);
+        let by = Redundancy::by(RedundancyTest::Nearby);
         redundant_samples(samples, std::slice::from_ref(&probes[view]), by, anchor_world, None)
     };
-    (0..probes.len()).into_par_iter().map(|probe| (0..probes.len()).map(|view| held(probe, view)).collect()).collect()
+    (0..probes.len()).into_par_iter().map(held).collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use glam::{DVec3, IVec2, Mat3, Vec2, Vec3, Vec4};
 use protocol::image::octahedral_normal;
 use rayon::prelude::*;
 
+use super::method::Asked;
 use super::{Capture, Redundancy, RedundancyTest};
 use crate::render::RayScene;
 
@@ -158,18 +159,21 @@ impl<'a> Earlier<'a> {
         if !self.is_dense_enough(image, sample, q) {
             return false;
         }
-        if self.redundancy.test == RedundancyTest::Covered {
-            // The four pixels whose centres are around it.
-            let first = (place - 0.5).floor().as_ivec2();
-            let last = Vec2::from(image.size_px).as_ivec2() - 1;
-            let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|corner| first + IVec2::from(corner));
-            let corners = corners.map(|corner| corner.clamp(IVec2::ZERO, last));
-            return corners.iter().all(|c| self.holds_texel(image, capture, (c.x, c.y), sample, q));
+        let last = Vec2::from(image.size_px).as_ivec2() - 1;
+        let holds = |texel: IVec2| self.holds_texel(image, capture, (texel.x, texel.y), sample, q);
+        match self.redundancy.test.asked() {
+            Asked::Own => holds(place.as_ivec2()),
+            Asked::AnyOfNine => {
+                let own = place.as_ivec2();
+                let around = (-1..=1).flat_map(|down| (-1..=1).map(move |right| own + IVec2::new(right, down)));
+                around.filter(|texel| texel.cmpge(IVec2::ZERO).all() && texel.cmple(last).all()).any(holds)
+            }
+            Asked::AllOfFour => {
+                let first = (place - 0.5).floor().as_ivec2();
+                let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|corner| first + IVec2::from(corner));
+                corners.map(|corner| corner.clamp(IVec2::ZERO, last)).into_iter().all(holds)
+            }
         }
-        let radius = self.redundancy.test.radius_px();
-        let (u, v) = (place.x as i32, place.y as i32);
-        let around = (v - radius..=v + radius).flat_map(|y| (u - radius..=u + radius).map(move |x| (x, y)));
-        around.into_iter().any(|(x, y)| self.holds_texel(image, capture, (x, y), sample, q))
     }
 
     fn holds_texel(

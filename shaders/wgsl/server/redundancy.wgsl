@@ -36,14 +36,15 @@ struct EarlierImages {
 // Layer j holds `near * w`.
 @group(3) @binding(2) var earlier_depth: texture_2d_array<f32>;
 
-// Values of `redundancy_test`, as `RedundancyTest::code` gives them; 0 looks for the triangle at the pixel.
+// Values of `redundancy_test`, as `RedundancyTest::code` gives them; 0 looks for the triangle.
 const SURFACE: u32 = 1u;
-const COVERED: u32 = 2u;
-const VISIBILITY: u32 = 3u;
-const VISIBILITY_PLAIN: u32 = 4u;
+const VISIBILITY: u32 = 2u;
+const VISIBILITY_PLAIN: u32 = 3u;
 override redundancy_test: u32 = 0u;
-// Pixels around the reprojected one that may hold the sample.
-override texel_radius: i32 = 0;
+// Values of `asked_pixels`, as `RedundancyTest::asked` gives them; 0 asks the pixel that the sample lies in.
+const ANY_OF_NINE: u32 = 1u;
+const ALL_OF_FOUR: u32 = 2u;
+override asked_pixels: u32 = 0u;
 // A sample that is more than this many times as dense as in an earlier image is not held by it; 0: density does not count.
 override density_factor: f32 = 0.0;
 
@@ -98,7 +99,7 @@ fn holds_texel(index: u32, texel: vec2i, sample: Sample, q: vec3f) -> bool {
     if ids.x == sample.triangle {
         return true;
     }
-    if redundancy_test == 0u || ids.x == 0u || (ids.y & 0xffffu) != sample.object {
+    if redundancy_test != SURFACE || ids.x == 0u || (ids.y & 0xffffu) != sample.object {
         return false;
     }
     let image = earlier.images[index];
@@ -124,7 +125,7 @@ fn holds_pixel(index: u32, sample: Sample) -> bool {
         return false;
     }
     let last = vec2i(image.size_px) - 1;
-    if redundancy_test == COVERED {
+    if asked_pixels == ALL_OF_FOUR {
         // The four pixels whose centres are around it.
         let first = vec2i(floor(place - 0.5));
         for (var corner = 0; corner < 4; corner++) {
@@ -136,8 +137,9 @@ fn holds_pixel(index: u32, sample: Sample) -> bool {
         return true;
     }
     let texel = vec2i(place);
-    for (var y = max(texel.y - texel_radius, 0); y <= min(texel.y + texel_radius, last.y); y++) {
-        for (var x = max(texel.x - texel_radius, 0); x <= min(texel.x + texel_radius, last.x); x++) {
+    let radius = select(0, 1, asked_pixels == ANY_OF_NINE);
+    for (var y = max(texel.y - radius, 0); y <= min(texel.y + radius, last.y); y++) {
+        for (var x = max(texel.x - radius, 0); x <= min(texel.x + radius, last.x); x++) {
             if holds_texel(index, vec2i(x, y), sample, q) {
                 return true;
             }

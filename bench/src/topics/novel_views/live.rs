@@ -69,7 +69,7 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
         ..Config::default()
     };
     let mut scene = replay.scene.clone();
-    scene.start = super::start_of(&replay.trace);
+    scene.start = crate::topic::start_of(&replay.trace);
     let imager = Box::new(GpuImager::new(&server_gpu, &scene, &config)?);
     let runtime = Runtime::new()?;
     let server = runtime.block_on(server::serve(config, Arc::new(scene), imager))?;

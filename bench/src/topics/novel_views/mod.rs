@@ -17,13 +17,10 @@ mod video;
 use std::path::PathBuf;
 
 use anyhow::ensure;
-use camera::Trace;
 use clap::Args;
-use glam::DVec3;
 use gpu::Gpu;
 use network::Link;
 use protocol::message::Clock;
-use scene::model::SceneCamera;
 
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
@@ -260,14 +257,4 @@ type Drawn = fn(usize) -> bool;
 /// Two neighbours of every ten pictures: few enough to be quick, and flicker is still known.
 fn two_of_ten(frame: usize) -> bool {
     frame % 10 < 2
-}
-
-/// Where a server begins whose viewer begins where the trace does.
-fn start_of(trace: &Trace) -> Option<SceneCamera> {
-    let eye = trace.poses.first()?.world_from_eye;
-    Some(SceneCamera {
-        eye_world: eye.translation,
-        forward_world: eye.transform_vector(DVec3::Z),
-        fov_y_rad: std::f64::consts::FRAC_PI_3,
-    })
 }

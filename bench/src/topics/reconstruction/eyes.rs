@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use camera::{Pinhole, Rigid};
+use camera::{Pinhole, Rigid, Trace};
 use glam::DVec3;
 use scene::Scene;
 use server::truth::Truth;
@@ -13,9 +13,9 @@ use crate::stage::Stage;
 
 /// Field of view of the output.
 pub const FOV_Y_RAD: f64 = TAU / 6.0;
-/// Least share of the output that the truth covers; other views are drawn again.
+/// Share of the output that the truth should cover; other views are drawn again.
 pub const LEAST_COVERED: f64 = 0.6;
-/// Views that are tried for one eye before the scene counts as too empty.
+/// Views that are tried for one eye.
 const TRIES: usize = 64;
 /// A walker looks up and down by at most this.
 const WALK_PITCH_RAD: f64 = 0.2;
@@ -34,8 +34,15 @@ pub struct Eye {
     pub truth: Truth,
 }
 
-/// `count` seeded eyes whose truth covers at least [`LEAST_COVERED`] of the output.
-pub fn choose(stage: &mut Stage, count: usize, size_px: (u32, u32), seed: u64) -> anyhow::Result<Vec<Eye>> {
+/// `count` seeded eyes whose truth covers at least [`LEAST_COVERED`] of the output, or as much as [`TRIES`] views of a scene that shows
+/// much sky; along `trace`, where there is one, whatever they see.
+pub fn choose(
+    stage: &mut Stage,
+    trace: Option<&Trace>,
+    count: usize,
+    size_px: (u32, u32),
+    seed: u64,
+) -> anyhow::Result<Vec<Eye>> {
     let places = scene::builtin::walk_eyes(&stage.scene.name);
     let mut rng = Rng::new(seed);
     let radius_m = sets::region_radius_m(&stage.scene);
@@ -44,22 +51,27 @@ pub fn choose(stage: &mut Stage, count: usize, size_px: (u32, u32), seed: u64) -
     for index in 0..count {
         let place = places.get(index % places.len().max(1)).map(|place| place.eye_world);
         let mut nearer = 1.0;
-        let mut found = None;
+        let mut best: Option<(usize, Eye)> = None;
         for _ in 0..TRIES {
-            let middle = middle(&stage.scene, place, nearer, &mut rng);
+            let recorded = trace.map(|trace| trace.at(trace.duration_s() * (index as f64 + 0.5) / count as f64));
+            let middle = recorded.unwrap_or_else(|| middle(&stage.scene, place, nearer, &mut rng));
             let eye = Rigid { translation: middle.translation + rng.in_ball() * radius_m, ..middle };
             let output = Pinhole::symmetric(eye, size_px, FOV_Y_RAD, near_m);
             stage.show(0.0, eye.translation)?;
             let truth = stage.truth(&output)?;
             let covered = truth.w.iter().filter(|&&w| w > 0.0).count();
-            if covered as f64 >= LEAST_COVERED * truth.w.len() as f64 {
-                found = Some(Eye { output, middle, truth });
+            let enough = if trace.is_some() { 1.0 } else { LEAST_COVERED * truth.w.len() as f64 };
+            if best.as_ref().is_none_or(|(most, _)| covered > *most) {
+                best = Some((covered, Eye { output, middle, truth }));
+            }
+            if covered as f64 >= enough {
                 break;
             }
             nearer *= NEARER;
         }
-        let covers_enough = || anyhow::anyhow!("no view of {} covers 60 % of the output", stage.scene.name);
-        eyes.push(found.ok_or_else(covers_enough)?);
+        let sees_nothing = || anyhow::anyhow!("eye {index} sees nothing of {}", stage.scene.name);
+        let (_, eye) = best.filter(|(covered, _)| *covered > 0).ok_or_else(sees_nothing)?;
+        eyes.push(eye);
     }
     Ok(eyes)
 }

@@ -21,7 +21,7 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
         "Truth: the full scene, one sample at each pixel's centre, by a renderer that shares nothing with the reconstruction.",
         "Eyes lie in a ball of 0.25 m at 1.7 m height around places to stand (objects: 5 % of the bounding radius); every \
          eye has its own set of images, made for the ball's middle looking the same way, and sees a surface in at least \
-         60 % of its pixels.",
+         60 % of its pixels, or in as many as one of 64 tries does.",
         "Holes, cracks, false cover and leaks are shares of the pixels where the truth has a surface, before any filling. Depths \
          are the same within two pixel footprints z/f and a depth step; grazing surfaces get no more.",
         "A crack is a hole whose point some image of the set holds: same object, on the plane of the sample of its pixel.",

@@ -7,6 +7,7 @@ use client::frame::Options;
 use gpu::Gpu;
 use protocol::DepthImage;
 use protocol::message::ViewSize;
+use scene::Scene;
 use server::frame::{Client, Stage};
 use server::imager::GpuImager;
 use server::viewer::Viewer;
@@ -17,7 +18,6 @@ use super::eyes::Eye;
 use super::{Shown, sets};
 use crate::client_view::{ClientView, HeldSet};
 use crate::sets::SetPlan;
-use crate::stage::load_scene;
 
 /// A server's stage for one scene.
 pub(super) struct Server {
@@ -26,9 +26,9 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// Of the scene `name`, with as many images and as large ones as `plan` says.
-    pub fn new(gpu: &Gpu, name: &str, plan: &SetPlan) -> anyhow::Result<Server> {
-        let scene = Arc::new(load_scene(name, 1.0)?);
+    /// Of a scene, with as many images and as large ones as `plan` says.
+    pub fn new(gpu: &Gpu, scene: Scene, plan: &SetPlan) -> anyhow::Result<Server> {
+        let scene = Arc::new(scene);
         let rules = sets::rules(&scene, plan);
         let imager = Box::new(GpuImager::new(gpu, &scene, &server::Config::default())?);
         Ok(Server { gpu: gpu.clone(), stage: Stage::new(scene, rules, plan.discretization, imager) })

@@ -1,9 +1,9 @@
 //! How the metrics by pixels and by rays approach each other as images grow (Xie, Wang, Popescu 2016, Fig. 7).
 
 use gpu::Gpu;
-use server::discretize::{Discretization, Meter, Redundancy, RedundancyTest};
+use server::discretize::{Discretization, Redundancy, RedundancyTest};
 
-use super::metrics::Bench;
+use super::metrics::{Bench, on_gpu};
 use super::output;
 use super::triangle::ViewTriangle;
 use super::{IMAGES, SEED};
@@ -30,12 +30,12 @@ pub(super) fn rows(
             RedundancyTest::Pixel => Discretization::PIXEL,
             _ => Discretization::NonRedundant(Redundancy::by(RedundancyTest::Visibility)),
         };
-        let usual = std::mem::replace(&mut bench.meter, Meter::new(gpu, Redundancy::by(test))?);
+        let usual = std::mem::replace(&mut bench.holds, on_gpu(gpu, bench.stage, test)?);
         let set = bench.captures(&corners, method)?;
         let references = (0..IMAGES).map(|index| vec![conventional[index].clone()]).collect();
         let worths =
             bench.worth(&[(&conventional, vec![conventional.clone(); IMAGES]), (&set, references)], &frames, |_| ());
-        bench.meter = usual;
+        bench.holds = usual;
         let worths = worths?;
         let mut row = Row::new(&bench.stage.scene.name, &format!("metrics {name}"));
         row.parameters.set("image_px", image_px);

@@ -4,12 +4,15 @@
 //! metrics of Xie, Wang, Popescu 2016, §6.1.2: how many samples earlier images held already, how many conventional images do not
 //! hold, how many of those are of use from between the corners, and how much of output frames from there is held at all. Then the
 //! methods beside them, ours too, at the paper's corners and at places of our own choice ([`server::discretize::placement`]) for as
-//! many samples.
+//! many samples, and what images are left out where they would add nothing.
 
 mod convergence;
 mod metrics;
 mod output;
+mod paper;
+mod pictures;
 mod placed;
+mod tables;
 mod triangle;
 
 use std::time::Instant;
@@ -21,18 +24,17 @@ use client::frame::Options;
 use gpu::Gpu;
 use protocol::Look;
 use server::coding::CodingRule;
-use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer, Meter, Redundancy, RedundancyTest};
-use surface::Corners;
+use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer, RedundancyTest};
 
 use crate::client_view::{ClientView, HeldSet};
 use crate::compare::score;
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::sets;
-use crate::stage::{Stage, load_scene, picture};
+use crate::stage::{Stage, picture};
 use crate::topic::{Run, Topic, scene_label};
 use crate::topics::reconstruction::cover::{HeldImage, shares, verdicts};
-use metrics::{Bench, Worth};
+use metrics::{Bench, Worth, on_gpu};
 use triangle::ViewTriangle;
 
 /// See the module.
@@ -97,7 +99,7 @@ impl Settings {
 impl Settings {
     /// Whether a method is measured; the paper's three always are.
     fn wants(&self, name: &str) -> bool {
-        output::THREE.contains(&name) || self.methods.iter().any(|wanted| wanted == "all" || wanted == name)
+        paper::THREE.contains(&name) || self.methods.iter().any(|wanted| wanted == "all" || wanted == name)
     }
 }
 
@@ -128,7 +130,7 @@ impl Topic for Sampling {
     }
 
     fn default_scenes(&self, _quick: bool) -> Vec<String> {
-        ["birdnest", "grass", "urban", "tree"].map(str::to_owned).to_vec()
+        ["birdnest", "grass", "urban", "tree", "mural"].map(str::to_owned).to_vec()
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
@@ -144,16 +146,14 @@ fn measure(settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Resul
             report.rows.push(Row::failed(&scene_label(name), "all", &error));
         }
     }
-    output::tables(report);
+    tables::add(report);
     output::bars(report);
     Ok(())
 }
 
 fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
-    let mut stage =
-        Stage::new(gpu, load_scene(name, 1.0)?, Look::Default).with_context(|| name.to_owned())?.with_rays();
-    let middle = run.trace.as_ref().map(|path| crate::render::read_trace(path)).transpose()?;
-    let middle = middle.and_then(|trace| trace.poses.first().map(|pose| pose.world_from_eye));
+    let mut stage = Stage::new(gpu, run.load(name)?, Look::Default).with_context(|| name.to_owned())?.with_rays();
+    let middle = run.read_trace()?.map(|trace| trace.at(0.0));
     let triangle = ViewTriangle::of(&stage.scene, middle, settings.side_m);
     let near_m = server::start::near_m(&stage.scene);
     stage.show(0.0, triangle.middle((8, 8), near_m).world_from_eye.translation)?;
@@ -163,8 +163,8 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
     let mut bench = Bench {
         stage,
         discretizer: Discretizer::new(&stage.renderer)?,
-        meter: Meter::new(gpu, Redundancy::by(RedundancyTest::Pixel))?,
-        surface_meter: Meter::new(gpu, Redundancy::by(RedundancyTest::Surface))?,
+        holds: on_gpu(gpu, stage, RedundancyTest::Pixel)?,
+        holds_surface: on_gpu(gpu, stage, RedundancyTest::Surface)?,
     };
     let image_px = (settings.image_px, settings.image_px);
     let corners = triangle.corners(image_px, near_m);
@@ -182,7 +182,10 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
         progress.say(format!("{label}: views of our choice"));
         let paper = made.iter().find(|set| set.method == Discretization::PIXEL);
         let budget = paper.map_or(0, |set| sample_count(&set.captures));
-        made.push(placed::make_set(gpu, &mut bench, &triangle, near_m, settings.image_px, budget)?);
+        made.push(placed::make_set(gpu, &mut bench, (&triangle, near_m), settings.image_px, budget)?);
+    }
+    if settings.wants(placed::ENOUGH) {
+        made.push(placed::make_enough(gpu, &mut bench, (&triangle, near_m), settings.image_px, IMAGES)?);
     }
     progress.say(format!("{label}: output frames"));
     let frames = triangle.between(settings.frames, SEED, settings.size_px, near_m);
@@ -199,11 +202,17 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
     for (set, worth) in made.iter().zip(&worths) {
         progress.say(format!("{label}: a client's picture, {}", set.name));
         let mut row = output::row(&label, set, worth);
-        row.counts.set("later_images_ms_over_conventional", (set.set_ms - set.first_ms) / conventional_ms);
+        // Views of our own choice are others, and not as many.
+        if ![placed::NAME, placed::ENOUGH].contains(&set.name.as_str()) {
+            row.counts.set("later_images_ms_over_conventional", (set.set_ms - set.first_ms) / conventional_ms);
+        }
         row.parameters.set("triangle_side_m", triangle.side_m);
         draw(gpu, stage, set, &frames, &mut row)?;
         report.rows.push(row);
     }
+    let shown: Vec<_> = made.iter().zip(&worths).collect();
+    pictures::worth(&label, &shown, run, report)?;
+    pictures::missing(&label, &mut bench, &shown, &frames, (run, report))?;
     for &size_px in &settings.convergence_px {
         progress.say(format!("{label}: metrics at {size_px} x {size_px}"));
         report.rows.extend(convergence::rows(gpu, &mut bench, &triangle, near_m, size_px)?);
@@ -252,7 +261,7 @@ fn draw(gpu: &Gpu, stage: &Stage, set: &Made, frames: &[Pinhole], row: &mut Row)
     row.bytes.set("encoded_set", encoded.iter().map(Vec::len).sum::<usize>() as f64);
     let held_images: Vec<HeldImage> = images.iter().map(HeldImage::new).collect();
     let look = (stage.renderer.materials(), &stage.lighting);
-    let held = HeldSet::new(gpu, images, look, Corners::Averaged, &[])?;
+    let held = HeldSet::new(gpu, &images, look)?;
     let size_px = (frames[0].width_px, frames[0].height_px);
     let mut view = ClientView::new(gpu, size_px)?;
     let (mut holes, mut false_cover, mut flip) = (Vec::new(), Vec::new(), Vec::new());

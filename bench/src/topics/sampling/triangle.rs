@@ -13,9 +13,11 @@ pub const FOV_Y_RAD: f64 = std::f64::consts::TAU / 6.0;
 const SIDE_OVER_DISTANCE: f64 = 0.25;
 /// How far ahead of an eye lies what it looks at, in a scene to walk in, in metres.
 const AHEAD_M: f64 = 8.0;
-/// The paper's scenes: seen whole from above, from a triangle of this side in metres, chosen once so that conventional images are
-/// about as redundant as in the paper.
-const WHOLE: [(&str, f64); 4] = [("birdnest", 0.5), ("grass", 3.0), ("urban", 9.0), ("tree", 15.0)];
+/// The side of the triangle in metres for the paper's scenes, chosen once so that conventional images are about as redundant as in the
+/// paper.
+const SIDES: [(&str, f64); 4] = [("birdnest", 0.5), ("grass", 0.6), ("urban", 9.0), ("tree", 15.0)];
+/// Those of them that are seen whole, from above; from there blades of grass hide nothing but soil.
+const WHOLE: [&str; 3] = ["birdnest", "urban", "tree"];
 /// From where a whole scene is seen, and from how many bounding radii away: its corners are cut off, so that it fills the images.
 const BACK: DVec3 = DVec3::new(0.5, 0.8, 1.0);
 const WHOLE_RADII: f64 = 1.4;
@@ -32,22 +34,21 @@ pub struct ViewTriangle {
 }
 
 impl ViewTriangle {
-    /// Around `middle`, or where nothing is given around the place where the scene begins; the paper's scenes are seen whole.
+    /// Around `middle`, or where nothing is given around the place where the scene begins; some scenes are seen whole.
     pub fn of(scene: &Scene, middle: Option<Rigid>, side_m: Option<f64>) -> ViewTriangle {
-        let whole = WHOLE.iter().find(|(name, _)| *name == scene.name && middle.is_none());
+        let whole = middle.is_none() && WHOLE.contains(&scene.name.as_str());
+        let usual_side = SIDES.iter().find(|(name, _)| *name == scene.name && middle.is_none());
         let centre = scene.bounds.centre();
         let start = match (middle, whole) {
             (Some(middle), _) => middle,
-            (None, None) => server::start::start_pose(scene),
-            (None, Some(_)) => {
-                Rigid::look_at(centre + BACK.normalize() * (WHOLE_RADII * scene.bounds.radius_m()), centre)
-            }
+            (None, false) => server::start::start_pose(scene),
+            (None, true) => Rigid::look_at(centre + BACK.normalize() * (WHOLE_RADII * scene.bounds.radius_m()), centre),
         };
-        let walks = scene.walk && whole.is_none();
+        let walks = scene.walk && !whole;
         let target_world =
             if walks || middle.is_some() { start.translation + AHEAD_M * (start.rotation * DVec3::Z) } else { centre };
         let distance_m = target_world.distance(start.translation);
-        let side_m = side_m.or(whole.map(|(_, side_m)| *side_m)).unwrap_or(SIDE_OVER_DISTANCE * distance_m);
+        let side_m = side_m.or(usual_side.map(|(_, side_m)| *side_m)).unwrap_or(SIDE_OVER_DISTANCE * distance_m);
         // The radius of the circle through the corners.
         let radius_m = side_m / 3.0_f64.sqrt();
         let corners_world = [90.0_f64, 210.0, 330.0].map(|angle_deg| {

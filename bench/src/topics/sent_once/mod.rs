@@ -24,11 +24,11 @@ use crate::report::plot::{Scatter, Series, draw_scatter};
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
 use crate::spread::{Better, Spread};
-use crate::stage::{Stage, load_scene, picture};
+use crate::stage::{Stage, picture};
 use crate::topic::{Run, Topic, scene_label};
 use crate::topics::reconstruction::cover;
 use cost::Costs;
-use walk::{Loop, Setup, Tick, UPDATE_HZ, Walker};
+use walk::{Setup, Tick, UPDATE_HZ, Walk, Walker};
 
 /// See the module.
 pub struct SentOnce;
@@ -127,11 +127,12 @@ struct Walked {
 
 fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let label = scene_label(name);
-    let scene = Arc::new(load_scene(name, 1.0)?);
+    let scene = Arc::new(run.load(name)?);
+    let walk = Walk::new(&scene, run.read_trace()?, half_s);
     let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
     let usual = Setup::usual(image_px);
-    let once = walked(gpu, &scene, &usual, half_s, &mut truths)?;
-    let anew = walked(gpu, &scene, &Setup { method: Discretization::Conventional, ..usual }, half_s, &mut truths)?;
+    let once = walked(gpu, &scene, &usual, &walk, &mut truths)?;
+    let anew = walked(gpu, &scene, &Setup { method: Discretization::Conventional, ..usual }, &walk, &mut truths)?;
     let row = row(&label, &format!("sent once, {image_px} px"), &once, half_s);
     let at_most = if label == "tree" { 0.16 } else { 0.10 };
     let bar =
@@ -170,15 +171,14 @@ fn median<'a>(ticks: impl IntoIterator<Item = &'a Tick>) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-fn walked(gpu: &Gpu, scene: &Arc<Scene>, setup: &Setup, half_s: f64, truths: &mut Stage) -> anyhow::Result<Walked> {
-    let way = Loop::of(scene);
+fn walked(gpu: &Gpu, scene: &Arc<Scene>, setup: &Setup, walk: &Walk, truths: &mut Stage) -> anyhow::Result<Walked> {
     let near_m = server::start::near_m(scene);
     let mut walker = Walker::new(gpu, scene.clone(), setup)?;
     let mut view = ClientView::new(gpu, (setup.output_px, setup.output_px))?;
     let mut walked =
         Walked { ticks: Vec::new(), holes: Vec::new(), false_cover: Vec::new(), flip: Vec::new(), frames: Vec::new() };
-    let steps = ((2.0 * half_s + 2.0 * STAND_S) * UPDATE_HZ).round() as usize;
-    let pose = |step: usize| way.at((step as f64 / UPDATE_HZ - STAND_S).clamp(0.0, 2.0 * half_s), half_s);
+    let steps = ((2.0 * walk.half_s + 2.0 * STAND_S) * UPDATE_HZ).round() as usize;
+    let pose = |step: usize| walk.at((step as f64 / UPDATE_HZ - STAND_S).clamp(0.0, 2.0 * walk.half_s));
     for step in 0..steps {
         let now_s = step as f64 / UPDATE_HZ;
         walked.ticks.push(walker.tick(pose(step), now_s)?);

@@ -11,12 +11,12 @@ use protocol::codec::ColourSteps;
 use server::account::AccountRules;
 use server::coding::CodingRule;
 
-use super::walk::{Setup, UPDATE_HZ};
+use super::walk::{Setup, UPDATE_HZ, Walk};
 use super::{STAND_S, Walked};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
 use crate::report::{Report, Row};
 use crate::spread::{Better, Spread};
-use crate::stage::{Stage, load_scene};
+use crate::stage::Stage;
 use crate::topic::{Run, scene_label};
 
 /// See [`AccountRules::density_factor`].
@@ -62,9 +62,10 @@ fn knobs(image_px: u32) -> Vec<Knob> {
 /// Every setting of a scene: a row and a point each.
 pub fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let label = scene_label(name);
-    let scene = Arc::new(load_scene(name, 1.0)?);
+    let scene = Arc::new(run.load(name)?);
+    let walk = Walk::new(&scene, run.read_trace()?, half_s);
     let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
-    let usual = super::walked(gpu, &scene, &Setup::usual(image_px), half_s, &mut truths)?;
+    let usual = super::walked(gpu, &scene, &Setup::usual(image_px), &walk, &mut truths)?;
     let usual = Point::of(&usual, half_s);
     report.rows.push(usual.row(&label, &format!("{image_px} px, as a server does by itself")));
     let mut series = Vec::new();
@@ -74,7 +75,7 @@ pub fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, repor
             let point = if setup == Setup::usual(image_px) {
                 usual.clone()
             } else {
-                let point = Point::of(&super::walked(gpu, &scene, &setup, half_s, &mut truths)?, half_s);
+                let point = Point::of(&super::walked(gpu, &scene, &setup, &walk, &mut truths)?, half_s);
                 report.rows.push(point.row(&label, &setting));
                 point
             };

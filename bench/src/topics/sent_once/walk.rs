@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;
 
-use camera::{Pinhole, Rigid};
+use camera::{Pinhole, Rigid, Trace};
 use glam::{DQuat, DVec3};
 use gpu::Gpu;
 use protocol::message::ViewSize;
@@ -31,9 +31,40 @@ const SWING_RAD: f64 = 0.3;
 /// A walker's loop stays within this distance of its middle.
 const LOOP_RADIUS_M: f64 = 2.2;
 
+/// A way out, and the same way back.
+#[derive(Debug, Clone)]
+pub struct Walk {
+    /// Seconds out, and as many back.
+    pub half_s: f64,
+    way: Way,
+}
+
+#[derive(Debug, Clone)]
+enum Way {
+    Loop(Loop),
+    /// As recorded, from its beginning on; its end is waited at.
+    Trace(Trace),
+}
+
+impl Walk {
+    /// Along `trace`, or along a loop in the scene.
+    pub fn new(scene: &Scene, trace: Option<Trace>, half_s: f64) -> Walk {
+        Walk { half_s, way: trace.map_or_else(|| Way::Loop(Loop::of(scene)), Way::Trace) }
+    }
+
+    /// The eye at `t_s`.
+    pub fn at(&self, t_s: f64) -> Rigid {
+        let out_s = if t_s <= self.half_s { t_s } else { 2.0 * self.half_s - t_s };
+        match &self.way {
+            Way::Loop(around) => around.at(out_s),
+            Way::Trace(trace) => trace.at(out_s),
+        }
+    }
+}
+
 /// A loop in a scene: a circle on the ground, or around an object, looked along or at.
 #[derive(Debug, Clone, Copy)]
-pub struct Loop {
+struct Loop {
     centre_world: DVec3,
     radius_m: f64,
     turn_rad_s: f64,
@@ -44,7 +75,7 @@ pub struct Loop {
 impl Loop {
     /// The loop of a scene: in a scene to walk in from the place where a viewer begins, else around the object as seen from
     /// there, at a pace that takes a third of a round in ten seconds.
-    pub fn of(scene: &Scene) -> Loop {
+    fn of(scene: &Scene) -> Loop {
         let start = server::start::start_pose(scene);
         let forward = start.transform_vector(DVec3::Z);
         if scene.walk {
@@ -67,9 +98,7 @@ impl Loop {
         }
     }
 
-    /// The eye at `t_s` of a walk of `half_s` out and as long back.
-    pub fn at(&self, t_s: f64, half_s: f64) -> Rigid {
-        let out_s = if t_s <= half_s { t_s } else { 2.0 * half_s - t_s };
+    fn at(&self, out_s: f64) -> Rigid {
         let angle = self.start_angle + self.turn_rad_s * out_s;
         let out = DVec3::new(angle.sin(), 0.0, angle.cos());
         let eye = self.centre_world + out * self.radius_m;

@@ -11,6 +11,7 @@ use client::viewer::{Decoder, SocketCommand, SocketEvent, Viewer};
 use gpu::Gpu;
 use protocol::message::{Clock, ViewSize};
 use protocol::{Limits, Look};
+use scene::Scene;
 use server::imager::GpuImager;
 use server::start::{near_m, start_pose};
 use surface::HeldSurfaces;
@@ -19,7 +20,7 @@ use super::spread;
 use crate::client_view::{ClientView, HeldSet};
 use crate::compare::{Picture, score};
 use crate::report::Row;
-use crate::stage::{Stage, load_scene, picture};
+use crate::stage::{Stage, picture};
 
 /// The row's method.
 pub(super) const METHOD: &str = "first picture over a websocket";
@@ -40,8 +41,7 @@ struct First {
 }
 
 /// A row with the times of `repeats` connections to one server.
-pub(super) fn measure(gpu: &Gpu, name: &str, size_px: (u32, u32), repeats: usize) -> anyhow::Result<Row> {
-    let scene = load_scene(name, 1.0)?;
+pub(super) fn measure(gpu: &Gpu, scene: Scene, size_px: (u32, u32), repeats: usize) -> anyhow::Result<Row> {
     let camera = Pinhole::symmetric(start_pose(&scene), size_px, FOV_Y_RAD, near_m(&scene));
     let label = scene.name.clone();
     let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;

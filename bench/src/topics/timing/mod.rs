@@ -10,12 +10,13 @@ use std::time::Instant;
 use anyhow::Context;
 use gpu::Gpu;
 use protocol::Look;
+use scene::Scene;
 
 use crate::report::plot::{Bars, draw_bars};
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
 use crate::spread::{Better, Spread};
-use crate::stage::{Stage, load_scene};
+use crate::stage::Stage;
 use crate::topic::{Run, Topic, scene_label};
 
 /// See the module.
@@ -55,7 +56,7 @@ impl Topic for Timing {
         let mut totals = stages::CodecTotals::default();
         for name in &run.scenes {
             progress.say(format!("timing {}", scene_label(name)));
-            if let Err(error) = scene(&gpu, name, size_px, repeats, &mut totals, report) {
+            if let Err(error) = scene(&gpu, run.load(name), size_px, repeats, &mut totals, report) {
                 report.rows.push(Row::failed(&scene_label(name), "all stages", &error));
             }
             progress.step();
@@ -63,7 +64,8 @@ impl Topic for Timing {
         codec_bars(&totals, report);
         progress.say("timing the first picture");
         let name = run.scenes.iter().find(|name| *name == "urban").or(run.scenes.first()).context("no scene")?;
-        match first_picture::measure(&gpu, name, size_px, repeats.div_ceil(2)) {
+        let first = run.load(name).and_then(|scene| first_picture::measure(&gpu, scene, size_px, repeats.div_ceil(2)));
+        match first {
             Ok(row) => {
                 if row.scene == "urban" {
                     let found = row.figure("time_ms.good_picture.median");
@@ -101,13 +103,13 @@ fn describe(report: &mut Report, size_px: (u32, u32), repeats: usize) {
 
 fn scene(
     gpu: &Gpu,
-    name: &str,
+    scene: anyhow::Result<Scene>,
     size_px: (u32, u32),
     repeats: usize,
     totals: &mut stages::CodecTotals,
     report: &mut Report,
 ) -> anyhow::Result<()> {
-    let stage = Stage::new(gpu, load_scene(name, 1.0)?, Look::Default)?;
+    let stage = Stage::new(gpu, scene?, Look::Default)?;
     report.rows.extend(stages::measure(gpu, stage, size_px, repeats, totals)?);
     Ok(())
 }

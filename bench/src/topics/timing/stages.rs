@@ -9,7 +9,6 @@ use serde_json::json;
 use server::coding::CodingRule;
 use server::discretize::{Discretization, Discretizer};
 use server::start::{near_m, start_pose};
-use surface::Corners;
 
 use super::{spread, timed};
 use crate::client_view::{ClientView, HeldSet};
@@ -153,9 +152,9 @@ fn client(
     let look = (stage.renderer.materials(), &stage.lighting);
     for (count, build, frame) in [(1, "build_1_image", "frame_1_image"), (IMAGES, "build_4_images", "frame_4_images")] {
         let (mut build_ms, mut frame_ms) = (Vec::new(), Vec::new());
-        let mut set = HeldSet::new(gpu, images[..count].to_vec(), look, Corners::Averaged, &[])?;
+        let mut set = HeldSet::new(gpu, &images[..count], look)?;
         for _ in 0..=repeats {
-            set = HeldSet::new(gpu, images[..count].to_vec(), look, Corners::Averaged, &[])?;
+            set = HeldSet::new(gpu, &images[..count], look)?;
             build_ms.push(set.build_ms);
         }
         for _ in 0..=repeats {
