@@ -31,48 +31,78 @@ pub use rigid::Rigid;
 pub use spoc::{Spoc, SpocRay, SpocRayPiece};
 pub use trace::{Trace, TraceError, TracePose};
 
+use std::sync::Arc;
+
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// A camera model. The set is closed: every consumer handles each model, and the laws in `tests/laws.rs` hold for all.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Camera {
     /// A planar pinhole camera.
     Pinhole(Pinhole),
+    /// A single-pole occlusion camera.
+    Spoc(Spoc),
+    /// A graph camera; shared, as it may have many frusta.
+    Graph(Arc<GraphCamera>),
 }
 
 impl Camera {
     /// Image width and height in pixels.
     pub fn size_px(&self) -> (u32, u32) {
+        let root = self.root();
+        (root.width_px, root.height_px)
+    }
+
+    /// The pinhole whose image this is: the camera itself, the one before the push, the one where a graph's rays begin.
+    pub fn root(&self) -> &Pinhole {
         match self {
-            Camera::Pinhole(camera) => (camera.width_px, camera.height_px),
+            Camera::Pinhole(camera) => camera,
+            Camera::Spoc(camera) => &camera.pinhole,
+            Camera::Graph(camera) => camera.root(),
+        }
+    }
+
+    /// The camera where it is a plain pinhole.
+    pub fn pinhole(&self) -> Option<&Pinhole> {
+        match self {
+            Camera::Pinhole(camera) => Some(camera),
+            Camera::Spoc(_) | Camera::Graph(_) => None,
         }
     }
 
     /// Where a world point lands, or `None` where this camera has no image of it.
-    pub fn image_from_world(&self, p_world: glam::DVec3) -> Option<ImagePoint> {
+    pub fn image_from_world(&self, p_world: DVec3) -> Option<ImagePoint> {
         match self {
             Camera::Pinhole(camera) => camera.image_from_world(p_world),
+            Camera::Spoc(camera) => camera.image_from_world(p_world),
+            Camera::Graph(camera) => camera.image_from_world(p_world).map(|(point, _)| point),
         }
     }
 
-    /// The world point of an image point with its inverse depth.
-    pub fn world_from_image(&self, point: ImagePoint) -> glam::DVec3 {
+    /// The world point of an image point with its inverse depth; NaN where a graph camera has no ray.
+    pub fn world_from_image(&self, point: ImagePoint) -> DVec3 {
         match self {
             Camera::Pinhole(camera) => camera.world_from_image(point),
+            Camera::Spoc(camera) => camera.world_from_image(point),
+            Camera::Graph(camera) => {
+                let world = camera.frustum_at(point).and_then(|frustum| camera.world_from_image(point, frustum));
+                world.unwrap_or(DVec3::NAN)
+            }
         }
     }
 
-    /// Whether every field is finite and in range: bytes from outside may hold anything.
+    /// Whether every field is finite and in range: bytes from outside may hold anything. A graph camera is checked as it is made.
     pub fn is_valid(&self) -> bool {
         match self {
             Camera::Pinhole(camera) => camera.is_valid(),
+            Camera::Spoc(camera) => camera.is_valid(),
+            Camera::Graph(_) => true,
         }
     }
 
-    /// The eye, in world space.
-    pub fn eye_world(&self) -> glam::DVec3 {
-        match self {
-            Camera::Pinhole(camera) => camera.world_from_eye.translation,
-        }
+    /// The eye, in world space; of a graph camera the root's.
+    pub fn eye_world(&self) -> DVec3 {
+        self.root().world_from_eye.translation
     }
 }

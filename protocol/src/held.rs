@@ -32,6 +32,8 @@ pub enum Purpose {
     Environment,
     /// Relief shared by the instances of object `.0`.
     Relief(u16),
+    /// The back faces of glass object `.0`, where rays leave it.
+    Inside(u16),
 }
 
 /// Where an object was when a patch captured it, or is now. Objects that never move are left out everywhere.
@@ -199,6 +201,10 @@ pub enum HeldError {
     /// Planes, mask and camera of a patch do not have one size.
     #[error("planes, mask and camera of {0:?} differ in size")]
     PlanesDiffer(PatchId),
+    /// Surfaces for the eye are made of pinhole images only, and a graph camera has no more than
+    /// [`crate::wire::GRAPH_MAX_FRUSTA`] frusta.
+    #[error("{0:?} has a camera that does not fit its purpose")]
+    CameraUnfit(PatchId),
     /// A number that is infinite, not a number, or out of its range.
     #[error("{0} is not finite or out of range")]
     NotFinite(&'static str),

@@ -21,6 +21,36 @@ pub struct Material {
     pub double_sided: bool,
 }
 
+/// What a surface shows of others, where it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Effect {
+    /// Light along the mirrored direction, tinted by the base colour.
+    Mirror,
+    /// Light that passes both of its interfaces, tinted by the base colour.
+    Glass,
+}
+
+impl Material {
+    /// From this [`Material::metallic`] on, and up to [`Material::MIRROR_ROUGHNESS`], a surface is a mirror: a rougher one shows
+    /// what is around as a blur, which is not drawn.
+    pub const MIRROR_METALLIC: f32 = 0.9;
+    /// See [`Material::MIRROR_METALLIC`].
+    pub const MIRROR_ROUGHNESS: f32 = 0.1;
+    /// From this [`Material::transmission`] on a surface is glass; below it, most of its light is its own.
+    pub const GLASS_TRANSMISSION: f32 = 0.5;
+
+    /// What it shows of other surfaces; `None` of a plain one.
+    pub fn effect(&self) -> Option<Effect> {
+        if self.transmission >= Material::GLASS_TRANSMISSION {
+            Some(Effect::Glass)
+        } else if self.metallic >= Material::MIRROR_METALLIC && self.roughness <= Material::MIRROR_ROUGHNESS {
+            Some(Effect::Mirror)
+        } else {
+            None
+        }
+    }
+}
+
 impl Default for Material {
     /// Plain, rough and opaque.
     fn default() -> Self {

@@ -5,12 +5,12 @@
 //! It never crosses the network. [`crate::wire`] is for that.
 
 use bytemuck::{AnyBitPattern, NoUninit};
-use camera::Camera;
 
 use crate::bytes::{EndsEarly, Reader, Writer};
-use crate::codec::{self, CodecError};
-use crate::held::{Edit, Patch, PatchId, Purpose, Update};
-use crate::image::{DepthImage, DepthScale, Mask};
+use crate::codec::{self, CodecError, Header};
+use crate::held::{Edit, Patch, PatchId, Update};
+use crate::image::{DepthImage, Mask};
+use crate::limits::Limits;
 use crate::wire::{WireError, decode_table, encode_table};
 
 const CLEAR: u8 = 0;
@@ -21,9 +21,6 @@ const TRIM: u8 = 4;
 const MOVE: u8 = 5;
 const MATERIALS: u8 = 6;
 const LIGHT: u8 = 7;
-
-/// What a patch says of itself before its samples, but for its objects.
-type Header = (PatchId, Purpose, f64, Camera, DepthScale);
 
 /// Appends an update whose masks have the size of their cameras, as those that were decoded do.
 pub fn write_update(update: &Update, out: &mut Vec<u8>) {
@@ -120,10 +117,8 @@ fn read_edit(reader: &mut Reader) -> Result<Edit, WireError> {
 }
 
 fn write_patch(patch: &Patch, out: &mut Writer) {
-    let Patch { id, purpose, capture_time_s, objects, image } = patch;
-    let header: Header = (*id, *purpose, *capture_time_s, image.camera, image.depth_scale);
-    out.block(&encode_table(&header));
-    codec::write_objects(objects, out);
+    codec::write_header(patch, out);
+    let image = &patch.image;
     write_plane(image.mask.words(), out);
     write_plane(&image.depth, out);
     write_plane(&image.normal, out);
@@ -133,11 +128,8 @@ fn write_patch(patch: &Patch, out: &mut Writer) {
 }
 
 fn read_patch(reader: &mut Reader) -> Result<Patch, WireError> {
-    let (id, purpose, capture_time_s, camera, depth_scale): Header = decode_table(reader.block()?)?;
-    if !camera.is_valid() {
-        return Err(CodecError::Damaged("camera").into());
-    }
-    let objects = codec::read_objects(reader)?;
+    let Header { id, purpose, capture_time_s, objects, camera, depth_scale } =
+        codec::read_header(reader, &Limits::default())?;
     let mask = read_mask(camera.size_px(), reader)?;
     let count = mask.count();
     let image = DepthImage {

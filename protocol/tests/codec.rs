@@ -4,12 +4,15 @@
 
 mod common;
 
-use camera::{Camera, Pinhole, Rigid};
+use std::sync::Arc;
+
+use camera::{Camera, GraphCamera, Pinhole, Rigid, Spoc, split_behind};
 use common::{cast, fragments, patch};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 use proptest::prelude::*;
 use vantage_protocol::codec::{CodecError, Coding, ColourSteps, Profile, decode_patch, encode_patch};
-use vantage_protocol::{DepthImage, DepthScale, Limits, Mask, ObjectPose, Patch, PatchId, Purpose};
+use vantage_protocol::plain::{read_update, write_update};
+use vantage_protocol::{DepthImage, DepthScale, Edit, Limits, Mask, ObjectPose, Patch, PatchId, Purpose, Update};
 
 /// The bytes of the fast profile; both profiles and all steps of colour are tried.
 fn round_trip(patch: &Patch) -> Vec<u8> {
@@ -66,10 +69,46 @@ fn purposes_and_object_poses_come_back() {
         object,
         world_from_object: DAffine3::from_translation(DVec3::new(1e7, -0.5, f64::from(object))),
     });
-    let purposes = [Purpose::Eye, Purpose::Light(3), Purpose::Impostor(500), Purpose::Environment, Purpose::Relief(9)];
+    let purposes = [Purpose::Eye, Purpose::Light(3), Purpose::Impostor(500), Purpose::Environment, Purpose::Relief(9), Purpose::Inside(7)];
     for purpose in purposes {
         let image = cast((16, 16), |_, _| true);
         round_trip(&Patch { purpose, objects: poses.to_vec(), ..patch(u32::MAX, image) });
+    }
+}
+
+/// A pole camera, and a graph camera of three frusta, with images of 16 x 12 pixels.
+fn impostor_cameras() -> [Camera; 2] {
+    let pinhole = Pinhole::symmetric(Rigid::IDENTITY, (16, 12), 1.0, 0.1);
+    let spoc = Spoc {
+        pinhole,
+        pole_px: DVec2::new(7.5, 6.25),
+        push_from_m: 1.0,
+        push_to_m: 3.0,
+        push_max_px: 2.5,
+        ramp_px: 1.5,
+    };
+    let graph = split_behind(&pinhole, pinhole.world_from_eye.transform_point(2.0 * DVec3::Z), 0.5, 8.0);
+    [Camera::Spoc(spoc), Camera::Graph(Arc::new(GraphCamera::from_description(&graph).unwrap()))]
+}
+
+#[test]
+fn cameras_of_impostors_come_back() {
+    for camera in impostor_cameras() {
+        let image = DepthImage { camera, ..cast((16, 12), |_, _| true) };
+        let patch = Patch { purpose: Purpose::Environment, ..patch(4, image) };
+        round_trip(&patch);
+        let mut plain = Vec::new();
+        let edits = vec![Edit::Add(Box::new(patch.clone()))];
+        let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits, digest: 0 };
+        write_update(&update, &mut plain);
+        assert_eq!(read_update(&plain).unwrap(), update);
+        let bytes = encode_patch(&patch, Coding::default());
+        for place in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 0x41;
+            let _ = decode_patch(&damaged, &Limits::default());
+            assert!(decode_patch(&bytes[..place], &Limits::default()).is_err(), "{place} of {}", bytes.len());
+        }
     }
 }
 

@@ -88,8 +88,17 @@ fn a_refused_update_changes_nothing() {
     let mut short = image();
     short.depth.pop();
     let mut broken_camera = image();
-    let camera::Camera::Pinhole(pinhole) = &mut broken_camera.camera;
+    let camera::Camera::Pinhole(pinhole) = &mut broken_camera.camera else { panic!("a pinhole took it") };
     pinhole.focal_px = f64::NAN;
+    let mut pushed = image();
+    pushed.camera = camera::Camera::Spoc(camera::Spoc {
+        pinhole: *image().camera.root(),
+        pole_px: glam::DVec2::ZERO,
+        push_from_m: 1.0,
+        push_to_m: 2.0,
+        push_max_px: 1.0,
+        ramp_px: 1.0,
+    });
     let nan = ObjectPose { object: 1, world_from_object: DAffine3::from_translation(DVec3::NAN) };
     let id = PatchId(4);
     let refused = [
@@ -105,6 +114,7 @@ fn a_refused_update_changes_nothing() {
         (vec![Edit::Move(vec![nan])], HeldError::NotFinite("object pose")),
         (vec![Edit::Add(Box::new(patch(5, short)))], HeldError::PlanesDiffer(PatchId(5))),
         (vec![Edit::Add(Box::new(patch(5, broken_camera)))], HeldError::NotFinite("camera")),
+        (vec![Edit::Add(Box::new(patch(5, pushed)))], HeldError::CameraUnfit(PatchId(5))),
         (vec![Edit::Materials(vec![Material::default(); 257])], HeldError::TooMuch("materials")),
         (vec![add(5), Edit::Clear], HeldError::LateClear),
     ];
@@ -175,7 +185,7 @@ fn full(id: u32, size_px: u32) -> Patch {
     let count = (width_px * height_px) as usize;
     let mut mask = Mask::empty(width_px, height_px);
     (0..count as u32).for_each(|pixel| mask.set(pixel % width_px, pixel / width_px, true));
-    let camera::Camera::Pinhole(camera) = seed.camera;
+    let camera = *seed.camera.root();
     let noise = |index: usize| (index as u32).wrapping_add(id * 7919).wrapping_mul(0x9e37_79b9);
     let image = DepthImage {
         camera: camera::Camera::Pinhole(camera::Pinhole { width_px, height_px, ..camera }),

@@ -268,7 +268,8 @@ fn ball_eye(camera: &Pinhole, mesh: &PatchMesh) -> (DVec3, f64) {
 
 impl PatchSurface {
     fn new(gpu: Option<&Gpu>, held: &HeldPatch, mesh: PatchMesh) -> PatchSurface {
-        let camera::Camera::Pinhole(camera) = held.patch.image.camera;
+        // Without a mesh, images of other cameras have no surface.
+        let camera = *held.patch.image.camera.root();
         let stats = SurfaceStats {
             samples: mesh.indices.len() / 6,
             vertices: mesh.vertices.len(),

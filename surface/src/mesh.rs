@@ -81,10 +81,12 @@ pub struct OffsetImage<'a> {
 
 const NONE: u32 = u32::MAX;
 
-/// Builds the quads of a held patch.
+/// Builds the quads of a held patch; none of an image that no pinhole took.
 pub fn build(held: &HeldPatch, options: &MeshOptions<'_>) -> PatchMesh {
-    let camera::Camera::Pinhole(camera) = held.patch.image.camera;
-    Builder::new(held, &camera, options).run()
+    match held.patch.image.camera.pinhole() {
+        Some(camera) => Builder::new(held, camera, options).run(),
+        None => PatchMesh::default(),
+    }
 }
 
 struct Builder<'a> {

@@ -182,7 +182,7 @@ fn ten_thousand_kilometres_from_the_origin_nothing_changes() {
     let picture = |origin: DVec3| {
         let mut camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.5, 0.8, -3.0), 64, 60.0);
         let mut patch = capture(&[WALL, FLOOR], &camera);
-        let Camera::Pinhole(source) = &mut patch.patch.image.camera;
+        let Camera::Pinhole(source) = &mut patch.patch.image.camera else { panic!("a pinhole took it") };
         source.world_from_eye.translation += origin;
         camera.world_from_eye =
             Rigid { translation: camera.world_from_eye.translation + origin + 0.125, ..camera.world_from_eye };

@@ -32,7 +32,21 @@ impl GraphCamera {
         }
         let index = Index::new(&composer.frusta);
         check_disjoint(&composer.frusta, &index)?;
-        Ok(GraphCamera::new(description.root.pinhole, composer.frusta, index))
+        Ok(GraphCamera::new(description.clone(), composer.frusta, index))
+    }
+}
+
+impl TryFrom<GraphDescription> for GraphCamera {
+    type Error = GraphError;
+
+    fn try_from(description: GraphDescription) -> Result<GraphCamera, GraphError> {
+        GraphCamera::from_description(&description)
+    }
+}
+
+impl From<GraphCamera> for GraphDescription {
+    fn from(camera: GraphCamera) -> GraphDescription {
+        camera.description
     }
 }
 

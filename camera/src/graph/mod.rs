@@ -75,9 +75,10 @@ impl FrustumId {
 
 /// A tree of pinhole frusta with one image. See the module's words. It is made of a [`GraphDescription`], which is what to
 /// store and send.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "GraphDescription", into = "GraphDescription")]
 pub struct GraphCamera {
-    root: Pinhole,
+    description: GraphDescription,
     frusta: Vec<Frustum>,
     index: Index,
     /// The greatest coordinate of a corner or centre, in metres: what rounding goes by.
@@ -91,20 +92,25 @@ impl GraphCamera {
     /// The most limits, faces, and corners of a face, of one frustum.
     pub const MAX_PLANES: usize = 16;
 
-    fn new(root: Pinhole, frusta: Vec<Frustum>, index: Index) -> GraphCamera {
+    fn new(description: GraphDescription, frusta: Vec<Frustum>, index: Index) -> GraphCamera {
         let points = frusta.iter().flat_map(|frustum| frustum.corners.iter().chain([&frustum.centre_world]));
         let size_m = points.map(|point| point.abs().max_element()).fold(0.0, f64::max);
-        GraphCamera { root, frusta, index, size_m }
+        GraphCamera { description, frusta, index, size_m }
     }
 
     /// Image width and height in pixels.
     pub fn size_px(&self) -> (u32, u32) {
-        (self.root.width_px, self.root.height_px)
+        (self.root().width_px, self.root().height_px)
+    }
+
+    /// What it was made of.
+    pub fn description(&self) -> &GraphDescription {
+        &self.description
     }
 
     /// The pinhole whose image this is, and whose frustum is the first.
     pub fn root(&self) -> &Pinhole {
-        &self.root
+        &self.description.root.pinhole
     }
 
     /// All frusta, parents before children, in the places of their ids.

@@ -39,7 +39,7 @@ impl GraphCamera {
     /// ray: outside of the image, or not finite.
     pub fn ray(&self, u: f64, v: f64) -> Vec<RayPiece> {
         let mut pieces = Vec::new();
-        let (mut id, mut z_from) = (FrustumId::ROOT, self.root.near_m);
+        let (mut id, mut z_from) = (FrustumId::ROOT, self.root().near_m);
         loop {
             let frustum = &self.frusta[id.place()];
             let ray_world = frustum.ray_world(u, v);

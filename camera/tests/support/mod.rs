@@ -87,8 +87,7 @@ fn pinhole_point(pinhole: &Pinhole, at: DVec2, depth: f64) -> ImagePoint {
 
 impl Model for Camera {
     fn point(&self, at: DVec2, depth: f64) -> ImagePoint {
-        let Camera::Pinhole(pinhole) = self;
-        pinhole_point(pinhole, at, depth)
+        pinhole_point(self.root(), at, depth)
     }
 
     fn world(&self, point: ImagePoint) -> DVec3 {

@@ -1,6 +1,8 @@
 //! What a patch says of itself before its samples: id, purpose, capture time, camera, depth scale, objects.
 
-use camera::{Camera, Pinhole, Rigid};
+use std::sync::Arc;
+
+use camera::{Camera, Pinhole, Rigid, Spoc};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::CodecError;
@@ -8,10 +10,11 @@ use crate::bytes::{EndsEarly, Reader, Writer};
 use crate::held::{ObjectPose, Patch, PatchId, Purpose};
 use crate::image::DepthScale;
 use crate::limits::Limits;
+use crate::wire;
 
 /// A patch without its samples.
 #[derive(Debug, Clone)]
-pub(super) struct Header {
+pub(crate) struct Header {
     pub id: PatchId,
     pub purpose: Purpose,
     pub capture_time_s: f64,
@@ -21,8 +24,10 @@ pub(super) struct Header {
 }
 
 const PINHOLE: u8 = 0;
+const SPOC: u8 = 1;
+const GRAPH: u8 = 2;
 
-pub(super) fn write(patch: &Patch, out: &mut Writer) {
+pub(crate) fn write(patch: &Patch, out: &mut Writer) {
     out.u32(patch.id.0);
     let (tag, index) = match patch.purpose {
         Purpose::Eye => (0, 0),
@@ -30,6 +35,7 @@ pub(super) fn write(patch: &Patch, out: &mut Writer) {
         Purpose::Impostor(object) => (2, object),
         Purpose::Environment => (3, 0),
         Purpose::Relief(object) => (4, object),
+        Purpose::Inside(object) => (5, object),
     };
     out.u8(tag);
     out.u16(index);
@@ -39,13 +45,25 @@ pub(super) fn write(patch: &Patch, out: &mut Writer) {
             out.u8(PINHOLE);
             write_pinhole(camera, out);
         }
+        Camera::Spoc(camera) => {
+            out.u8(SPOC);
+            write_pinhole(&camera.pinhole, out);
+            let Spoc { pinhole: _, pole_px, push_from_m, push_to_m, push_max_px, ramp_px } = camera;
+            for value in [pole_px.x, pole_px.y, *push_from_m, *push_to_m, *push_max_px, *ramp_px] {
+                out.f64(value);
+            }
+        }
+        Camera::Graph(camera) => {
+            out.u8(GRAPH);
+            out.block(&wire::encode_graph(camera));
+        }
     }
     out.f32(patch.image.depth_scale.w_min);
     out.f32(patch.image.depth_scale.w_step);
     write_objects(&patch.objects, out);
 }
 
-pub(super) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecError> {
+pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecError> {
     let id = PatchId(bytes.u32()?);
     let (tag, index) = (bytes.u8()?, bytes.u16()?);
     let purpose = match tag {
@@ -54,11 +72,14 @@ pub(super) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
         2 => Purpose::Impostor(index),
         3 => Purpose::Environment,
         4 => Purpose::Relief(index),
+        5 => Purpose::Inside(index),
         _ => return Err(CodecError::Damaged("purpose")),
     };
     let capture_time_s = bytes.f64()?;
     let camera = match bytes.u8()? {
         PINHOLE => Camera::Pinhole(read_pinhole(bytes)?),
+        SPOC => Camera::Spoc(read_spoc(bytes)?),
+        GRAPH => Camera::Graph(Arc::new(wire::decode_graph(bytes.block()?).ok_or(CodecError::Damaged("camera"))?)),
         _ => return Err(CodecError::Damaged("kind of camera")),
     };
     if !camera.is_valid() {
@@ -92,6 +113,12 @@ fn read_pinhole(bytes: &mut Reader) -> Result<Pinhole, EndsEarly> {
     let [focal_px, centre_x, centre_y, near_m] = floats(bytes)?;
     let world_from_eye = Rigid { rotation, translation };
     Ok(Pinhole { world_from_eye, width_px, height_px, focal_px, centre_px: DVec2::new(centre_x, centre_y), near_m })
+}
+
+fn read_spoc(bytes: &mut Reader) -> Result<Spoc, EndsEarly> {
+    let pinhole = read_pinhole(bytes)?;
+    let [pole_x, pole_y, push_from_m, push_to_m, push_max_px, ramp_px] = floats(bytes)?;
+    Ok(Spoc { pinhole, pole_px: DVec2::new(pole_x, pole_y), push_from_m, push_to_m, push_max_px, ramp_px })
 }
 
 fn floats<const N: usize>(bytes: &mut Reader) -> Result<[f64; N], EndsEarly> {

@@ -18,7 +18,7 @@ mod segments;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
 pub use colour::ColourSteps;
-pub(crate) use header::{read_objects, write_objects};
+pub(crate) use header::{Header, read as read_header, read_objects, write as write_header, write_objects};
 pub(crate) use pack::{Packer, Unpacker};
 
 use thiserror::Error;

@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use camera::Camera;
+
 use super::digest::{Digest, EMPTY};
-use super::{Draft, Edit, Held, HeldError, HeldPatch, ObjectPose, Patch, PatchId, Update};
+use super::{Draft, Edit, Held, HeldError, HeldPatch, ObjectPose, Patch, PatchId, Purpose, Update};
 use crate::image::{DepthImage, Mask, Ranks};
 use crate::limits::Limits;
+use crate::wire::is_graph_encodable;
 
 /// What an update changes, before it counts.
 struct Staged<'a> {
@@ -342,6 +345,14 @@ fn check_patch(patch: &Patch) -> Result<(), HeldError> {
     }
     if !camera.is_valid() {
         return Err(HeldError::NotFinite("camera"));
+    }
+    let is_fit = match camera {
+        Camera::Pinhole(_) => true,
+        Camera::Spoc(_) => patch.purpose != Purpose::Eye,
+        Camera::Graph(camera) => patch.purpose != Purpose::Eye && is_graph_encodable(camera),
+    };
+    if !is_fit {
+        return Err(HeldError::CameraUnfit(patch.id));
     }
     let scale_holds = depth_scale.w_min.is_finite() && depth_scale.w_step.is_finite() && depth_scale.w_step >= 0.0;
     if !scale_holds || !patch.capture_time_s.is_finite() {

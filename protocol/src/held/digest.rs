@@ -87,6 +87,7 @@ impl Digest {
             Purpose::Impostor(object) => 2 | u64::from(object) << 8,
             Purpose::Environment => 3,
             Purpose::Relief(object) => 4 | u64::from(object) << 8,
+            Purpose::Inside(object) => 5 | u64::from(object) << 8,
         });
         self.objects(&patch.objects);
         let image = &patch.image;

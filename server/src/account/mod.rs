@@ -210,7 +210,6 @@ impl Account {
         now.colour.settle_all(&mut image.colour);
         self.last_patch += 1;
         let id = PatchId(self.last_patch);
-        let Camera::Pinhole(camera) = image.camera;
         let patch = Patch {
             id,
             purpose: Purpose::Eye,
@@ -219,7 +218,7 @@ impl Account {
             image,
         };
         let triangles = mask.occupied().map(|(x, y)| cropped.triangle_at(x as i32, y as i32)).collect();
-        self.records.insert(id, Record::new(&patch.image, &camera, triangles, self.look));
+        self.records.insert(id, Record::new(&patch.image, &cropped.camera, triangles, self.look));
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
         self.changed.insert(id);
         Ok(())
@@ -417,7 +416,7 @@ impl Samples for Account {
 
 /// Where in a view's image a patch's begins, if it was cut from a view of this very camera.
 fn cut_from(view: &Pinhole, patch: &Camera) -> Option<(u32, u32)> {
-    let Camera::Pinhole(patch) = patch;
+    let patch = patch.pinhole()?;
     let (x, y) = ((view.centre_px - patch.centre_px).x, (view.centre_px - patch.centre_px).y);
     let whole = |first: f64, length: u32, of: u32| {
         (first >= 0.0 && first.fract() == 0.0 && first + f64::from(length) <= f64::from(of)).then_some(first as u32)

@@ -6,7 +6,7 @@
 //! samples [`FINER`] times as dense. No pixel of that view changes by it; what of the extent it does not see is sent when it comes into
 //! view.
 
-use camera::{Camera, Pinhole};
+use camera::Pinhole;
 use glam::{DVec2, DVec3, Vec3};
 use protocol::ObjectPose;
 use protocol::held::{HeldPatch, PatchId};
@@ -69,7 +69,7 @@ impl Account {
         let image = &held.patch.image;
         let carried = |pose: &ObjectPose| self.held.poses_now.get(&pose.object) != Some(&pose.world_from_object);
         let carried: Vec<u16> = held.patch.objects.iter().filter(|pose| carried(pose)).map(|p| p.object).collect();
-        let eyes = Eyes::new(&image.camera, view.camera());
+        let eyes = Eyes::new(image.camera.root(), view.camera());
         let mut superseded = Vec::new();
         for (index, (x, y)) in image.mask.occupied().enumerate() {
             let (object, address) = (image.object[index], (id, x as u16, y as u16));
@@ -108,7 +108,7 @@ struct Eyes<'a> {
 }
 
 impl<'a> Eyes<'a> {
-    fn new(Camera::Pinhole(from): &'a Camera, to: &'a Pinhole) -> Eyes<'a> {
+    fn new(from: &'a Pinhole, to: &'a Pinhole) -> Eyes<'a> {
         let to_from = (to.world_from_eye.inverse() * from.world_from_eye).to_affine();
         let turned = |ray: DVec3| to_from.transform_vector3(ray);
         let (right, down) = (turned(DVec3::X) / from.focal_px, turned(DVec3::Y) / from.focal_px);

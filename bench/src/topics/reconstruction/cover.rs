@@ -13,7 +13,7 @@
 //!
 //! All are shares of the pixels where the truth has a surface.
 
-use camera::{Camera, ImagePoint, Pinhole};
+use camera::{ImagePoint, Pinhole};
 use glam::DVec3;
 use protocol::DepthImage;
 use protocol::image::octahedral_normal;
@@ -120,7 +120,7 @@ pub struct HeldImage {
 impl HeldImage {
     /// Takes the planes of an image.
     pub fn new(image: &DepthImage) -> HeldImage {
-        let Camera::Pinhole(camera) = image.camera;
+        let camera = *image.camera.root();
         let mut index_at = vec![u32::MAX; camera.width_px as usize * camera.height_px as usize];
         for ((x, y), index) in image.mask.occupied().zip(0..) {
             index_at[(y * camera.width_px + x) as usize] = index;
@@ -181,7 +181,7 @@ mod tests {
         (0..4).for_each(|x| mask.set(x, 0, true));
         let facing = protocol::image::octahedral_code(glam::Vec3::NEG_Z);
         let image = DepthImage {
-            camera: Camera::Pinhole(camera),
+            camera: camera::Camera::Pinhole(camera),
             depth_scale: DepthScale { w_min: 0.5, w_step: 0.0 },
             mask,
             depth: vec![0; 4],

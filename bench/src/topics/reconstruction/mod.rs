@@ -17,7 +17,7 @@ mod output;
 mod settled;
 
 use anyhow::Context;
-use camera::{Camera, Pinhole};
+use camera::Pinhole;
 use clap::Args;
 use gpu::Gpu;
 use protocol::held::HeldPatch;
@@ -244,7 +244,7 @@ struct Rebuilding<'a> {
 impl Rebuilding<'_> {
     fn mesh(&self, rebuilt: Rebuilt) -> PatchMesh {
         let image = &self.held.patch.image;
-        let Camera::Pinhole(camera) = image.camera;
+        let camera = *image.camera.root();
         let (corners, exact) = match rebuilt {
             Rebuilt::Quads(corners) => (corners, false),
             Rebuilt::ExactQuads(corners) => (corners, true),
