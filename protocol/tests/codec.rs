@@ -69,7 +69,14 @@ fn purposes_and_object_poses_come_back() {
         object,
         world_from_object: DAffine3::from_translation(DVec3::new(1e7, -0.5, f64::from(object))),
     });
-    let purposes = [Purpose::Eye, Purpose::Light(3), Purpose::Impostor(500), Purpose::Environment, Purpose::Relief(9), Purpose::Inside(7)];
+    let purposes = [
+        Purpose::Eye,
+        Purpose::Light(3),
+        Purpose::Impostor(500),
+        Purpose::Environment,
+        Purpose::Relief(9),
+        Purpose::Inside(7),
+    ];
     for purpose in purposes {
         let image = cast((16, 16), |_, _| true);
         round_trip(&Patch { purpose, objects: poses.to_vec(), ..patch(u32::MAX, image) });

@@ -1,9 +1,10 @@
 //! Running other programs: with their name in every error, and their output passed through.
 
 use std::ffi::OsStr;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::mpsc;
 
 use anyhow::{Context, bail};
 
@@ -64,14 +65,16 @@ impl Tool {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// Runs it, shows each line of its standard output and hands it to `see`; whether it succeeded.
+    /// Runs it, shows each line of its standard output and of its errors, and hands it to `see`; whether it succeeded.
     pub fn watch(mut self, mut see: impl FnMut(&str)) -> anyhow::Result<bool> {
-        let mut child =
-            self.command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {}", self.name))?;
+        let piped = self.command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = piped.spawn().with_context(|| format!("starting {}", self.name))?;
+        let (sender, lines) = mpsc::channel();
         let stdout = child.stdout.take().context("standard output is piped")?;
-        for line in BufReader::new(stdout).split(b'\n') {
-            let line = line?;
-            let line = String::from_utf8_lossy(&line);
+        let stderr = child.stderr.take().context("errors are piped")?;
+        forward(stdout, sender.clone());
+        forward(stderr, sender);
+        for line in lines {
             println!("{line}");
             see(&line);
         }
@@ -84,6 +87,16 @@ impl Tool {
         let error = self.command.exec();
         Err(error).with_context(|| format!("starting {}", self.name))
     }
+}
+
+/// Sends the lines of a pipe until it is closed.
+fn forward(pipe: impl Read + Send + 'static, lines: mpsc::Sender<String>) {
+    std::thread::spawn(move || {
+        for line in BufReader::new(pipe).split(b'\n').map_while(Result::ok) {
+            // Whoever listened is gone only when this program ends.
+            let _ = lines.send(String::from_utf8_lossy(&line).into_owned());
+        }
+    });
 }
 
 /// The cargo that runs this.
