@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
+use camera::CorridorMap;
 use glam::{DAffine3, DVec3};
 
 /// A vertex, in its mesh's own space. Meshes are centred by the loader, so f32 is relative to the mesh, never to the world.
@@ -221,6 +222,8 @@ pub struct Scene {
     pub walk: bool,
     /// Where to begin; `None` where the bounds decide.
     pub start: Option<SceneCamera>,
+    /// Where there is room between its walls, where its maker knows: what a graph camera is made of.
+    pub corridors: Option<CorridorMap>,
     /// What was dropped or mended while loading, for the log: each names the thing.
     pub warnings: Vec<String>,
     /// Evaluates the scene over time.

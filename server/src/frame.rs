@@ -19,6 +19,7 @@ use crate::config::Config;
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::imager::{Imager, ImagerError};
+use crate::impostors::{Kept, Needs};
 use crate::pace::Pace;
 use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, region_views};
 use crate::viewer::Viewer;
@@ -54,6 +55,7 @@ pub struct Stage {
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
     deforms: Vec<bool>,
+    needs: Needs,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
 }
@@ -69,6 +71,8 @@ pub struct Client {
     pub pace: Pace,
     /// Whether it was sent a picture, coarse as it may be.
     pub has_picture: bool,
+    /// The impostors it was sent.
+    pub impostors: Kept,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
 }
@@ -80,6 +84,7 @@ impl Default for Client {
             focus: None,
             pace: Pace::default(),
             has_picture: false,
+            impostors: Kept::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
     }
@@ -117,6 +122,7 @@ impl Stage {
         let deforms = scene.instances.iter().map(|instance| instance.deforms).collect();
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
         Stage {
+            needs: Needs::new(&scene),
             scene,
             rules,
             account_rules,
@@ -219,6 +225,9 @@ impl Stage {
                 self.look_from(index, capture, plan, now, account)?;
             }
         }
+        if !self.begins_coarsely(client) {
+            self.send_impostors(plan, snapshot, now, client)?;
+        }
         client.account.expire()?;
         let budget_bytes = self.budget_bytes(client);
         client.account.evict(budget_bytes)?;
@@ -293,6 +302,32 @@ impl Stage {
         account.mark_seen(&copy);
         account.add(capture, &lacking, plan.precision, now)?;
         Ok(account.supersede(&superseded)?)
+    }
+
+    /// Sends the impostors that a client needs and does not hold as they are now.
+    fn send_impostors(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+    ) -> Result<(), StageError> {
+        let eye_world = plan.coverage.world_from_eye.translation;
+        let decision = self.needs.decide(&self.scene, snapshot, eye_world);
+        if let Some(news) = client.impostors.news(&decision) {
+            tracing::info!("impostors: {news}");
+        }
+        for wanted in client.impostors.lacking(&decision, client.account.held()) {
+            let Some(image) = self.imager.impostor(snapshot, wanted)? else { continue };
+            let id = client.account.add_impostor(image, wanted.purpose, now)?;
+            if let Some(old) = client.impostors.replace(wanted, id) {
+                client.account.remove_impostor(old)?;
+            }
+        }
+        for old in client.impostors.drop_unwanted(&decision) {
+            client.account.remove_impostor(old)?;
+        }
+        Ok(())
     }
 
     /// What a client's copy may cost it: never less than all of a plan's views of the least size, and one more.

@@ -3,7 +3,7 @@
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
-use protocol::{Lighting, Material};
+use protocol::{DepthImage, Lighting, Material};
 use scene::{Scene, Snapshot};
 use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
 use thiserror::Error;
@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::account::Account;
 use crate::config::Config;
 use crate::discretize::{Capture, Discretization, Discretizer};
+use crate::impostors::Wanted;
 use crate::look::SceneLook;
 use crate::render::{RenderError, SceneRenderer};
 
@@ -43,6 +44,11 @@ pub trait Imager: Send {
         views: &[Pinhole],
         method: Discretization,
     ) -> Result<Vec<Capture>, ImagerError>;
+
+    /// An impostor, as it is now; `None` where this imager draws none.
+    fn impostor(&mut self, _: &Snapshot, _: &Wanted) -> Result<Option<DepthImage>, ImagerError> {
+        Ok(None)
+    }
 
     /// What a new client's copy is drawn with; `None` where [`Imager::copy_view`] needs nothing.
     fn new_surfaces(&self) -> Option<HeldSurfaces>;

@@ -6,7 +6,7 @@
 //!   what it lacks; [`pace`]: how large images are while it moves; [`frame`]: one tick, from scene time to edits;
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
-//!   compared with; [`look`]: its lights as both ends shade with them.
+//!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`look`]: its lights as both ends shade with them.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it.
 //! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
 //!   what it counts.
@@ -19,6 +19,7 @@ pub mod config;
 pub mod discretize;
 pub mod frame;
 pub mod imager;
+pub mod impostors;
 pub mod look;
 pub mod options;
 pub mod pace;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use camera::CorridorMap;
 use glam::{DAffine3, DVec3, dvec3};
 use rayon::prelude::*;
 
@@ -25,6 +26,7 @@ enum Motion {
 pub(super) struct Kit {
     pub walk: bool,
     pub start: Option<SceneCamera>,
+    pub corridors: Option<CorridorMap>,
     pub warnings: Vec<String>,
     textures: Vec<Texture>,
     materials: Vec<Material>,
@@ -41,6 +43,7 @@ impl Kit {
         Kit {
             walk: false,
             start: None,
+            corridors: None,
             warnings: Vec::new(),
             textures: Vec::new(),
             materials: Vec::new(),
@@ -151,6 +154,7 @@ impl Kit {
             bounds: Bounds::EMPTY,
             walk: self.walk,
             start: self.start,
+            corridors: self.corridors,
             warnings: self.warnings,
             animation: Arc::new(animation),
         };

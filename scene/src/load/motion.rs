@@ -76,6 +76,7 @@ pub(super) fn still_scene(
         bounds,
         walk,
         start: None,
+        corridors: None,
         warnings: warnings.into_messages(),
         animation: Arc::new(still),
     })

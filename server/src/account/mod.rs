@@ -74,6 +74,8 @@ pub struct Counts {
     pub trimmed: usize,
     /// Evicted.
     pub evicted: usize,
+    /// Of impostors: not part of what was added.
+    pub impostor: usize,
     /// First hits looked at: what sending each view anew would have cost.
     pub anew: usize,
 }
@@ -221,6 +223,31 @@ impl Account {
         self.records.insert(id, Record::new(&patch.image, &cropped.camera, triangles, self.look));
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
         self.changed.insert(id);
+        Ok(())
+    }
+
+    /// Adds an impostor. It is no surface: it is neither drawn nor looked at again, and stays until it is removed.
+    pub fn add_impostor(
+        &mut self,
+        mut image: DepthImage,
+        purpose: Purpose,
+        now: &Surroundings<'_>,
+    ) -> Result<PatchId, HeldError> {
+        now.colour.settle_all(&mut image.colour);
+        self.last_patch += 1;
+        let id = PatchId(self.last_patch);
+        self.counts.impostor += image.sample_count();
+        let objects = objects_in(&image, now.moving);
+        let patch = Patch { id, purpose, capture_time_s: now.time_s, objects, image };
+        self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
+        Ok(id)
+    }
+
+    /// Removes an impostor that the client still holds.
+    pub fn remove_impostor(&mut self, id: PatchId) -> Result<(), HeldError> {
+        if self.held.patches.contains_key(&id) {
+            self.held.edit(Edit::Remove(id), &mut self.draft)?;
+        }
         Ok(())
     }
 

@@ -112,6 +112,7 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, placed: &[(u32, DAffin
         bounds: Bounds { min: DVec3::splat(-10.0), max: DVec3::splat(10.0) },
         walk: false,
         start: None,
+        corridors: None,
         warnings: Vec::new(),
         animation: Arc::new(animation),
     }

@@ -45,6 +45,7 @@ pub fn room(moves: bool) -> Scene {
         bounds: Bounds { min: DVec3::splat(-10.0), max: DVec3::splat(10.0) },
         walk: true,
         start: None,
+        corridors: None,
         warnings: Vec::new(),
         animation: Arc::new(Still),
     }

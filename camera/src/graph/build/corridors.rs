@@ -111,6 +111,22 @@ impl CorridorMap {
         })
     }
 
+    /// The column and row of the free cell that a point stands in or above; `None` outside of all.
+    pub fn cell_of(&self, p_world: DVec3) -> Option<(usize, usize)> {
+        let place = (p_world - self.origin_world) / self.cell_m;
+        let (column, row) = (place.x.floor(), place.z.floor());
+        if !(column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.free.len() as f64) {
+            return None;
+        }
+        let (column, row) = (column as usize, row as usize);
+        self.is_free(row * self.columns + column).then_some((column, row))
+    }
+
+    /// Whether the cell next to one is free.
+    pub fn is_free_beside(&self, (column, row): (usize, usize), heading: Heading) -> bool {
+        self.next(row * self.columns + column, heading).is_some_and(|cell| self.is_free(cell))
+    }
+
     fn is_free(&self, cell: usize) -> bool {
         self.free.get(cell).copied().unwrap_or(false)
     }

@@ -92,6 +92,7 @@ pub(super) fn scene(
         cameras,
         bounds,
         walk,
+        corridors: None,
         warnings: warnings.into_messages(),
         animation,
     })

@@ -1,0 +1,19 @@
+//! Impostors: images of what reflectors show, which a client intersects rays with. What a scene needs of them, and what a client
+//! was sent.
+//!
+//! Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, sections 3 to 5. The papers choose by
+//! hand; here the server decides for each reflector ([`decide`]) and says why:
+//!
+//! | what | impostor |
+//! |---|---|
+//! | no mirror and no glass in reach of the viewer | none |
+//! | a flat object near a reflector | an image by a pinhole: a billboard |
+//! | another object near a reflector | an image by a single-pole occlusion camera |
+//! | all else around a reflector | an image by graph cameras where corridors are known, else six by pinholes |
+//! | the inside of a glass object | an image of its back faces |
+
+mod decide;
+mod kept;
+
+pub use decide::{Basis, Decision, Drawn, Faces, Key, Needs, Wanted};
+pub use kept::Kept;
