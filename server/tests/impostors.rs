@@ -1,0 +1,139 @@
+//! Which impostors a scene needs, by scenes whose needs are known; and that a client is sent them.
+
+mod common;
+
+use camera::Camera;
+use common::{coloured, scene, sphere, square};
+use glam::{DAffine3, DVec3};
+use protocol::Purpose;
+use scene::{Material, Scene};
+use vantage_server::impostors::{Decision, Drawn, Faces, Kept, Needs};
+
+const EYE: DVec3 = DVec3::new(0.0, 0.0, 3.0);
+
+fn mirror() -> Material {
+    Material { metallic: 1.0, roughness: 0.0, ..coloured([0.9, 0.9, 0.9, 1.0]) }
+}
+
+fn glass() -> Material {
+    Material { transmission: 1.0, ior: 1.3, ..coloured([1.0; 4]) }
+}
+
+/// A ball of `material` at the origin, 0.5 m in radius; a plain one beside it; a picture behind; a far wall.
+fn room(material: Material, at: impl Fn(DVec3) -> DVec3) -> Scene {
+    let place = |x: f64, z: f64, size: f64| {
+        DAffine3::from_translation(at(DVec3::new(x, 0.0, z))) * DAffine3::from_scale(DVec3::splat(size))
+    };
+    let meshes = vec![sphere(8, 0), sphere(8, 1), square(2, 1)];
+    let placed =
+        [(0, place(0.0, 0.0, 0.5)), (1, place(1.5, 0.0, 0.4)), (2, place(0.0, -2.0, 0.5)), (2, place(0.0, -90.0, 4.0))];
+    scene(meshes, vec![material, coloured([0.6, 0.2, 0.1, 1.0])], &placed)
+}
+
+fn decide(scene: &Scene) -> Decision {
+    Needs::new(scene).decide(scene, &scene.at(0.0), EYE)
+}
+
+#[test]
+fn a_scene_without_reflectors_needs_none() {
+    let decision = decide(&room(coloured([0.5; 4]), |p| p));
+    assert!(decision.wanted.is_empty());
+    assert_eq!(decision.reasons, ["no mirror and no glass: no impostors"]);
+}
+
+#[test]
+fn a_rough_metal_is_no_mirror_and_a_far_one_needs_none() {
+    let rough = Material { roughness: 0.4, ..mirror() };
+    assert!(decide(&room(rough, |p| p)).wanted.is_empty());
+    let far = decide(&room(mirror(), |p| p + 100.0 * DVec3::NEG_Z));
+    assert!(far.wanted.is_empty());
+    assert_eq!(far.reasons, ["no mirror or glass in reach: no impostors"]);
+}
+
+#[test]
+fn a_mirror_needs_what_is_near_it_by_its_shape_and_the_rest_by_a_cube() {
+    let decision = decide(&room(mirror(), |p| p));
+    let of = |object: u16| decision.wanted.iter().find(|wanted| wanted.key.shown == Some(object));
+    let [ball, picture] = [1, 2].map(|object| of(object).expect("it is near"));
+    assert!(matches!(ball.camera, Camera::Spoc(_)) && ball.purpose == Purpose::Impostor(1));
+    assert!(matches!(picture.camera, Camera::Pinhole(_)), "a billboard");
+    assert_eq!(ball.drawn, Drawn::Only(1));
+    assert!(of(3).is_none(), "too small from there");
+    let around: Vec<_> = decision.wanted.iter().filter(|wanted| wanted.purpose == Purpose::Environment).collect();
+    assert_eq!(around.len(), 6);
+    assert_eq!(around[0].drawn, Drawn::AllBut(vec![0, 1, 2]), "the mirror itself is in no image of its own");
+    assert_eq!(decision.wanted.len(), 8);
+    assert!(decision.reasons[0].contains("is a mirror"), "{:?}", decision.reasons);
+}
+
+#[test]
+fn every_corner_of_what_is_near_lies_in_its_image() {
+    let scene = room(mirror(), |p| p);
+    for wanted in decide(&scene).wanted.iter().filter(|wanted| wanted.key.shown.is_some()) {
+        let object = usize::from(wanted.key.shown.expect("an object"));
+        let world_from_mesh = scene.at(0.0).world_from_mesh[object];
+        for vertex in &scene.meshes[scene.instances[object].mesh as usize].vertices {
+            let p_world = world_from_mesh.transform_point3(glam::Vec3::from(vertex.position).as_dvec3());
+            let image = wanted.camera.image_from_world(p_world).expect("before the camera");
+            let (width, height) = wanted.camera.size_px();
+            assert!(image.u > 0.0 && image.u < width.into() && image.v > 0.0 && image.v < height.into(), "{image:?}");
+        }
+    }
+}
+
+#[test]
+fn glass_needs_its_inside_too() {
+    let decision = decide(&room(glass(), |p| p));
+    let inside: Vec<_> = decision.wanted.iter().filter(|wanted| wanted.purpose == Purpose::Inside(0)).collect();
+    assert_eq!((inside.len(), inside[0].faces), (1, Faces::Back));
+    assert_eq!(inside[0].drawn, Drawn::Only(0));
+}
+
+#[test]
+fn what_is_held_is_made_anew_only_where_it_shows_something_else() {
+    let held = protocol::Held::default();
+    let scene = room(mirror(), |p| p);
+    let decision = decide(&scene);
+    let mut kept = Kept::default();
+    assert_eq!(kept.lacking(&decision, &held).len(), 8, "nothing is held");
+    assert!(kept.news(&decision).is_some() && kept.news(&decision).is_none(), "said once");
+    let mut account = protocol::Held::default();
+    for (wanted, id) in decision.wanted.iter().zip(1..) {
+        kept.replace(wanted, protocol::PatchId(id));
+        add(&mut account, id);
+    }
+    assert!(kept.lacking(&decision, &account).is_empty());
+    assert_eq!(kept.lacking(&decision, &held).len(), 8, "the client lost its copy");
+    // Everything together: no object shows another side, but the surroundings are elsewhere.
+    let all = decide(&room(mirror(), |p| p + DVec3::X));
+    assert!(kept.lacking(&all, &account).iter().all(|wanted| wanted.key.shown.is_none()));
+    assert_eq!(kept.lacking(&all, &account).len(), 6);
+    let nearer = decide(&room(mirror(), |p| if p.x > 1.0 { p - 0.4 * DVec3::X } else { p }));
+    let lacking = kept.lacking(&nearer, &account);
+    assert_eq!(lacking.iter().map(|wanted| wanted.key.shown).collect::<Vec<_>>(), [Some(1)]);
+    let none = decide(&room(coloured([0.5; 4]), |p| p));
+    assert_eq!(kept.drop_unwanted(&none).len(), 8);
+}
+
+/// Holds a patch of that number.
+fn add(held: &mut protocol::Held, id: u32) {
+    let camera = common::looking_back(DVec3::ZERO, 4);
+    let image = protocol::DepthImage {
+        camera: Camera::Pinhole(camera),
+        depth_scale: protocol::DepthScale { w_min: 1.0, w_step: 0.0 },
+        mask: protocol::Mask::empty(4, 4),
+        depth: Vec::new(),
+        normal: Vec::new(),
+        colour: Vec::new(),
+        object: Vec::new(),
+        material: Vec::new(),
+    };
+    let patch = protocol::Patch {
+        id: protocol::PatchId(id),
+        purpose: Purpose::Environment,
+        capture_time_s: 0.0,
+        objects: Vec::new(),
+        image,
+    };
+    held.commit(vec![protocol::Edit::Add(Box::new(patch))], 0.0, 0).expect("it fits");
+}
