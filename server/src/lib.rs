@@ -7,6 +7,7 @@
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`look`]: its lights as both ends shade with them.
+//! - [`impostors`]: depth images of any camera, made anew when asked for.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it.
 //! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
 //!   what it counts.
@@ -19,6 +20,7 @@ pub mod config;
 pub mod discretize;
 pub mod frame;
 pub mod imager;
+pub mod impostors;
 pub mod look;
 pub mod options;
 pub mod pace;
@@ -30,6 +32,7 @@ pub mod source;
 pub mod start;
 pub mod stats;
 mod targets;
+mod timer;
 pub mod truth;
 pub mod viewer;
 pub mod worker;
