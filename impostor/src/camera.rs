@@ -15,6 +15,16 @@ pub enum ImpostorCamera {
     Graph(GraphCamera),
 }
 
+impl From<&::camera::Camera> for ImpostorCamera {
+    fn from(camera: &::camera::Camera) -> ImpostorCamera {
+        match camera {
+            ::camera::Camera::Pinhole(camera) => ImpostorCamera::Pinhole(*camera),
+            ::camera::Camera::Spoc(camera) => ImpostorCamera::Spoc(*camera),
+            ::camera::Camera::Graph(camera) => ImpostorCamera::Graph(GraphCamera::clone(camera)),
+        }
+    }
+}
+
 impl ImpostorCamera {
     /// Image width and height in pixels.
     pub fn size_px(&self) -> (u32, u32) {

@@ -3,6 +3,7 @@
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
+use impostor::ImpostorCamera;
 use protocol::{DepthImage, Lighting, Material};
 use scene::{Scene, Snapshot};
 use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
@@ -10,8 +11,9 @@ use thiserror::Error;
 
 use crate::account::Account;
 use crate::config::Config;
-use crate::discretize::{Capture, Discretization, Discretizer};
+use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer};
 use crate::impostors::Wanted;
+use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::look::SceneLook;
 use crate::render::{RenderError, SceneRenderer};
 
@@ -62,6 +64,8 @@ pub struct GpuImager {
     renderer: SceneRenderer,
     discretizer: Discretizer,
     addresses: AddressPass,
+    /// Built with the first impostor.
+    impostors: Option<ImpostorDrawer>,
     look: SceneLook,
     adapter: String,
     /// Scene time and anchor of what is on the GPU now.
@@ -82,7 +86,7 @@ impl GpuImager {
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);
         let addresses = AddressPass::new(gpu)?;
-        Ok(GpuImager { renderer, discretizer, addresses, look, adapter, placed: None })
+        Ok(GpuImager { renderer, discretizer, addresses, look, adapter, impostors: None, placed: None })
     }
 
     fn place(&mut self, snapshot: &Snapshot, eye_world: DVec3) -> Result<(), ImagerError> {
@@ -119,6 +123,17 @@ impl Imager for GpuImager {
         let Some(first) = views.first() else { return Ok(Vec::new()) };
         self.place(snapshot, first.world_from_eye.translation)?;
         Ok(self.discretizer.run(&self.renderer, views, method)?.wait()?)
+    }
+
+    fn impostor(&mut self, snapshot: &Snapshot, wanted: &Wanted) -> Result<Option<DepthImage>, ImagerError> {
+        self.place(snapshot, wanted.camera.eye_world())?;
+        let drawer = match &mut self.impostors {
+            Some(drawer) => drawer,
+            None => self.impostors.insert(ImpostorDrawer::new(&self.renderer)?),
+        };
+        let subject = Subject { objects: &|object| wanted.drawn.contains(object), faces: wanted.faces };
+        let capture = drawer.draw(&self.renderer, &ImpostorCamera::from(&wanted.camera), subject)?;
+        Ok(Some(capture.depth_image(wanted.camera.clone(), DepthPrecision::Finest)))
     }
 
     fn new_surfaces(&self) -> Option<HeldSurfaces> {

@@ -31,6 +31,7 @@ pub mod source;
 pub mod start;
 pub mod stats;
 mod targets;
+mod timer;
 pub mod truth;
 pub mod viewer;
 pub mod worker;

@@ -7,7 +7,7 @@ use gpu::{Gpu, LightingUniform, MaterialUniform, Readback};
 use protocol::Lighting;
 use wgpu::util::DeviceExt;
 
-use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
+use crate::render::{Faces, Pass, Pipelines, RenderError, SceneRenderer, check_camera};
 use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, planes};
 
 /// A rendered picture; planes are row-major, one value a pixel.
@@ -48,6 +48,7 @@ impl TruthRenderer {
             formats: &[IDS_FORMAT, COLOUR_FORMAT],
             own_layout: Some(&own_layout),
             constants: &[],
+            faces: Faces::Front,
         };
         let pipelines = Pipelines::new(&gpu, scene.is_native(), &pass)?;
         Ok(TruthRenderer { gpu, own_layout, pipelines })

@@ -3,6 +3,7 @@
 mod common;
 
 use camera::Camera;
+use common::session::Session;
 use common::{coloured, scene, sphere, square};
 use glam::{DAffine3, DVec3};
 use protocol::Purpose;
@@ -113,6 +114,27 @@ fn what_is_held_is_made_anew_only_where_it_shows_something_else() {
     assert_eq!(lacking.iter().map(|wanted| wanted.key.shown).collect::<Vec<_>>(), [Some(1)]);
     let none = decide(&room(coloured([0.5; 4]), |p| p));
     assert_eq!(kept.drop_unwanted(&none).len(), 8);
+}
+
+#[test]
+fn a_client_is_sent_them_and_a_still_one_only_once() {
+    let mut session = Session::new(room(mirror(), |p| p + DVec3::NEG_Z * 2.0));
+    let first = session.tick().expect("a first update");
+    assert!(first.counts.impostor > 10_000, "{:?}", first.counts);
+    let purposes = |session: &Session| {
+        let count = |purpose| session.held.patches.values().filter(|held| held.patch.purpose == purpose).count();
+        [Purpose::Impostor(1), Purpose::Impostor(2), Purpose::Environment].map(count)
+    };
+    assert_eq!(purposes(&session), [1, 1, 6]);
+    assert!(session.settle().iter().all(|counts| counts.impostor == 0));
+    assert_eq!(purposes(&session), [1, 1, 6]);
+}
+
+#[test]
+fn a_scene_without_reflectors_is_sent_none() {
+    let mut session = Session::new(room(coloured([0.5; 4]), |p| p + DVec3::NEG_Z * 2.0));
+    assert_eq!(session.tick().expect("a first update").counts.impostor, 0);
+    assert!(session.held.patches.values().all(|held| held.patch.purpose == Purpose::Eye));
 }
 
 /// Holds a patch of that number.

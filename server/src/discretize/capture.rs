@@ -63,13 +63,12 @@ impl Capture {
 
     /// Object id at an index.
     pub fn object(&self, index: usize) -> u16 {
-        self.ids[index][1] as u16
+        object(self.ids[index])
     }
 
     /// Octahedral code of the shading normal in world space at an index.
     pub fn normal_code(&self, index: usize) -> [u8; 2] {
-        let [_, _, low, high] = self.ids[index][1].to_le_bytes();
-        [low, high]
+        normal_code(self.ids[index])
     }
 
     /// Which pixels hold a sample.
@@ -119,11 +118,27 @@ impl Capture {
 
     /// The samples of a mask of this image's size, all of which must be occupied here.
     pub fn depth_image_of(&self, mask: Mask, precision: DepthPrecision) -> DepthImage {
-        assert_eq!(mask.size_px(), (self.camera.width_px, self.camera.height_px), "a mask of another image");
-        let indices: Vec<usize> =
-            mask.occupied().map(|(x, y)| y as usize * self.camera.width_px as usize + x as usize).collect();
+        let planes = Planes { ids: &self.ids, colour: &self.colour, w: &|index| self.w(index) };
+        planes.depth_image(Camera::Pinhole(self.camera), mask, precision)
+    }
+}
+
+/// What depth images are packed from: values of every pixel of an image, row-major.
+pub(crate) struct Planes<'a> {
+    pub ids: &'a [[u32; 2]],
+    pub colour: &'a [[u8; 4]],
+    /// Inverse depth at an index.
+    pub w: &'a dyn Fn(usize) -> f32,
+}
+
+impl Planes<'_> {
+    /// The samples of a mask of this image's size, all of which must be occupied.
+    pub(crate) fn depth_image(&self, camera: Camera, mask: Mask, precision: DepthPrecision) -> DepthImage {
+        let width_px = mask.size_px().0 as usize;
+        assert_eq!(width_px * mask.size_px().1 as usize, self.ids.len(), "a mask of another image");
+        let indices: Vec<usize> = mask.occupied().map(|(x, y)| y as usize * width_px + x as usize).collect();
         let extent = indices.iter().fold((f32::INFINITY, 0.0_f32), |(least, greatest), &index| {
-            let w = self.w(index);
+            let w = (self.w)(index);
             (least.min(w), greatest.max(w))
         });
         let (w_min, w_max) = if indices.is_empty() { (0.0, 0.0) } else { extent };
@@ -133,16 +148,27 @@ impl Capture {
             [r, g, b]
         };
         DepthImage {
-            camera: Camera::Pinhole(self.camera),
+            camera,
             depth_scale,
-            depth: indices.iter().map(|&index| depth_scale.code(self.w(index))).collect(),
-            normal: indices.iter().map(|&index| self.normal_code(index)).collect(),
+            depth: indices.iter().map(|&index| depth_scale.code((self.w)(index))).collect(),
+            normal: indices.iter().map(|&index| normal_code(self.ids[index])).collect(),
             colour: indices.iter().map(|&index| colour(index)).collect(),
-            object: indices.iter().map(|&index| self.object(index)).collect(),
+            object: indices.iter().map(|&index| object(self.ids[index])).collect(),
             material: indices.iter().map(|&index| self.colour[index][3]).collect(),
             mask,
         }
     }
+}
+
+/// The object id in a pixel's ids.
+pub(crate) fn object(ids: [u32; 2]) -> u16 {
+    ids[1] as u16
+}
+
+/// The octahedral code of the normal in a pixel's ids.
+pub(crate) fn normal_code(ids: [u32; 2]) -> [u8; 2] {
+    let [_, _, low, high] = ids[1].to_le_bytes();
+    [low, high]
 }
 
 #[cfg(test)]

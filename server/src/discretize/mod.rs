@@ -33,6 +33,7 @@ pub mod placement;
 pub mod redundancy;
 
 pub use capture::{Capture, DepthPrecision};
+pub(crate) use capture::{Planes, normal_code, object};
 pub use meter::{Meter, MeterImages};
 pub use method::{Discretization, Redundancy, RedundancyTest};
 
@@ -40,8 +41,9 @@ use camera::Pinhole;
 use gpu::{Gpu, Pending, Readback, Slot};
 use rayon::prelude::*;
 
-use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
+use crate::render::{Faces, Pass, Pipelines, RenderError, SceneRenderer, check_camera};
 use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, Slots, planes};
+use crate::timer::Timer;
 use earlier::{EarlierLayout, EarlierPlanes};
 
 /// Images of one set at most: the last is tested against all but itself.
@@ -173,6 +175,7 @@ fn pipelines(
         formats: &[IDS_FORMAT, COLOUR_FORMAT],
         own_layout: Some(&earlier.layout),
         constants: &constants,
+        faces: Faces::Front,
     };
     Pipelines::new(scene.gpu(), scene.is_native(), &pass)
 }
@@ -211,44 +214,4 @@ impl PendingCaptures {
 /// The captures as depth images, all samples, packed in parallel.
 pub fn depth_images(captures: &[Capture], precision: DepthPrecision) -> Vec<protocol::DepthImage> {
     captures.par_iter().map(|capture| capture.depth_image(precision)).collect()
-}
-
-/// Two timestamps an image.
-struct Timer {
-    queries: wgpu::QuerySet,
-    resolved: wgpu::Buffer,
-    count: u32,
-}
-
-impl Timer {
-    fn new(gpu: &Gpu, images: u32) -> Option<Timer> {
-        let count = images * 2;
-        gpu.caps.timestamps.then(|| Timer {
-            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("image times"),
-                ty: wgpu::QueryType::Timestamp,
-                count,
-            }),
-            resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("image times"),
-                size: u64::from(count) * 8,
-                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
-            count,
-        })
-    }
-
-    fn writes(&self, image: u32) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: Some(2 * image),
-            end_of_pass_write_index: Some(2 * image + 1),
-        }
-    }
-
-    fn read(&self, encoder: &mut wgpu::CommandEncoder, readback: &mut Readback) -> Slot {
-        encoder.resolve_query_set(&self.queries, 0..self.count, &self.resolved, 0);
-        readback.buffer(&self.resolved, 0, self.count * 8)
-    }
 }

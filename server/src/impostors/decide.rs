@@ -5,6 +5,8 @@ use glam::{DAffine3, DVec3};
 use protocol::{Effect, Material, Purpose};
 use scene::{Scene, Snapshot};
 
+use crate::render::Faces;
+
 /// Reflectors that are smaller than this, seen from the viewer, show nothing that could be told: 0.01 rad is four pixels in a view of
 /// 640 that is 90 degrees wide.
 const LEAST_REFLECTOR_RAD: f64 = 0.01;
@@ -43,15 +45,6 @@ impl Drawn {
             Drawn::AllBut(others) => others.binary_search(&object).is_err(),
         }
     }
-}
-
-/// Which sides of surfaces an impostor shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Faces {
-    /// Those that face the camera, as everywhere.
-    Front,
-    /// Those that face away: the inside of glass.
-    Back,
 }
 
 /// Names an impostor of a client; a newer image takes the place of the older one.

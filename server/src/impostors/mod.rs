@@ -2,7 +2,7 @@
 //! was sent.
 //!
 //! Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, sections 3 to 5. The papers choose by
-//! hand; here the server decides for each reflector ([`decide`]) and says why:
+//! hand; here the server decides for each reflector ([`Needs::decide`]) and says why; [`draw`] makes the images:
 //!
 //! | what | impostor |
 //! |---|---|
@@ -13,7 +13,9 @@
 //! | the inside of a glass object | an image of its back faces |
 
 mod decide;
+pub mod draw;
 mod kept;
 
-pub use decide::{Basis, Decision, Drawn, Faces, Key, Needs, Wanted};
+pub use crate::render::Faces;
+pub use decide::{Basis, Decision, Drawn, Key, Needs, Wanted};
 pub use kept::Kept;

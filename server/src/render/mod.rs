@@ -18,7 +18,7 @@ mod texture;
 mod upload;
 
 pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry};
-pub use pipelines::{Layouts, Pass, Pipelines};
+pub use pipelines::{Faces, Layouts, Pass, Pipelines};
 pub(crate) use rays::RayBuffers;
 pub use rays::{FirstHit, RayScene};
 
@@ -133,9 +133,9 @@ pub(crate) struct Slot {
 }
 
 /// Instances that are drawn by one call.
-struct Run {
+pub(crate) struct Run {
     batch: usize,
-    slots: std::ops::Range<u32>,
+    pub slots: std::ops::Range<u32>,
     mirrored: bool,
     /// From the eye to the nearest of their boxes.
     distance_m: f64,
@@ -150,6 +150,7 @@ pub struct SceneRenderer {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     instances: wgpu::Buffer,
+    surfaces: wgpu::Buffer,
     scene_group: wgpu::BindGroup,
     texture_groups: Vec<wgpu::BindGroup>,
     batches: Vec<Batch>,
@@ -248,6 +249,17 @@ impl SceneRenderer {
         })
     }
 
+    /// Sets what all runs of [`SceneRenderer::draw_run`] share.
+    pub(crate) fn begin(&self, pass: &mut wgpu::RenderPass<'_>, size_px: (u32, u32), view: &wgpu::BindGroup) {
+        pass.set_viewport(0.0, 0.0, size_px.0 as f32, size_px.1 as f32, 0.0, 1.0);
+        pass.set_bind_group(0, view, &[]);
+        pass.set_bind_group(1, &self.scene_group, &[]);
+        if self.native {
+            pass.set_vertex_buffer(0, self.vertices.slice(..));
+            pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        }
+    }
+
     /// Draws what `camera` may see with the pass's pipelines; group 3 is the pass's own and already set.
     pub(crate) fn draw(
         &self,
@@ -256,30 +268,45 @@ impl SceneRenderer {
         camera: &Pinhole,
         view: &wgpu::BindGroup,
     ) {
-        pass.set_viewport(0.0, 0.0, camera.width_px as f32, camera.height_px as f32, 0.0, 1.0);
-        pass.set_bind_group(0, view, &[]);
-        pass.set_bind_group(1, &self.scene_group, &[]);
-        if self.native {
-            pass.set_vertex_buffer(0, self.vertices.slice(..));
-            pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
-        }
-        for run in self.visible_runs(camera) {
-            let batch = &self.batches[run.batch];
-            pass.set_pipeline(pipelines.of(batch.double_sided, run.mirrored, batch.cut_out));
-            pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
-            self.draw_run(pass, batch, run.slots);
+        self.begin(pass, (camera.width_px, camera.height_px), view);
+        for run in self.visible_runs(camera, &|_| true) {
+            self.set_run(pass, pipelines, &run);
+            self.draw_run(pass, &run);
         }
     }
 
-    /// What `camera` may see, opaque first and near first, so that what is hidden fails the depth test before it is shaded.
-    fn visible_runs(&self, camera: &Pinhole) -> Vec<Run> {
+    /// The pipeline and the texture of a run.
+    pub(crate) fn set_run(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, run: &Run) {
+        let batch = &self.batches[run.batch];
+        pass.set_pipeline(pipelines.of(batch.double_sided, run.mirrored, batch.cut_out));
+        pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
+    }
+
+    /// Where the triangles of a run's instances begin in the index buffer, and how many each of them has.
+    pub(crate) fn triangles_of(&self, run: &Run) -> (u32, u32) {
+        let batch = &self.batches[run.batch];
+        (batch.first_index, batch.index_count / 3)
+    }
+
+    /// What `camera` may see of the objects that are drawn.
+    pub(crate) fn visible_runs(&self, camera: &Pinhole, is_drawn: &dyn Fn(u16) -> bool) -> Vec<Run> {
         let frustum = cull::Frustum::new(camera);
-        let eye_world = camera.world_from_eye.translation;
+        self.runs(camera.world_from_eye.translation, is_drawn, |bounds| frustum.may_see(bounds))
+    }
+
+    /// The objects that are drawn and whose bounds `may_see` lets through, opaque first and near first, so that what is hidden
+    /// fails the depth test before it is shaded.
+    pub(crate) fn runs(
+        &self,
+        eye_world: DVec3,
+        is_drawn: &dyn Fn(u16) -> bool,
+        may_see: impl Fn(&Bounds) -> bool,
+    ) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
         for (batch_index, batch) in self.batches.iter().enumerate() {
             for slot in batch.slots.clone() {
-                let bounds = &self.slots[slot as usize].bounds_world;
-                if !frustum.may_see(bounds) {
+                let Slot { object, bounds_world: bounds, .. } = &self.slots[slot as usize];
+                if !is_drawn(*object as u16) || !may_see(bounds) {
                     continue;
                 }
                 let mirrored = self.records[slot as usize].mirrored != 0;
@@ -298,13 +325,37 @@ impl SceneRenderer {
         runs
     }
 
-    fn draw_run(&self, pass: &mut wgpu::RenderPass<'_>, batch: &Batch, slots: std::ops::Range<u32>) {
-        let indices = batch.first_index..batch.first_index + batch.index_count;
+    /// Draws a run as the renderer tells triangles: with the groups and buffers of [`SceneRenderer::draw`].
+    pub(crate) fn draw_run(&self, pass: &mut wgpu::RenderPass<'_>, run: &Run) {
+        let batch = &self.batches[run.batch];
         if self.native {
-            pass.draw_indexed(indices, batch.first_vertex as i32, slots);
+            let indices = batch.first_index..batch.first_index + batch.index_count;
+            pass.draw_indexed(indices, batch.first_vertex as i32, run.slots.clone());
         } else {
-            pass.draw(indices, slots);
+            self.draw_pulled(pass, run);
         }
+    }
+
+    /// Draws a run by a vertex stage that pulls its corners.
+    pub(crate) fn draw_pulled(&self, pass: &mut wgpu::RenderPass<'_>, run: &Run) {
+        let batch = &self.batches[run.batch];
+        pass.draw(batch.first_index..batch.first_index + batch.index_count, run.slots.clone());
+    }
+
+    /// Group 1 for vertex stages that pull corners, whether or not this renderer's own do.
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`] where vertices or indices are too large to be pulled on this GPU.
+    pub(crate) fn pulled_group(&self) -> Result<wgpu::BindGroup, RenderError> {
+        let limit = self.gpu.device.limits().max_storage_buffer_binding_size;
+        for (what, buffer) in [("vertices", &self.vertices), ("indices", &self.indices)] {
+            if buffer.size() > limit {
+                return Err(RenderError::TooLarge { what, bytes: buffer.size(), limit });
+            }
+        }
+        let layout = Layouts::new(&self.gpu, false).scene;
+        let bound = [&self.instances, &self.surfaces, &self.vertices, &self.indices];
+        Ok(upload::scene_group(&self.gpu, &layout, &bound))
     }
 
     fn upload_deformed(&mut self, object: u32, vertices: &[Vertex]) {

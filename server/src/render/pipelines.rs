@@ -36,7 +36,9 @@ pub(crate) fn buffer_entry(
 impl Layouts {
     /// Layouts for scenes with triangles told natively, or by pulled vertices.
     pub(crate) fn new(gpu: &Gpu, native: bool) -> Layouts {
-        let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        // Where there is compute, passes that prepare a draw read the scene too.
+        let compute = if gpu.caps.compute { wgpu::ShaderStages::COMPUTE } else { wgpu::ShaderStages::NONE };
+        let both = wgpu::ShaderStages::VERTEX_FRAGMENT | compute;
         let (uniform, storage) =
             (wgpu::BufferBindingType::Uniform, wgpu::BufferBindingType::Storage { read_only: true });
         let pulled = if native { 0 } else { 2 };
@@ -70,6 +72,15 @@ impl Layouts {
     }
 }
 
+/// Which sides of triangles are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Faces {
+    /// Those that face the camera's rays, and both of materials with two sides: what a camera sees.
+    Front,
+    /// Those that face away, and both of materials with two sides: the insides of glass.
+    Back,
+}
+
 /// What makes one pass over the scene differ from another.
 pub struct Pass<'a> {
     /// Entry point of the fragment stage in the `server/raster_….wgsl` files.
@@ -80,25 +91,36 @@ pub struct Pass<'a> {
     pub own_layout: Option<&'a wgpu::BindGroupLayout>,
     /// Values of the fragment stage's `override` constants beside `cut_out`.
     pub constants: &'a [(&'a str, f64)],
+    /// Which sides are drawn.
+    pub faces: Faces,
 }
 
 /// See `Pipelines::of`.
 pub struct Pipelines {
-    /// Back faces culled, mirrored, both sides; each without and with cut-outs.
+    /// One side culled, the same mirrored, both sides drawn; each without and with cut-outs.
     variants: Vec<[wgpu::RenderPipeline; 2]>,
 }
 
-const SIDES: [(wgpu::FrontFace, Option<wgpu::Face>); 3] = [
-    (wgpu::FrontFace::Ccw, Some(wgpu::Face::Back)),
-    (wgpu::FrontFace::Cw, Some(wgpu::Face::Back)),
-    (wgpu::FrontFace::Ccw, None),
-];
+/// In the order of `Pipelines::variants`.
+fn sides(faces: Faces) -> [(wgpu::FrontFace, Option<wgpu::Face>); 3] {
+    let culled = match faces {
+        Faces::Front => wgpu::Face::Back,
+        Faces::Back => wgpu::Face::Front,
+    };
+    [(wgpu::FrontFace::Ccw, Some(culled)), (wgpu::FrontFace::Cw, Some(culled)), (wgpu::FrontFace::Ccw, None)]
+}
 
 impl Pipelines {
     /// Builds the pipelines of a pass, for scenes with triangles told natively or by pulled vertices.
     pub fn new(gpu: &Gpu, native: bool, pass: &Pass<'_>) -> Result<Pipelines, RenderError> {
+        let file = if native { "server/raster_native.wgsl" } else { "server/raster_pulled.wgsl" };
+        Pipelines::of_file(gpu, file, native, pass)
+    }
+
+    /// The same with the entry points of another file; not native, its vertex stage has no vertex buffers.
+    pub(crate) fn of_file(gpu: &Gpu, file: &str, native: bool, pass: &Pass<'_>) -> Result<Pipelines, RenderError> {
         let layouts = Layouts::new(gpu, native);
-        let module = gpu.shader(if native { "server/raster_native.wgsl" } else { "server/raster_pulled.wgsl" })?;
+        let module = gpu.shader(file)?;
         let groups = [Some(&layouts.view), Some(&layouts.scene), Some(&layouts.texture), pass.own_layout];
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(pass.fragment),
@@ -106,7 +128,7 @@ impl Pipelines {
             immediate_size: 0,
         });
         let build = |sides, cut_out| pipeline(gpu, &module, &layout, native, pass, sides, cut_out);
-        let variants = SIDES.iter().map(|&sides| [build(sides, false), build(sides, true)]).collect();
+        let variants = sides(pass.faces).into_iter().map(|sides| [build(sides, false), build(sides, true)]).collect();
         Ok(Pipelines { variants })
     }
 

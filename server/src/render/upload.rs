@@ -156,15 +156,7 @@ impl SceneRenderer {
         let instances = buffer("instances", bytemuck::cast_slice(&records), copied);
         let surfaces = buffer("surface materials", bytemuck::cast_slice::<SurfaceMaterial, u8>(&surfaces), copied);
         let bound = [&instances, &surfaces, &vertices, &indices];
-        let entries: Vec<_> = (0_u32..)
-            .zip(&bound[..if native { 2 } else { 4 }])
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let scene_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene"),
-            layout: &layouts.scene,
-            entries: &entries,
-        });
+        let scene_group = scene_group(gpu, &layouts.scene, &bound[..if native { 2 } else { 4 }]);
         let batch_of_deforming = slots
             .iter()
             .filter(|slot| geometry.deforming.contains_key(&slot.object))
@@ -178,6 +170,7 @@ impl SceneRenderer {
             vertices,
             indices,
             instances,
+            surfaces,
             scene_group,
             batches,
             slots,
@@ -190,6 +183,15 @@ impl SceneRenderer {
         renderer.update(&scene.at(0.0), scene.bounds.centre())?;
         Ok(renderer)
     }
+}
+
+/// Group 1: buffers in the order of their bindings.
+pub(super) fn scene_group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0_u32..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("scene"), layout, entries: &entries })
 }
 
 /// One bind group a texture, and a white one for materials without.

@@ -14,6 +14,11 @@ fn image(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_inde
 }
 
 @fragment
+fn plain(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> ImageTargets {
+    return plain_fragment(v, front, triangle);
+}
+
+@fragment
 fn truth(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> TruthTargets {
     return truth_fragment(v, front, triangle);
 }

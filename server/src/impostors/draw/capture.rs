@@ -1,0 +1,64 @@
+use camera::Camera;
+use glam::DVec3;
+use impostor::{ImpostorCamera, Sample};
+use protocol::{DepthImage, Mask};
+
+use crate::discretize::{DepthPrecision, Planes, normal_code, object};
+
+/// One image of any camera as it comes from the GPU: planes of a value a pixel, row-major. [`crate::discretize::Capture`] is its like
+/// for sets of pinholes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImpostorCapture {
+    /// What captured it.
+    pub camera: ImpostorCamera,
+    /// Triangle id (0 where there is no sample); object id (low 16 bits) and octahedral normal (high 16 bits).
+    pub ids: Vec<[u32; 2]>,
+    /// sRGB-encoded base colour, and the material code as alpha.
+    pub colour: Vec<[u8; 4]>,
+    /// Inverse depth in the camera's own measure, 1/m for a pinhole and a single-pole camera; 0 where there is no sample.
+    pub w: Vec<f32>,
+    /// What the GPU took for it, where it can tell.
+    pub gpu_s: Option<f64>,
+    /// From the call to the planes, waiting for the GPU included.
+    pub wall_s: f64,
+}
+
+impl ImpostorCapture {
+    /// Whether a pixel holds a sample.
+    pub fn is_occupied(&self, index: usize) -> bool {
+        self.ids[index][0] != 0
+    }
+
+    /// Object id at an index.
+    pub fn object(&self, index: usize) -> u16 {
+        object(self.ids[index])
+    }
+
+    /// Unit shading normal at an index, in world space, as exactly as its code holds it.
+    pub fn normal_world(&self, index: usize) -> DVec3 {
+        protocol::image::octahedral_normal(normal_code(self.ids[index])).as_dvec3()
+    }
+
+    /// What [`impostor::Impostor::new`] is made of, beside the camera.
+    pub fn samples(&self) -> Vec<Sample> {
+        let sample = |index: usize| Sample { w: self.w[index].into(), normal_world: self.normal_world(index) };
+        (0..self.ids.len()).map(|index| if self.is_occupied(index) { sample(index) } else { Sample::EMPTY }).collect()
+    }
+
+    /// Which pixels hold a sample.
+    pub fn mask(&self) -> Mask {
+        let (width_px, height_px) = self.camera.size_px();
+        let mut mask = Mask::empty(width_px, height_px);
+        let pixels = (0..height_px).flat_map(|y| (0..width_px).map(move |x| (x, y)));
+        for ((x, y), _) in pixels.zip(&self.ids).filter(|(_, ids)| ids[0] != 0) {
+            mask.set(x, y, true);
+        }
+        mask
+    }
+
+    /// All samples, packed; `camera` is this image's as messages name it.
+    pub fn depth_image(&self, camera: Camera, precision: DepthPrecision) -> DepthImage {
+        let planes = Planes { ids: &self.ids, colour: &self.colour, w: &|index| self.w[index] };
+        planes.depth_image(camera, self.mask(), precision)
+    }
+}

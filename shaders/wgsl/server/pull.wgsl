@@ -1,0 +1,23 @@
+// Corners that the vertex stage reads from storage buffers by itself: it knows their triangle, and may put others between them.
+#import "server/scene.wgsl"
+
+@group(1) @binding(2) var<storage, read> vertex_words: array<u32>;
+@group(1) @binding(3) var<storage, read> vertex_indices: array<u32>;
+
+// Words of a vertex: position 3, normal 3, texture coordinates 2, colour 1.
+const VERTEX_WORDS: u32 = 9u;
+
+// The corner at a place in the index buffer.
+fn pulled_vertex(place: u32, instance: u32) -> MeshVertex {
+    let at = (instances[instance].first_vertex + vertex_indices[place]) * VERTEX_WORDS;
+    var vertex: MeshVertex;
+    vertex.position = bitcast<vec3f>(vec3u(vertex_words[at], vertex_words[at + 1u], vertex_words[at + 2u]));
+    vertex.normal = bitcast<vec3f>(vec3u(vertex_words[at + 3u], vertex_words[at + 4u], vertex_words[at + 5u]));
+    vertex.uv = bitcast<vec2f>(vec2u(vertex_words[at + 6u], vertex_words[at + 7u]));
+    vertex.colour = unpack4x8unorm(vertex_words[at + 8u]);
+    return vertex;
+}
+
+fn pulled_corner(place: u32, instance: u32) -> Varying {
+    return corner(pulled_vertex(place, instance), instance, (place - instances[instance].first_index) / 3u);
+}
