@@ -77,7 +77,7 @@ fn teapot(gpu: &Gpu) {
 /// The built-in maze by a map of its free floor: cells of 2.6 m, between walls 0.24 m thick.
 fn maze(gpu: &Gpu) {
     let scene = scene::builtin::load("maze").expect("built in");
-    let start = scene.start.as_ref().map(|start| start.world_from_eye.translation).unwrap_or_default();
+    let start = scene.start.as_ref().map(|start| start.eye_world).unwrap_or_default();
     let renderer = renderer(gpu, &scene, start);
     let mut drawer = ImpostorDrawer::new(&renderer).expect("a GPU");
     // A row of cells along x and one along z from its end, as wide as a cell: rays pass through walls of the maze.

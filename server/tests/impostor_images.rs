@@ -64,13 +64,14 @@ fn object_named(scene: &Scene, name: &str) -> u16 {
     scene.instances.iter().position(|instance| instance.name == name).expect("it is there") as u16
 }
 
-/// The teapot that turns, and the camera around it from where the scene is looked at.
-fn teapot(size_px: u32) -> (Scene, u16, Spoc) {
+/// The teapot that turns, and the camera around it from where the scene is looked at, its ring as wide as `ring` times the sphere around
+/// the pot.
+fn teapot(size_px: u32, ring: f64) -> (Scene, u16, Spoc) {
     let scene = scene::builtin::load("teapots").expect("built in");
     let object = object_named(&scene, "turning teapot");
     let points = surface_points(&scene, &scene.at(0.0), object, 4000);
     let bounds = camera::Bounds::around(points.iter().map(|point| point.position_world)).expect("a surface");
-    let ring_m = (bounds.max - bounds.min).length() / 2.0;
+    let ring_m = ring * (bounds.max - bounds.min).length() / 2.0;
     let eye_world = DVec3::new(0.08, 0.36, 0.62);
     let spoc = Spoc::around(&bounds, eye_world, (size_px, size_px), ring_m).expect("an eye outside");
     (scene, object, spoc)
@@ -82,21 +83,19 @@ fn ball() -> Scene {
 
 fn ball_spoc(size_px: u32) -> Spoc {
     let bounds = camera::Bounds { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
-    Spoc::around(&bounds, DVec3::new(0.0, 0.0, 4.0), (size_px, size_px), 1.0).expect("an eye outside")
+    Spoc::around(&bounds, DVec3::new(0.0, 0.0, 4.0), (size_px, size_px), 2.0).expect("an eye outside")
 }
 
 #[test]
 fn samples_lie_on_the_triangles_that_they_name() {
     let gpu = gpu();
-    let (scene, _, spoc) = teapot(96);
+    let (scene, _, spoc) = teapot(96, 1.0);
     let renderer = renderer(&gpu, &scene, &spoc.pinhole);
     let pinhole = draw(&renderer, &ImpostorCamera::Pinhole(spoc.pinhole), Wanted::ALL);
     let (most, worst) = worst_distances(&scene, &pinhole);
-    println!("pinhole {most} {worst}");
     assert!(occupied(&pinhole) > 3000 && most < 0.01 && worst < 0.5, "pinhole: {most}, {worst} footprints");
     let pushed = draw(&renderer, &ImpostorCamera::Spoc(spoc), Wanted::ALL);
     let (most, worst) = worst_distances(&scene, &pushed);
-    println!("spoc {most} {worst}");
     // A quarter of a pixel at edges, a third inside.
     assert!(occupied(&pushed) > 3000 && most < 0.3 && worst < 0.5, "single pole: {most}, {worst} footprints");
 }
@@ -104,15 +103,16 @@ fn samples_lie_on_the_triangles_that_they_name() {
 #[test]
 fn a_single_pole_image_holds_more_of_a_surface() {
     let gpu = gpu();
-    let (scene, object, spoc) = teapot(96);
-    let renderer = renderer(&gpu, &scene, &spoc.pinhole);
-    let wanted = Wanted { objects: &|id| id == object, faces: Faces::Front };
-    let points = surface_points(&scene, &scene.at(0.0), object, 20_000);
-    let share = |camera: ImpostorCamera| covered_share(&points, &draw(&renderer, &camera, wanted));
-    let (by_pinhole, by_spoc) = (share(ImpostorCamera::Pinhole(spoc.pinhole)), share(ImpostorCamera::Spoc(spoc)));
-    println!("pinhole {by_pinhole:.4}, single pole {by_spoc:.4}, {:.3} times", by_spoc / by_pinhole);
-    assert!(by_pinhole > 0.2 && by_pinhole < 0.6, "{by_pinhole}");
-    assert!(by_spoc > 1.3 * by_pinhole, "{by_spoc} against {by_pinhole}");
+    for (ring, least_gain) in [(1.0, 1.18), (2.0, 1.3)] {
+        let (scene, object, spoc) = teapot(96, ring);
+        let renderer = renderer(&gpu, &scene, &spoc.pinhole);
+        let wanted = Wanted { objects: &|id| id == object, faces: Faces::Front };
+        let points = surface_points(&scene, &scene.at(0.0), object, 20_000);
+        let share = |camera: ImpostorCamera| covered_share(&points, &draw(&renderer, &camera, wanted));
+        let (by_pinhole, by_spoc) = (share(ImpostorCamera::Pinhole(spoc.pinhole)), share(ImpostorCamera::Spoc(spoc)));
+        assert!(by_pinhole > 0.3 && by_pinhole < 0.4, "{by_pinhole}");
+        assert!(by_spoc > least_gain * by_pinhole, "{by_spoc} against {by_pinhole} with a ring of {ring} radii");
+    }
 }
 
 /// The direction in which a single-pole camera's ray goes on at a sample.
@@ -191,7 +191,6 @@ fn large_triangles_across_the_pole_have_no_cracks_and_bow_as_they_should() {
     let renderer = renderer(&gpu, &scene, &spoc.pinhole);
     let capture = draw(&renderer, &ImpostorCamera::Spoc(spoc), Wanted::ALL);
     let (most, worst) = worst_distances(&scene, &capture);
-    println!("bow {most} {worst}");
     assert!(most <= worst && worst < 0.3, "{worst} footprints");
     let triangles = triangles(&scene);
     let mut held = 0;
@@ -231,7 +230,7 @@ fn a_floor_from_behind_the_eye_is_clipped_at_the_near_plane() {
 #[test]
 fn a_pinhole_draws_what_the_discretizer_does() {
     let gpu = gpu();
-    let (scene, _, spoc) = teapot(96);
+    let (scene, _, spoc) = teapot(96, 1.0);
     let renderer = renderer(&gpu, &scene, &spoc.pinhole);
     let ours = draw(&renderer, &ImpostorCamera::Pinhole(spoc.pinhole), Wanted::ALL);
     let theirs = captures(&renderer, &[spoc.pinhole], Discretization::Conventional).remove(0);
@@ -263,12 +262,14 @@ fn corridor() -> (Scene, GraphCamera) {
             origin_world + DVec3::new((column as f64 + 0.5) * cell_m, height_m / 2.0, (row as f64 + 0.5) * cell_m);
         let mut wall = |outward: DVec3| {
             let half_m = DVec3::new(cell_m, height_m, cell_m) / 2.0;
+            // They reach into each other: walls are meshes of their own, whose edges are rounded each for itself.
+            let grown_m = half_m * 1.01;
             let turn = DQuat::from_rotation_arc(DVec3::Z, -outward);
             // The mesh's sides in world space; a cell is as deep as wide.
             let size = if outward.y == 0.0 {
-                DVec3::new(half_m.x, half_m.y, 1.0)
+                DVec3::new(grown_m.x, grown_m.y, 1.0)
             } else {
-                DVec3::new(half_m.x, half_m.z, 1.0)
+                DVec3::new(grown_m.x, grown_m.z, 1.0)
             };
             placed.push((0, DAffine3::from_scale_rotation_translation(size, turn, middle + outward * half_m)));
         };
@@ -302,9 +303,7 @@ fn a_graph_camera_sees_round_corners_without_holes() {
         let (u, v) = ((index % 128) as f64 + 0.5, (index / 128) as f64 + 0.5);
         let pieces = camera.ray(u, v);
         // The corridor is closed: every ray ends at a wall, where the last frustum on its way does.
-        if capture.is_occupied(index) == pieces.is_empty() {
-            println!("HOLE {u} {v} {:?} {:?} end {:?}", capture.ids[index], pieces.len(), pieces.last());
-        }
+        assert_eq!(capture.is_occupied(index), !pieces.is_empty(), "pixel {u}, {v}");
         if let Some(last) = pieces.last() {
             let error = (f64::from(capture.w[index]) / last.w_to - 1.0).abs();
             assert!(error < 1e-4, "w is off by {error} at {u}, {v}");
@@ -321,7 +320,7 @@ fn a_graph_camera_sees_round_corners_without_holes() {
 fn both_ways_of_telling_triangles_draw_the_same() {
     let gpu = gpu();
     assert!(gpu.caps.primitive_index, "this test compares with the native path");
-    let (pots, _, spoc) = teapot(64);
+    let (pots, _, spoc) = teapot(64, 1.0);
     let (halls, graph) = corridor();
     let cases = [
         (&pots, ImpostorCamera::Pinhole(spoc.pinhole)),
