@@ -36,16 +36,16 @@ fn level_of(bow: Bow, inside: f32) -> u32 {
     let ramp_px = split.push.ramp_px;
     let rho_px = max(bow.nearest_px, ramp_px);
     let shares = bow.step_px / rho_px;
-    var smooth = bow.change_px * shares;
+    var curved = bow.change_px * shares;
     var kinks = bow.kinks * bow.change_px;
     if bow.furthest_px > ramp_px {
-        smooth += 0.57736 * bow.push_px * shares * shares;
+        curved += 0.57736 * bow.push_px * shares * shares;
         if bow.nearest_px < ramp_px {
             kinks += bow.crossing * bow.step_px * bow.push_px / ramp_px;
         }
     }
-    smooth *= inside;
-    let level = ceil(0.5 * (kinks + sqrt(kinks * kinks + 4.0 * smooth)));
+    curved *= inside;
+    let level = ceil(0.5 * (kinks + sqrt(kinks * kinks + 4.0 * curved)));
     // Written so that what is not a number is cut finely.
     return select(split.level_cap, u32(max(level, 1.0)), level <= f32(split.level_cap));
 }
@@ -241,9 +241,9 @@ fn count(@builtin(local_invocation_index) lane: u32) {
     }
     storageBarrier();
     for (var run = lane; run < split.run_count; run += LANES) {
-        let from = starts[runs[run].first_item];
-        let to = starts[runs[run + 1u].first_item];
+        let begin = starts[runs[run].first_item];
+        let behind = starts[runs[run + 1u].first_item];
         // Vertices, instances, first vertex, first instance.
-        calls[run] = vec4u(3u * (to - from), 1u, 3u * from, 0u);
+        calls[run] = vec4u(3u * (behind - begin), 1u, 3u * begin, 0u);
     }
 }
