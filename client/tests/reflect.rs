@@ -157,8 +157,14 @@ impl Shown {
     }
 }
 
+/// One that offers no more than WebGL2.
+fn least_gpu() -> Gpu {
+    let Gpu { instance, adapter, .. } = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+    Gpu::block_on(Gpu::from_adapter(instance, adapter)).expect("a device")
+}
+
 fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
-    let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+    let gpu = least_gpu();
     let mut impostors = Impostors::new(&gpu);
     for (image, id) in images.iter().zip(0..) {
         impostors.insert(id, image).expect("an impostor");

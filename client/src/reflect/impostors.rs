@@ -162,18 +162,23 @@ impl Placed {
             ImpostorKind::Environment => (1, 0),
             ImpostorKind::Inside(object) => (2, u32::from(object) + 1),
         };
-        let fades = settings.fade && kind == 0 && matches!(self.camera, PlacedCamera::Spoc(_));
         let placed = PlacedUniform {
             capture_from_now: columns(capture_from_now.matrix3.as_mat3()),
             eye_anchor: (capture_from_now.transform_point3(eye_world) - self.anchor_world).as_vec3().to_array(),
             kind,
             object,
-            full_facing: if fades { FULL_FACING_DEG.to_radians().sin() as f32 } else { 0.0 },
+            full_facing: if self.fades(settings) { FULL_FACING_DEG.to_radians().sin() as f32 } else { 0.0 },
             filtered: u32::from(settings.filter),
             middle_m: self.middle_m,
         };
         let image = ImpostorUniform { fine_px: settings.search.fine_px(), ..self.image };
         [uniform(gpu, "placed", bytemuck::bytes_of(&placed)), uniform(gpu, "impostor", bytemuck::bytes_of(&image))]
+    }
+
+    /// Whether some of its samples may count in part.
+    pub fn fades(&self, settings: Settings) -> bool {
+        let is_object = matches!(self.kind, ImpostorKind::Object(_));
+        settings.fade && is_object && matches!(self.camera, PlacedCamera::Spoc(_))
     }
 
     pub fn textures(&self) -> [BindingResource<'_>; 4] {

@@ -171,7 +171,7 @@ impl ReflectPass {
         if let Some(count) = &targets.count {
             drop(begin(encoder, "count", true, &[&count.view], None));
         }
-        let rounds = rounds(reflectors, settings);
+        let rounds = rounds(reflectors, inputs);
         for round in 0..rounds {
             let is_last = round + 1 == rounds;
             let walks_in = |placed: &&Placed| match placed.kind {
@@ -288,10 +288,11 @@ fn bounces(settings: Settings) -> usize {
 
 /// As many as a ray may need: one a mirror; within glass, once more where light was totally reflected, and outside; and one
 /// behind a sample that counts in part.
-fn rounds(reflectors: Reflectors, settings: Settings) -> usize {
-    let of_mirrors = if reflectors.mirrors { bounces(settings) } else { 0 };
+fn rounds(reflectors: Reflectors, inputs: &ReflectInputs<'_>) -> usize {
+    let of_mirrors = if reflectors.mirrors { bounces(inputs.settings) } else { 0 };
     let of_glass = if reflectors.glass { 3 } else { 0 };
-    of_mirrors.max(of_glass) + usize::from(settings.fade)
+    let fades = inputs.impostors.placed().any(|placed| placed.fades(inputs.settings));
+    of_mirrors.max(of_glass) + usize::from(fades)
 }
 
 fn path(placed: &Placed, settings: Settings) -> &'static str {
