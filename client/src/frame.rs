@@ -11,6 +11,9 @@ use crate::coverage::{self, Coverage};
 use crate::fill::{FillPass, LEVELS, Pyramid};
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::light::{LightPass, Lit};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::reflect::StepSum;
+use crate::reflect::{Impostors, ReflectInputs, ReflectPass, Reflectors, Settings};
 use crate::viewer::Follow;
 
 /// How a frame is drawn.
@@ -25,6 +28,8 @@ pub struct Options {
     pub coverage_in_alpha: bool,
     /// What colours are between samples.
     pub smoothing: Smoothing,
+    /// How mirrors and glass are drawn, where there are impostors.
+    pub reflect: Settings,
 }
 
 /// Magenta, sRGB-encoded: no scene's own colour.
@@ -32,7 +37,13 @@ pub const MARK: [u8; 3] = [255, 0, 255];
 
 impl Default for Options {
     fn default() -> Options {
-        Options { fill: true, mark_uncovered: false, coverage_in_alpha: false, smoothing: Smoothing::default() }
+        Options {
+            fill: true,
+            mark_uncovered: false,
+            coverage_in_alpha: false,
+            smoothing: Smoothing::default(),
+            reflect: Settings::default(),
+        }
     }
 }
 
@@ -49,12 +60,14 @@ struct PresentUniform {
     padding: [u32; 2],
 }
 
-/// Draws frames: surface, light, fill, present. The targets follow the camera's size.
+/// Draws frames: surface, light, reflections, fill, present. The targets follow the camera's size.
 #[derive(Debug)]
 pub struct FrameRenderer {
     gpu: Gpu,
     surface: SurfacePass,
     light: LightPass,
+    /// Made when something is first reflected.
+    reflect: Option<ReflectPass>,
     fill: FillPass,
     present: FullscreenPass,
     coverage: Coverage,
@@ -79,6 +92,7 @@ impl FrameRenderer {
             gpu: gpu.clone(),
             surface: SurfacePass::new(gpu)?,
             light: LightPass::new(gpu)?,
+            reflect: None,
             fill: FillPass::new(gpu)?,
             present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &bindings, &[output_format])?,
             coverage: Coverage::new(gpu)?,
@@ -124,8 +138,21 @@ impl FrameRenderer {
         output: &TextureView,
         options: Options,
     ) {
+        self.draw_reflecting(encoder, (held, None), camera, output, options);
+    }
+
+    /// [`FrameRenderer::draw_light`] with what mirrors and glass show, by the impostors there are.
+    pub fn draw_reflecting(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (held, impostors): (&Held, Option<&Impostors>),
+        camera: &Pinhole,
+        output: &TextureView,
+        options: Options,
+    ) {
         let targets = self.targets.take().expect("surfaces are drawn first");
         self.light.encode(encoder, &targets.gbuffer, held, camera, &targets.lit);
+        self.reflect(encoder, (held, impostors), camera, &targets, options.reflect);
         if options.fill {
             self.fill.encode(encoder, &targets.lit, &targets.pyramid);
         }
@@ -145,9 +172,43 @@ impl FrameRenderer {
         self.coverage.share()
     }
 
+    /// Whether anything was ever reflected, and so pipelines for it exist.
+    pub fn reflects(&self) -> bool {
+        self.reflect.is_some()
+    }
+
+    /// What the rays of the last picture cost, where [`Settings::count_steps`] was set. Waits for the GPU; natively only.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn steps(&self) -> Result<Option<StepSum>, gpu::ReadbackError> {
+        self.reflect.as_ref().map_or(Ok(None), ReflectPass::steps)
+    }
+
     /// What the surfaces looked like in the last frame, before light.
     pub fn gbuffer(&self) -> Option<&GBuffer> {
         self.targets.as_ref().map(|targets| &targets.gbuffer)
+    }
+
+    /// Draws nothing, and makes nothing, where there are no impostors or no material reflects.
+    fn reflect(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (held, impostors): (&Held, Option<&Impostors>),
+        camera: &Pinhole,
+        targets: &Targets,
+        settings: Settings,
+    ) {
+        let impostors = impostors.filter(|impostors| !impostors.is_empty());
+        let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
+            if let Some(pass) = &mut self.reflect {
+                pass.rest();
+            }
+            return;
+        };
+        let embedded = "the shaders are embedded, and tests compose each of them";
+        let gpu = &self.gpu;
+        let pass = self.reflect.get_or_insert_with(|| ReflectPass::new(gpu).expect(embedded));
+        let inputs = ReflectInputs { gbuffer: &targets.gbuffer, held, camera, impostors, settings };
+        pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(embedded);
     }
 
     fn show(

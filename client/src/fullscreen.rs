@@ -11,21 +11,51 @@ pub(crate) enum Binding {
     UintTexture,
 }
 
+/// What a pass does to what its targets hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Onto {
+    /// Takes its place, or clears it where the shader discards.
+    Nothing,
+    /// Lies over it.
+    Picture,
+    /// Lies over it where its depth is greater.
+    Depth,
+    /// Adds to it.
+    Sum,
+}
+
+impl Onto {
+    /// Of a pass onto [`Onto::Depth`].
+    pub(crate) const DEPTH: TextureFormat = TextureFormat::Depth32Float;
+}
+
 /// See the module.
 #[derive(Debug)]
 pub(crate) struct FullscreenPass {
     gpu: Gpu,
     label: &'static str,
+    onto: Onto,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
 }
 
 impl FullscreenPass {
-    /// The fragment entry point `fragment` of the shader at `path`.
+    /// The fragment entry point `fragment` of the shader at `path`, onto nothing.
     pub(crate) fn new(
         gpu: &Gpu,
         path: &str,
         fragment: &'static str,
+        bindings: &[Binding],
+        formats: &[TextureFormat],
+    ) -> Result<FullscreenPass, shaders::ShaderError> {
+        FullscreenPass::onto(Onto::Nothing, gpu, (path, fragment), bindings, formats)
+    }
+
+    /// [`FullscreenPass::new`] onto something.
+    pub(crate) fn onto(
+        onto: Onto,
+        gpu: &Gpu,
+        (path, fragment): (&str, &'static str),
         bindings: &[Binding],
         formats: &[TextureFormat],
     ) -> Result<FullscreenPass, shaders::ShaderError> {
@@ -39,7 +69,10 @@ impl FullscreenPass {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let targets: Vec<_> = formats.iter().map(|&format| Some(wgpu::ColorTargetState::from(format))).collect();
+        let add = wgpu::BlendComponent { dst_factor: wgpu::BlendFactor::One, ..wgpu::BlendComponent::REPLACE };
+        let blend = (onto == Onto::Sum).then_some(wgpu::BlendState { color: add, alpha: add });
+        let target = |&format| wgpu::ColorTargetState { blend, ..wgpu::ColorTargetState::from(format) };
+        let targets: Vec<_> = formats.iter().map(|format| Some(target(format))).collect();
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
             layout: Some(&pipeline_layout),
@@ -50,7 +83,13 @@ impl FullscreenPass {
                 buffers: &[],
             },
             primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
+            depth_stencil: (onto == Onto::Depth).then_some(wgpu::DepthStencilState {
+                format: Onto::DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
@@ -61,16 +100,23 @@ impl FullscreenPass {
             multiview_mask: None,
             cache: None,
         });
-        Ok(FullscreenPass { gpu: gpu.clone(), label: fragment, layout, pipeline })
+        Ok(FullscreenPass { gpu: gpu.clone(), label: fragment, onto, layout, pipeline })
     }
 
-    /// Draws over all of `targets`.
+    /// Draws over all of `targets`; of a pass that is not onto [`Onto::Depth`].
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &[BindingResource<'_>],
         targets: &[&TextureView],
     ) {
+        let clears = self.onto == Onto::Nothing;
+        let mut pass = begin(encoder, self.label, clears, targets, None);
+        self.draw(&mut pass, inputs);
+    }
+
+    /// Draws in a pass with the targets that it was made for.
+    pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, inputs: &[BindingResource<'_>]) {
         let entries: Vec<_> = inputs
             .iter()
             .zip(0..)
@@ -81,32 +127,38 @@ impl FullscreenPass {
             layout: &self.layout,
             entries: &entries,
         });
-        let attachments: Vec<_> = targets
-            .iter()
-            .map(|view| {
-                Some(wgpu::RenderPassColorAttachment {
-                    view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })
-            })
-            .collect();
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(self.label),
-            color_attachments: &attachments,
-            depth_stencil_attachment: None,
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
     }
+}
+
+/// A render pass to draw in. Colours that are cleared are 0 then; a depth always is, and is not kept.
+pub(crate) fn begin<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    label: &str,
+    clears: bool,
+    targets: &[&TextureView],
+    depth: Option<&TextureView>,
+) -> wgpu::RenderPass<'a> {
+    let load = if clears { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+    let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
+    let attachment =
+        |view| Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops });
+    let attachments: Vec<_> = targets.iter().map(|&view| attachment(view)).collect();
+    let depth = depth.map(|view| wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+        stencil_ops: None,
+    });
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &attachments,
+        depth_stencil_attachment: depth,
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
 }
 
 fn layout_entry(binding: u32, kind: Binding) -> wgpu::BindGroupLayoutEntry {

@@ -2,6 +2,7 @@
 //!
 //! - [`viewer`]: everything between the socket and the picture, without either.
 //! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn.
+//! - [`reflect`]: mirrors and glass in it.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
@@ -23,6 +24,7 @@ pub mod panel;
 pub mod picture;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod pump;
+pub mod reflect;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod socket;
 #[cfg(not(target_arch = "wasm32"))]

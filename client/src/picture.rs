@@ -8,6 +8,7 @@ use thiserror::Error;
 use web_time::Instant;
 
 use crate::frame::{self, FrameRenderer};
+use crate::reflect::Impostors;
 use crate::viewer::Follow;
 
 /// How pictures are drawn.
@@ -48,6 +49,7 @@ pub struct Timing {
 pub struct Picture {
     gpu: Gpu,
     surfaces: HeldSurfaces,
+    impostors: Impostors,
     renderer: FrameRenderer,
     options: PictureOptions,
     build_ms: f64,
@@ -59,6 +61,7 @@ impl Picture {
         Ok(Picture {
             gpu: gpu.clone(),
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
+            impostors: Impostors::new(gpu),
             renderer: FrameRenderer::new(gpu, format)?,
             options,
             build_ms: 0.0,
@@ -70,10 +73,17 @@ impl Picture {
         &mut self.options.frame
     }
 
+    /// What mirrors and glass show.
+    pub fn impostors_mut(&mut self) -> &mut Impostors {
+        &mut self.impostors
+    }
+
     /// Draws and submits; does not wait.
     pub fn draw(&mut self, held: &Held, camera: &Pinhole, output: &wgpu::TextureView) {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.renderer.draw(&mut encoder, (&self.surfaces, held), camera, output, self.options.frame);
+        self.renderer.draw_surfaces(&mut encoder, &self.surfaces, camera, self.options.frame);
+        let impostors = Some(&self.impostors);
+        self.renderer.draw_reflecting(&mut encoder, (held, impostors), camera, output, self.options.frame);
         self.gpu.queue.submit([encoder.finish()]);
         self.renderer.submitted();
     }
@@ -94,7 +104,8 @@ impl Picture {
         self.gpu.wait_idle()?;
         let middle = Instant::now();
         let mut second = encoder();
-        self.renderer.draw_light(&mut second, held, camera, output, self.options.frame);
+        let impostors = Some(&self.impostors);
+        self.renderer.draw_reflecting(&mut second, (held, impostors), camera, output, self.options.frame);
         self.gpu.queue.submit([second.finish()]);
         self.renderer.submitted();
         self.gpu.wait_idle()?;

@@ -63,6 +63,16 @@ struct Texel {
     slope_per_px: DVec2,
     /// A pixel's width in depth, at this depth.
     footprint_w: f64,
+    shape: SampleShape,
+}
+
+/// How a sample lies before its camera.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SampleShape {
+    /// How wide a pixel is at its depth, metres; 0 where nothing is held.
+    pub footprint_m: f64,
+    /// The sine of the angle between the camera's ray and the surface: 1 for one that lies across, 0 for one that the ray grazes.
+    pub facing: f64,
 }
 
 /// The place of a pixel that holds a sample.
@@ -83,7 +93,7 @@ impl Impostor {
         let mut bounds: Option<Bounds> = None;
         let texel = |(place, sample): (usize, &Sample)| {
             let Some((texel, its_bounds)) = Texel::new(&camera, centre_px(place, width), sample) else {
-                return Texel { w: 0.0, slope_per_px: DVec2::ZERO, footprint_w: 0.0 };
+                return Texel::EMPTY;
             };
             bounds = Some(bounds.map_or(its_bounds, |bounds| bounds.union(its_bounds)));
             texel
@@ -103,6 +113,11 @@ impl Impostor {
         self.bounds
     }
 
+    /// How the samples lie before their camera, row by row.
+    pub fn sample_shapes(&self) -> impl ExactSizeIterator<Item = SampleShape> {
+        self.texels.iter().map(|texel| texel.shape)
+    }
+
     pub(crate) fn size_px(&self) -> DVec2 {
         DVec2::new(self.width as f64, self.height as f64)
     }
@@ -113,7 +128,7 @@ impl Impostor {
 
     /// A pixel's `w`, its slopes per pixel along u and v, and a footprint in `w`; all zero where it holds nothing.
     pub(crate) fn plane(&self, texel: TexelId) -> [f64; 4] {
-        let Texel { w, slope_per_px, footprint_w } = self.texels[texel];
+        let Texel { w, slope_per_px, footprint_w, .. } = self.texels[texel];
         [w, slope_per_px.x, slope_per_px.y, footprint_w]
     }
 
@@ -155,6 +170,13 @@ fn centre_px(place: usize, width: usize) -> DVec2 {
 }
 
 impl Texel {
+    const EMPTY: Texel = Texel {
+        w: 0.0,
+        slope_per_px: DVec2::ZERO,
+        footprint_w: 0.0,
+        shape: SampleShape { footprint_m: 0.0, facing: 0.0 },
+    };
+
     /// A sample's plane, and a box around its part in the pixel.
     fn new(camera: &ImpostorCamera, centre_px: DVec2, sample: &Sample) -> Option<(Texel, Bounds)> {
         let point = |px: DVec2, w: f64| ImagePoint { u: px.x, v: px.y, w };
@@ -181,7 +203,10 @@ impl Texel {
         let span_w = slope_per_px.abs().element_sum();
         let slope_per_px = slope_per_px * (w / span_w).min(1.0);
         let slope_per_px = if slope_per_px.is_finite() { slope_per_px } else { DVec2::ZERO };
-        let texel = Texel { w, slope_per_px, footprint_w };
+        // Not known where there is no normal: then it lies across.
+        let facing = (normal.dot(per_z) / (normal.length() * per_z.length())).abs();
+        let shape = SampleShape { footprint_m, facing: if facing.is_finite() { facing } else { 1.0 } };
+        let texel = Texel { w, slope_per_px, footprint_w, shape };
         let bounds = texel.bounds(&around, centre_px, footprint_m)?;
         footprint_w.is_finite().then_some((texel, bounds))
     }

@@ -48,6 +48,6 @@ mod walk;
 pub use camera::ImpostorCamera;
 pub use crossing::Side;
 pub use gpu::{FRUSTUM_TEXELS, ImpostorUniform, RangeTexels};
-pub use image::{Impostor, ImpostorError, Sample};
+pub use image::{Impostor, ImpostorError, Sample, SampleShape};
 pub use ray::Ray;
 pub use search::{Hit, Method, Search, StepCount, Steps};

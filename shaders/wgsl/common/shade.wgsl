@@ -79,8 +79,13 @@ fn arriving_light(light: Light, position: vec3f) -> Arriving {
     return Arriving(to_light, light.colour * (spot_share(light, -to_light) * window / squared));
 }
 
-// What one light adds to `c` per unit of base colour.
+// What one light adds to `c` per unit of base colour, seen from the output eye.
 fn diffuse_light(light: Light, burley: u32, normal: vec3f, position: vec3f) -> vec3f {
+    return diffuse_light_towards(light, burley, normal, position, -normalize(position));
+}
+
+// The same, seen from where the unit vector `to_eye` points.
+fn diffuse_light_towards(light: Light, burley: u32, normal: vec3f, position: vec3f, to_eye: vec3f) -> vec3f {
     let arriving = arriving_light(light, position);
     let n_l = dot(normal, arriving.to_light);
     if n_l <= 0.0 {
@@ -92,7 +97,6 @@ fn diffuse_light(light: Light, burley: u32, normal: vec3f, position: vec3f) -> v
         if n_l >= 0.5 {
             return vec3f(0.0);
         }
-        let to_eye = -normalize(position);
         let half_way = normalize(arriving.to_light + to_eye);
         let l_h = clamp(dot(arriving.to_light, half_way), 0.0, 1.0);
         factor *= burley_factor(n_l, clamp(dot(normal, to_eye), 0.0, 1.0), l_h);
@@ -103,6 +107,14 @@ fn diffuse_light(light: Light, burley: u32, normal: vec3f, position: vec3f) -> v
 // From exposed light to the sRGB-encoded picture.
 fn shown_from_light(c: vec3f) -> vec3f {
     return srgb_from_linear(1.0 - exp(-c));
+}
+
+// The light that shows as a linear colour: the inverse of the exposure. What is whiter than SHOWN_MAX, which an 8-bit picture does
+// not tell from white, counts as that, as no light shows as white itself.
+const SHOWN_MAX = 0.9990234375;
+
+fn light_from_shown(linear: vec3f) -> vec3f {
+    return -log(1.0 - min(linear, vec3f(SHOWN_MAX)));
 }
 
 // The sRGB-encoded colour of a surface point. `base_linear` is linear RGB; `light` is what arrives: the ambient light plus

@@ -33,12 +33,16 @@ fn curve_t(curve: ImpostorCurve, s: f32) -> f32 {
     return curve.from_t + (curve.to_t - curve.from_t) * (s * curve.to_w / curve_w(curve, s));
 }
 
+// Where the push takes (u, v, w) of the pinhole.
+fn impostor_image_from_straight(impostor: Impostor, straight: vec3f) -> vec3f {
+    let offset_px = straight.xy - impostor.pole_px;
+    let pushed_by = impostor_push_px(impostor, straight.z) / max(length(offset_px), impostor.ramp_px);
+    return vec3f(impostor.pole_px + offset_px * (1.0 + pushed_by), straight.z);
+}
+
 // (u, v, w)
 fn curve_image(impostor: Impostor, curve: ImpostorCurve, s: f32) -> vec3f {
-    let w = curve_w(curve, s);
-    let offset_px = curve_straight_px(curve, s) - impostor.pole_px;
-    let pushed_by = impostor_push_px(impostor, w) / max(length(offset_px), impostor.ramp_px);
-    return vec3f(impostor.pole_px + offset_px * (1.0 + pushed_by), w);
+    return impostor_image_from_straight(impostor, vec3f(curve_straight_px(curve, s), curve_w(curve, s)));
 }
 
 fn distance_to_segment(point: vec2f, a: vec2f, b: vec2f) -> f32 {

@@ -7,6 +7,11 @@ const IMPOSTOR_MAX_STEPS = 65536u;
 // a wall, more than 500.
 const IMPOSTOR_STEP_CAP = 1024u;
 
+// Of a number above 0: GLSL ES 3.00, which WebGL2 speaks, has no function for it. A float holds a power of two exactly.
+fn trailing_zeros(number: u32) -> u32 {
+    return u32(log2(f32(number & (~number + 1u))) + 0.5);
+}
+
 // Whether a surface in the pixels around a stretch of the curve meets its depths.
 fn impostor_may_cross(impostor: Impostor, ranges: texture_2d<f32>, start: vec3f, to: vec3f, length_px: f32) -> bool {
     let way_px = to.xy - start.xy;
@@ -43,7 +48,7 @@ fn impostor_walk(impostor: Impostor, texels: texture_2d<f32>, ranges: texture_2d
             continue;
         }
         at += 1u << level;
-        level = min(level + 1u, firstTrailingBit(at));
+        level = min(level + 1u, trailing_zeros(at));
     }
     if curve.ends_open && at >= IMPOSTOR_MAX_STEPS {
         var end = impostor_open_end(texels, vec4f(curve_image(impostor, curve, 1.0), curve_t(curve, 1.0)));

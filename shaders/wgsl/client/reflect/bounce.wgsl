@@ -1,0 +1,101 @@
+// What rays do where they have met something, or nothing: they go on, or bring its light.
+#import "client/fullscreen.wgsl"
+#import "client/reflect/found.wgsl"
+#import "client/reflect/ray.wgsl"
+#import "client/reflect/reflector.wgsl"
+
+@group(0) @binding(0) var<uniform> round: Round;
+@group(0) @binding(1) var<uniform> lighting: Lighting;
+@group(0) @binding(2) var<uniform> material_table: array<Material, 256>;
+@group(0) @binding(3) var first: texture_2d<u32>;
+@group(0) @binding(4) var second: texture_2d<u32>;
+@group(0) @binding(5) var met: texture_2d<u32>;
+
+// Less of a ray than a twentieth of a step of an 8-bit picture's darkest part, 1/(12.92 * 255), is not followed.
+const LEAST_THROUGHPUT = 1.5e-5;
+
+fn surface_light(found: Found, material: Material, position: vec3f, direction: vec3f) -> vec3f {
+    let base = linear_from_srgb(found.colour);
+    if (material.flags & MATERIAL_UNLIT) != 0u {
+        return light_from_shown(base);
+    }
+    var normal = found.normal;
+    if (material.flags & MATERIAL_DOUBLE_SIDED) != 0u && dot(normal, direction) > 0.0 {
+        normal = -normal;
+    }
+    var arriving = lighting.ambient;
+    for (var index = 0u; index < lighting.light_count; index++) {
+        arriving += diffuse_light_towards(lighting.lights[index], lighting.burley, normal, position, -direction);
+    }
+    return material.emissive + base * arriving;
+}
+
+// The ray ends before the background.
+fn in_background(ray: PixelRay) -> PixelRay {
+    var done = ray;
+    done.light += ray.throughput * light_from_shown(linear_from_srgb(lighting.background));
+    done.state = RAY_DONE;
+    return done;
+}
+
+fn through_glass(ray: PixelRay, normal: vec3f, position: vec3f) -> PixelRay {
+    var next = ray;
+    next.origin = position;
+    let facing = select(normal, -normal, dot(normal, ray.direction) > 0.0);
+    let leaving = refract(ray.direction, facing, max(material_table[ray.material].ior, 1.0));
+    if dot(leaving, leaving) > 0.0 {
+        next.state = RAY_OUTSIDE;
+        next.direction = leaving;
+    } else {
+        next.direction = reflect(ray.direction, facing);
+    }
+    return next;
+}
+
+fn off_surface(ray: PixelRay, found: Found, position: vec3f) -> PixelRay {
+    var next = ray;
+    next.origin = position;
+    next.object = found.object;
+    let material = material_table[found.material];
+    if is_mirror(material) && ray.bounces > 0u && round.is_last == 0u {
+        next.bounces -= 1u;
+        next.direction = reflect(ray.direction, found.normal);
+        next.throughput *= linear_from_srgb(found.colour);
+        return next;
+    }
+    next.light += ray.throughput * found.weight * surface_light(found, material, position, ray.direction);
+    next.throughput *= 1.0 - found.weight;
+    if all(next.throughput < vec3f(LEAST_THROUGHPUT)) {
+        next.state = RAY_DONE;
+    }
+    return next;
+}
+
+fn ray_after(ray: PixelRay, found: Found) -> PixelRay {
+    if !ray_is_followed(ray) {
+        return ray;
+    }
+    let position = ray.origin + ray.direction * found.t;
+    var next = ray;
+    if found.weight > 0.0 && ray.state == RAY_INSIDE {
+        next = through_glass(ray, found.normal, position);
+    } else if found.weight > 0.0 {
+        next = off_surface(ray, found, position);
+    } else if ray.state == RAY_INSIDE && round.is_last == 0u {
+        // Nobody has shown where the glass ends there: it goes straight on.
+        next.state = RAY_OUTSIDE;
+    } else {
+        return in_background(ray);
+    }
+    if ray_is_followed(next) && round.is_last != 0u {
+        return in_background(next);
+    }
+    return next;
+}
+
+@fragment
+fn bounce(@builtin(position) position: vec4f) -> RayTexels {
+    let pixel = vec2i(position.xy);
+    let ray = ray_from_texels(textureLoad(first, pixel, 0), textureLoad(second, pixel, 0));
+    return ray_texels(ray_after(ray, found_from_texel(textureLoad(met, pixel, 0))));
+}

@@ -1,0 +1,46 @@
+// Rays in the impostor of a graph camera.
+#import "impostor/graph.wgsl"
+#import "client/reflect/walk.wgsl"
+
+@group(0) @binding(8) var frusta: texture_2d<f32>;
+
+fn search(ray: PixelRay) -> ImpostorHit {
+    var leg = captured_ray(ray);
+    var steps = 0u;
+    for (var index = 0; index < WALK_LEGS; index++) {
+        var hit = impostor_hit_of_graph(image, frusta, planes, ranges, leg);
+        steps += hit.steps;
+        if hit.side == IMPOSTOR_MISS {
+            break;
+        } else if is_met(hit) {
+            hit.steps = steps;
+            return hit;
+        }
+        leg = leg_behind(leg, hit);
+    }
+    return impostor_miss(steps);
+}
+
+@fragment
+fn walk(@builtin(position) position: vec4f) -> Walked {
+    let pixel = vec2i(position.xy);
+    let ray = walked_ray(pixel);
+    if !looks_here(ray) {
+        discard;
+    }
+    let hit = search(ray);
+    if hit.side == IMPOSTOR_MISS {
+        discard;
+    }
+    return walked(pixel, ray, hit);
+}
+
+// (stretches and steps, rays)
+@fragment
+fn count(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let ray = walked_ray(vec2i(position.xy));
+    if !looks_here(ray) {
+        discard;
+    }
+    return vec4f(f32(search(ray).steps), 1.0, 0.0, 0.0);
+}

@@ -1,0 +1,23 @@
+// Which materials rays go on from, by the twin of `is_mirror` and `is_glass` of the client; and how.
+#import "common/shade.wgsl"
+
+const MIRROR_METALLIC_MIN = 0.9;
+const MIRROR_ROUGHNESS_MAX = 0.1;
+const GLASS_TRANSMISSION_MIN = 0.5;
+
+fn is_mirror(material: Material) -> bool {
+    return material.metallic >= MIRROR_METALLIC_MIN && material.roughness <= MIRROR_ROUGHNESS_MAX;
+}
+
+fn is_glass(material: Material) -> bool {
+    return material.transmission >= GLASS_TRANSMISSION_MIN;
+}
+
+struct Round {
+    // How many mirrors a ray may leave.
+    bounces: u32,
+    // 1: no ray is followed after this.
+    is_last: u32,
+    padding_0: u32,
+    padding_1: u32,
+}

@@ -1,0 +1,122 @@
+// What the rays of a picture need to walk in one impostor, whatever its camera: into the space it was captured in, and back
+// with what was met. The entry points beside this file say which walk.
+#import "client/fullscreen.wgsl"
+#import "client/reflect/filter.wgsl"
+#import "client/reflect/found.wgsl"
+#import "client/reflect/ray.wgsl"
+#import "impostor/ray.wgsl"
+
+const PLACED_OBJECT = 0u;
+const PLACED_ENVIRONMENT = 1u;
+const PLACED_INSIDE = 2u;
+
+struct Placed {
+    // From the world's axes now to those at capture, and the output eye now as seen from the anchor at capture.
+    capture_from_now: mat3x3f,
+    eye_anchor: vec3f,
+    kind: u32,
+    // One more than the object; 0 for none.
+    object: u32,
+    // The sine of the grazing angle from which on a sample counts fully; 0: all do.
+    full_facing: f32,
+    // 1: colours are averages over what an output pixel spans.
+    filtered: u32,
+    // How far from the anchor an environment map takes everything to be, metres.
+    middle_m: f32,
+}
+
+@group(0) @binding(0) var<uniform> placed: Placed;
+@group(0) @binding(1) var<uniform> image: Impostor;
+@group(0) @binding(2) var first: texture_2d<u32>;
+@group(0) @binding(3) var second: texture_2d<u32>;
+@group(0) @binding(4) var planes: texture_2d<f32>;
+@group(0) @binding(5) var ranges: texture_2d<f32>;
+@group(0) @binding(6) var shapes: texture_2d<u32>;
+@group(0) @binding(7) var colours: texture_2d<f32>;
+
+// A ray may meet its own start so often before it counts as lost.
+const WALK_LEGS = 4;
+// What lies nearer to the start than so many footprints of the samples is not told from the surface that the ray leaves: one for
+// where the sample may be, one for where the start may be.
+const START_FOOTPRINTS = 2.0;
+
+struct Walked {
+    @location(0) found: vec4u,
+    // Nearer is larger; an f32 tells t + 1 m by a part in 2^24 then.
+    @builtin(frag_depth) depth: f32,
+}
+
+fn walked_ray(pixel: vec2i) -> PixelRay {
+    return ray_from_texels(textureLoad(first, pixel, 0), textureLoad(second, pixel, 0));
+}
+
+// Rays in glass look for its far side alone, others at all but the object that they leave.
+fn looks_here(ray: PixelRay) -> bool {
+    if placed.kind == PLACED_INSIDE {
+        return ray.state == RAY_INSIDE && ray.object == placed.object;
+    }
+    return ray.state == RAY_OUTSIDE && (placed.kind == PLACED_ENVIRONMENT || ray.object != placed.object);
+}
+
+fn captured_ray(ray: PixelRay) -> ImpostorRay {
+    let origin = placed.capture_from_now * ray.origin + placed.eye_anchor;
+    return ImpostorRay(origin, 0.0, placed.capture_from_now * ray.direction, 3e38);
+}
+
+fn footprint_m(hit: ImpostorHit) -> f32 {
+    return footprint_of(textureLoad(shapes, hit.pixel, 0).xy);
+}
+
+// Whether a crossing is one that the ray was to find: out through the far side of glass, or not its own start.
+fn is_met(hit: ImpostorHit) -> bool {
+    if placed.kind == PLACED_INSIDE {
+        return hit.side == IMPOSTOR_FRONT;
+    }
+    return hit.side != IMPOSTOR_MISS && hit.t >= START_FOOTPRINTS * footprint_m(hit);
+}
+
+// What is left of the ray behind a crossing that does not count.
+fn leg_behind(leg: ImpostorRay, hit: ImpostorHit) -> ImpostorRay {
+    var rest = leg;
+    let footprint = footprint_m(hit);
+    rest.t_from = select(START_FOOTPRINTS * footprint, hit.t + footprint, placed.kind == PLACED_INSIDE);
+    return rest;
+}
+
+// How far apart this ray and that of a neighbouring pixel are at t: differentials by which any mirror, flat or curved, and
+// glass say how much of the impostor a pixel shows; negative where the neighbour's ray has another history.
+fn spread_m(ray: PixelRay, t: f32, pixel: vec2i) -> f32 {
+    let beside = walked_ray(pixel);
+    if beside.state != ray.state || beside.object != ray.object || beside.bounces != ray.bounces {
+        return -1.0;
+    }
+    return distance(ray.origin + ray.direction * t, beside.origin + beside.direction * t);
+}
+
+// How wide the piece of the impostor is that the output pixel shows, in metres; 0 where the neighbours do not say.
+fn shown_m(ray: PixelRay, t: f32, pixel: vec2i) -> f32 {
+    let last = vec2i(textureDimensions(first)) - 1;
+    // To the left and above at the right and lower border.
+    let step = select(vec2i(1), vec2i(-1), pixel >= last);
+    let across = spread_m(ray, t, max(pixel + vec2i(step.x, 0), vec2i(0)));
+    let down = spread_m(ray, t, max(pixel + vec2i(0, step.y), vec2i(0)));
+    return max(max(across, down), 0.0);
+}
+
+fn walked(pixel: vec2i, ray: PixelRay, hit: ImpostorHit) -> Walked {
+    var shown_px = 1.0;
+    if placed.filtered != 0u {
+        shown_px = shown_m(ray, hit.t, pixel) / footprint_m(hit);
+    }
+    let look = filtered_look(planes, shapes, colours, hit, shown_px);
+    var weight = 1.0;
+    if placed.full_facing > 0.0 {
+        weight = min(look.facing / placed.full_facing, 1.0);
+    }
+    // Normals go back by the transpose, which is the inverse of the inverse's.
+    let normal = normalize(look.normal * placed.capture_from_now);
+    let material = u32(textureLoad(colours, hit.pixel, 0).a * 255.0 + 0.5);
+    let object = select(0u, placed.object, placed.kind != PLACED_ENVIRONMENT);
+    let found = Found(hit.t, normal, look.colour, material, object, weight);
+    return Walked(found_texel(found), 1.0 / (1.0 + hit.t));
+}
