@@ -40,7 +40,7 @@ pub enum PictureError {
 pub struct Timing {
     /// Drawing the surfaces.
     pub surface_ms: f64,
-    /// Lighting, filling and showing.
+    /// Lighting, reflecting, filling and showing.
     pub light_ms: f64,
 }
 
@@ -71,11 +71,6 @@ impl Picture {
     /// How it is drawn.
     pub fn options_mut(&mut self) -> &mut frame::Options {
         &mut self.options.frame
-    }
-
-    /// What mirrors and glass show.
-    pub fn impostors_mut(&mut self) -> &mut Impostors {
-        &mut self.impostors
     }
 
     /// Draws and submits; does not wait.
@@ -116,6 +111,7 @@ impl Picture {
     /// Builds the surfaces of everything held, on a device that has none of them yet.
     pub fn rebuild(&mut self, held: &Held) {
         self.surfaces.rebuild(held);
+        self.impostors.rebuild(held);
     }
 
     /// Share of pixels without a surface in the newest picture that was counted; `None` before the first.
@@ -133,6 +129,7 @@ impl Follow for Picture {
     fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
         let begin = Instant::now();
         self.surfaces.follow(held, update, anew);
+        self.impostors.follow(held, update, anew);
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;
     }
 }

@@ -39,12 +39,12 @@ impl Material {
     /// From this [`Material::transmission`] on a surface is glass; below it, most of its light is its own.
     pub const GLASS_TRANSMISSION: f32 = 0.5;
 
-    /// What it shows of other surfaces; `None` of a plain one.
+    /// What it shows of other surfaces; `None` of a plain one. Metal lets no light pass, so a mirror comes first.
     pub fn effect(&self) -> Option<Effect> {
-        if self.transmission >= Material::GLASS_TRANSMISSION {
-            Some(Effect::Glass)
-        } else if self.metallic >= Material::MIRROR_METALLIC && self.roughness <= Material::MIRROR_ROUGHNESS {
+        if self.metallic >= Material::MIRROR_METALLIC && self.roughness <= Material::MIRROR_ROUGHNESS {
             Some(Effect::Mirror)
+        } else if self.transmission >= Material::GLASS_TRANSMISSION {
+            Some(Effect::Glass)
         } else {
             None
         }

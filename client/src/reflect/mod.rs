@@ -25,13 +25,14 @@
 //! 42 bytes a pixel where its side is a power of two; without impostors or reflectors none of this exists.
 
 mod averages;
+mod held;
 mod impostors;
 mod pass;
 mod uniforms;
 
 use glam::DAffine3;
 use impostor::{ImpostorCamera, Sample};
-use protocol::Material;
+use protocol::{Effect, Material};
 
 pub use impostors::{Impostors, ReflectError};
 pub(crate) use pass::{ReflectInputs, ReflectPass};
@@ -139,34 +140,28 @@ pub(crate) struct Reflectors {
 impl Reflectors {
     /// `None` where no material is one.
     pub(crate) fn among(materials: &[Material]) -> Option<Reflectors> {
-        let (mirrors, glass) = (materials.iter().any(is_mirror), materials.iter().any(is_glass));
+        let any = |effect| materials.iter().any(|material| material.effect() == Some(effect));
+        let (mirrors, glass) = (any(Effect::Mirror), any(Effect::Glass));
         (mirrors || glass).then_some(Reflectors { mirrors, glass })
     }
 }
 
-/// Whether rays are reflected: the twin of `is_mirror` of `client/reflect/reflector.wgsl`.
-pub fn is_mirror(material: &Material) -> bool {
-    material.metallic >= 0.9 && material.roughness <= 0.1
-}
-
-/// Whether rays go in: the twin of `is_glass`. A mirror comes first.
-pub fn is_glass(material: &Material) -> bool {
-    material.transmission >= 0.5
-}
-
 #[cfg(test)]
 mod tests {
+    use protocol::Material;
+
     #[test]
     fn reflectors_are_the_same_in_wgsl() {
         let text = shaders::source("client/reflect/reflector.wgsl").expect("it is there");
+        let number = |name: &str, value: f32| format!("{name} = {value:?};");
         for line in [
-            "MIRROR_METALLIC_MIN = 0.9;",
-            "MIRROR_ROUGHNESS_MAX = 0.1;",
-            "GLASS_TRANSMISSION_MIN = 0.5;",
-            "material.metallic >= MIRROR_METALLIC_MIN && material.roughness <= MIRROR_ROUGHNESS_MAX",
-            "material.transmission >= GLASS_TRANSMISSION_MIN",
+            number("MIRROR_METALLIC_MIN", Material::MIRROR_METALLIC),
+            number("MIRROR_ROUGHNESS_MAX", Material::MIRROR_ROUGHNESS),
+            number("GLASS_TRANSMISSION_MIN", Material::GLASS_TRANSMISSION),
+            "material.metallic >= MIRROR_METALLIC_MIN && material.roughness <= MIRROR_ROUGHNESS_MAX".to_owned(),
+            "material.transmission >= GLASS_TRANSMISSION_MIN".to_owned(),
         ] {
-            assert!(text.contains(line), "{line}");
+            assert!(text.contains(&line), "{line}");
         }
     }
 }

@@ -1,0 +1,67 @@
+//! From what is held to impostors.
+
+use impostor::{ImpostorCamera, Sample};
+use protocol::image::octahedral_normal;
+use protocol::{Edit, Held, Patch, Purpose, Update};
+
+use super::{ImpostorImage, ImpostorKind, Impostors};
+use crate::viewer::Follow;
+
+impl ImpostorImage {
+    /// Of a patch; `None` of one that is no impostor.
+    pub fn of_patch(patch: &Patch) -> Option<ImpostorImage> {
+        let (kind, object) = match patch.purpose {
+            Purpose::Impostor(object) => (ImpostorKind::Object(object), Some(object)),
+            Purpose::Inside(object) => (ImpostorKind::Inside(object), Some(object)),
+            Purpose::Environment => (ImpostorKind::Environment, None),
+            Purpose::Eye | Purpose::Light(_) | Purpose::Relief(_) => return None,
+        };
+        let image = &patch.image;
+        let (width, height) = image.mask.size_px();
+        let mut samples = vec![Sample::EMPTY; width as usize * height as usize];
+        let mut colour = vec![[0; 4]; samples.len()];
+        for (index, (x, y)) in image.mask.occupied().enumerate() {
+            let at = y as usize * width as usize + x as usize;
+            let normal_world = octahedral_normal(image.normal[index]).as_dvec3();
+            samples[at] = Sample { w: image.depth_scale.w(image.depth[index]).into(), normal_world };
+            let [red, green, blue] = image.colour[index];
+            colour[at] = [red, green, blue, image.material[index]];
+        }
+        let pose = patch.objects.iter().find(|pose| Some(pose.object) == object);
+        let pose = pose.map(|pose| (pose.object, pose.world_from_object));
+        Some(ImpostorImage { kind, camera: ImpostorCamera::from(&image.camera), samples, colour, pose })
+    }
+}
+
+impl Impostors {
+    /// Puts up everything held, on a device that has none of it yet.
+    pub fn rebuild(&mut self, held: &Held) {
+        self.clear();
+        held.patches.values().for_each(|held| self.hold(&held.patch));
+    }
+
+    fn hold(&mut self, patch: &Patch) {
+        let Some(image) = ImpostorImage::of_patch(patch) else { return };
+        if let Err(error) = self.insert(patch.id.0.into(), &image) {
+            // The rest of the picture is as good as it was.
+            tracing::warn!("{:?} reflects nothing: {error}", patch.id);
+            self.remove(patch.id.0.into());
+        }
+    }
+}
+
+impl Follow for Impostors {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+        if anew {
+            return self.rebuild(held);
+        }
+        for edit in &update.edits {
+            match edit {
+                Edit::Clear => self.clear(),
+                Edit::Add(patch) => self.hold(patch),
+                Edit::Remove(id) => self.remove(id.0.into()),
+                Edit::Delete(..) | Edit::Trim(..) | Edit::Move(_) | Edit::Materials(_) | Edit::Light(_) => {}
+            }
+        }
+    }
+}
