@@ -15,7 +15,8 @@ fn start(scene: &scene::Scene, size_px: (u32, u32)) -> Pinhole {
 #[test]
 fn without_reflections_it_is_the_truth_of_the_gpu() {
     let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
-    // Textures near by, cut-out leaves, lights of the flat look, figures and walls.
+    // Textures near by, the lights of the flat look, cut-out leaves, figures and walls. With 16 samples a pixel, as traced textures
+    // have no mip-maps.
     for (name, look) in [
         ("teapots", Look::Default),
         ("teapots", Look::FlatLit),
@@ -23,11 +24,11 @@ fn without_reflections_it_is_the_truth_of_the_gpu() {
         ("mirror-maze", Look::Default),
     ] {
         let scene = load_scene(name, 1.0).expect("built in");
-        let camera = start(&scene, (96, 96));
+        let camera = start(&scene, (64, 64));
         let stage = Stage::new(&gpu, scene, look).expect("on the GPU");
-        let drawn = stage.truth(&camera).expect("drawn");
+        let drawn = stage.smooth_truth(&camera).expect("drawn");
         let rays = RayTruth::new(&stage.scene, stage.snapshot(), &stage.lighting);
-        let traced = rays.picture(&camera, &Effects::PLAIN, 1);
+        let traced = rays.picture(&camera, &Effects::PLAIN, 4);
         let pixels = drawn.colour.len() as f64;
         let same_object = (0..drawn.colour.len()).filter(|&pixel| {
             let object = traced.first_object[pixel];
@@ -38,7 +39,7 @@ fn without_reflections_it_is_the_truth_of_the_gpu() {
         let codes = f64::from(drawn.colour.iter().zip(&traced.rgb).map(apart).sum::<u32>()) / (3.0 * pixels);
         println!("{name} {look:?}: {codes:.3} codes apart on average, {objects:.4} of the pixels show the same object");
         assert!(objects > 0.99, "{name}: {objects}");
-        assert!(codes < 4.0, "{name}: {codes}");
+        assert!(codes < 2.0, "{name}: {codes}");
     }
 }
 
@@ -47,7 +48,9 @@ fn reflectors_of_built_in_scenes_are_named_and_seen_from_their_paths() {
     for name in scene::builtin::reflecting() {
         let scene = load_scene(name, 1.0).expect("built in");
         let found = reflectors(&scene);
-        let named = |object: &u16| ["mirror", "glass"].iter().any(|word| scene.instances[usize::from(*object)].name.contains(word));
+        let named = |object: &u16| {
+            ["mirror", "glass"].iter().any(|word| scene.instances[usize::from(*object)].name.contains(word))
+        };
         assert!(found.len() == 1 && found.iter().all(named), "{name}: {found:?}");
         let path = scene::builtin::reflection_path(name).expect("has a path");
         assert_eq!(path.poses.len(), 60);

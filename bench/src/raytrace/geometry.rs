@@ -166,8 +166,7 @@ fn placed(scene: &Scene, snapshot: &Snapshot, object: usize) -> Vec<(Facet, Corn
     let facet = |triangle: &[u32]| {
         let [a, b, c] = [0, 1, 2].map(|k| &vertices[triangle[k] as usize]);
         let of = if mirrored { [a, c, b] } else { [a, b, c] };
-        let [p, q, r] =
-            of.map(|vertex| world_from_mesh.transform_point3(Vec3::from(vertex.position).as_dvec3()));
+        let [p, q, r] = of.map(|vertex| world_from_mesh.transform_point3(Vec3::from(vertex.position).as_dvec3()));
         let facet = Facet {
             corner: p,
             edge_1: q - p,

@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3, DVec4, Vec4};
 use scene::{Material, Scene, Snapshot};
 
 use super::geometry::{Among, Corners, Geometry, Hit, Query, Ray};
-use super::light::light_shown_as;
 use super::light::Lights;
+use super::light::light_shown_as;
 use super::texture::LinearTexture;
 
 /// What a surface does with a ray; see [`crate::raytrace`] for the definitions.

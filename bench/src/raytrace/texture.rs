@@ -82,6 +82,8 @@ mod tests {
         let texture = LinearTexture::new(&pair);
         assert_eq!(texture.at(DVec2::new(0.25, 0.5)), DVec4::new(0.0, 0.0, 0.0, 1.0));
         assert!((texture.at(DVec2::new(0.5, 0.5)).x - 0.5).abs() < 1e-12);
-        assert!((LinearTexture::new(&Texture { nearest: true, ..pair }).at(DVec2::new(0.51, 0.5)).x - 1.0).abs() < 1e-12);
+        assert!(
+            (LinearTexture::new(&Texture { nearest: true, ..pair }).at(DVec2::new(0.51, 0.5)).x - 1.0).abs() < 1e-12
+        );
     }
 }

@@ -129,11 +129,6 @@ impl Route {
         Route { start, ..self }
     }
 
-    /// Metres there and back.
-    pub fn length(&self) -> f64 {
-        self.track.length_m()
-    }
-
     fn laps(&self) -> f64 {
         (1.25 * PERIOD_S / self.track.length_m()).round().max(1.0)
     }
@@ -273,11 +268,8 @@ pub(super) fn eyes_in(plan: &Plan) -> Vec<SceneCamera> {
 }
 
 fn free_cells(plan: &Plan) -> impl Iterator<Item = (usize, usize)> + '_ {
-    let people: Vec<DVec2> = routes(plan)
-        .iter()
-        .map(|route| route.pose(0.0, 0.0).translation)
-        .map(|at| dvec2(at.x, at.z))
-        .collect();
+    let people: Vec<DVec2> =
+        routes(plan).iter().map(|route| route.pose(0.0, 0.0).translation).map(|at| dvec2(at.x, at.z)).collect();
     let cells = (0..CELLS * CELLS).map(|k| (k % CELLS, k / CELLS));
     cells.filter(move |&cell| people.iter().all(|person| person.distance(plan.middle(cell)) > 1.2))
 }

@@ -25,12 +25,12 @@ const POT_SCALE: f32 = 2.5;
 const STAND_M: f64 = 0.75;
 /// The middle of the pot.
 const MIRROR_HEIGHT_M: f64 = STAND_M + 0.22;
-/// The one of the maze's ways that the mirror takes instead of a walker, which meets the others least.
-const MIRROR_ROUTE: usize = 0;
-/// Where on its way it starts, as a share: at the begin of its longest straight corridor.
-const MIRROR_START: f64 = 0.0;
+/// The one of the maze's ways that the mirror takes instead of a walker: with a long corridor, and away from where others turn.
+const MIRROR_ROUTE: usize = 12;
+/// Where on its way it starts, as a share: 3 m into its longest straight corridor, of 17 m.
+const MIRROR_START: f64 = 0.225;
 /// Two people walk with it: one in front and one behind whoever follows it.
-const COMPANIONS_M: [f64; 2] = [1.9, -4.5];
+const COMPANIONS_M: [f64; 2] = [2.2, -3.4];
 
 fn plan() -> Plan {
     Plan::of(2.0 * BLOCK_M)
@@ -139,11 +139,11 @@ pub(super) fn eyes() -> Vec<SceneCamera> {
     maze::eyes_in(&plan())
 }
 
-/// From behind the mirror on its way: 2 m behind it as it rolls, or, where it stands, from 3.2 m behind it to 1.5 m.
+/// From behind the mirror on its way: 1.8 m behind it as it rolls, or, where it stands, from 2.6 m behind it to 1.5 m.
 pub(super) fn path(moving: bool) -> Trace {
     let route = mirror_route(&plan());
     path_of(|share, t_s| {
-        let (gone, behind_m) = if moving { (t_s / PERIOD_S, 2.0) } else { (0.0, 3.2 - 1.7 * share) };
+        let (gone, behind_m) = if moving { (t_s / PERIOD_S, 1.8) } else { (0.0, 2.6 - 1.1 * share) };
         let eye = route.pose(gone, -behind_m).translation;
         let target = route.pose(gone, 0.0).translation;
         (eye + DVec3::Y * 1.5, target + DVec3::Y * MIRROR_HEIGHT_M)
@@ -151,35 +151,45 @@ pub(super) fn path(moving: bool) -> Trace {
 }
 
 #[cfg(test)]
-mod scratch {
+mod tests {
     use super::*;
+
+    /// The column and row of a place.
+    fn cell(map: &CorridorMap, at_world: DVec3) -> [usize; 2] {
+        let offset = (at_world - map.origin_world) / map.cell_m;
+        [offset.x as usize, offset.z as usize]
+    }
+
     #[test]
-    fn scratch() {
-        let plan = plan();
-        let routes = maze::routes(&plan);
-        for (k, route) in routes.iter().enumerate() {
-            // longest straight: direction constant
-            let n = 2000;
-            let fwd = |s: f64| { let r = route.clone().starting_at(s); r.pose(0.0, 0.0).matrix3.z_axis };
-            let len = route.length();
-            let mut best = (0.0, 0.0);
-            let mut run_start = 0;
-            for i in 1..2 * n {
-                let (a, b) = (fwd((i - 1) as f64 / n as f64), fwd(i as f64 / n as f64));
-                if a.dot(b) < 0.99999 { run_start = i; }
-                let l = (i - run_start) as f64 / n as f64 * len;
-                if l > best.0 { best = (l, (run_start % n) as f64 / n as f64); }
+    fn the_map_is_free_where_no_wall_stands() {
+        let (map, scene) = (map(), build().finish("mirror-maze", false));
+        let snapshot = scene.at(0.0);
+        let mut free = vec![true; COLUMNS * COLUMNS];
+        for (instance, place) in scene.instances.iter().zip(&snapshot.world_from_mesh) {
+            let [column, row] = cell(&map, place.translation);
+            free[row * COLUMNS + column] &= instance.name != "wall";
+        }
+        assert_eq!(map.free, free);
+        assert!(map.free.iter().filter(|free| **free).count() > CELLS * CELLS);
+    }
+
+    #[test]
+    fn the_mirror_stays_in_the_corridors_and_meets_nobody() {
+        let (map, scene) = (map(), build().finish("mirror-maze-moving", true));
+        let mirror = scene.instances.iter().position(|instance| instance.name == "mirror teapot").expect("is there");
+        for step in 0..900 {
+            let places = scene.at(f64::from(step) / 900.0 * PERIOD_S).world_from_mesh;
+            let at = places[mirror].translation;
+            // Half of a pot that is turned in any way.
+            for (x, z) in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
+                let [column, row] = cell(&map, at + dvec3(x, 0.0, z));
+                assert!(map.free[row * COLUMNS + column], "step {step}: {at}");
             }
-            let me = route.clone().starting_at(best.1 + 2.5 / len);
-            let mut near = f64::INFINITY; let mut touch = 0;
-            for t in 0..900 {
-                let share = t as f64 / 900.0;
-                let p = me.pose(share, 0.0).translation;
-                let d = routes.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, r)| r.pose(share, 0.0).translation.distance(p)).fold(f64::INFINITY, f64::min);
-                near = near.min(d);
-                if d < 0.6 { touch += 1; }
+            for (instance, place) in scene.instances.iter().zip(&places) {
+                // Half the pot's width and half of somebody's.
+                let apart_m = (place.translation - at).with_y(0.0).length();
+                assert!(instance.name != "torso" || apart_m > 0.3 + 0.25, "step {step}: {apart_m} m");
             }
-            println!("{k}: len {len:.1} straight {:.2} from {:.4}; nearest {near:.2} touching {touch}/900", best.0, best.1);
         }
     }
 }

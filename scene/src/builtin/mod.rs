@@ -102,8 +102,8 @@ pub fn reflecting() -> impl Iterator<Item = &'static str> {
 /// come nearer where it stands.
 pub fn reflection_path(name: &str) -> Option<Trace> {
     match name {
-        "mirror-teapots" | "mirror-teapots-moving" => Some(reflecting::path(reflecting::MIRROR_WORLD)),
-        "glass-teapots" | "glass-teapots-moving" => Some(reflecting::path(reflecting::GLASS_WORLD)),
+        "mirror-teapots" | "mirror-teapots-moving" => Some(reflecting::path(reflecting::MIRROR_WORLD, 0.25)),
+        "glass-teapots" | "glass-teapots-moving" => Some(reflecting::path(reflecting::GLASS_WORLD, 0.1)),
         "mirror-maze" => Some(mirror_maze::path(false)),
         "mirror-maze-moving" => Some(mirror_maze::path(true)),
         _ => None,
