@@ -3,6 +3,7 @@
 //! - [`compare`]: scores of a picture against the truth (FLIP, SSIM, PSNR, flicker, holes), for one frame or a folder.
 //! - [`load`]: many clients of one server.
 //! - [`poses`]: the eye, frame by frame.
+//! - [`raytrace`]: the truth of reflections, refractions and ambient occlusion.
 //! - [`report`]: the frame of every report: rows of figures with their bars, written as JSON, CSV, SVG plots and one page.
 //! - [`topic`]: what a topic is; [`topics`] holds them, one file each.
 //! - [`render`]: the command that draws the truth; [`stage`]: a scene on the GPU with its truth.
@@ -16,6 +17,7 @@ pub mod compare;
 pub mod load;
 pub mod options;
 pub mod poses;
+pub mod raytrace;
 pub mod render;
 pub mod report;
 pub mod rng;

@@ -14,7 +14,7 @@ use super::{EYE_HEIGHT_M, texture};
 use crate::model::SceneCamera;
 
 /// Cells a side.
-const CELLS: usize = 12;
+pub(super) const CELLS: usize = 12;
 const CELL_M: f64 = 2.6;
 const WALL_HALF_M: f32 = 0.12;
 const HEIGHT_M: f32 = 2.5;
@@ -23,18 +23,25 @@ const PEOPLE: usize = 19;
 const ROUTE_CELLS: usize = 9;
 /// People keep this far to the right of their corridor's middle.
 const LANE_M: f64 = 0.36;
-const PERIOD_S: f64 = 90.0;
+pub(super) const PERIOD_S: f64 = 90.0;
 
 /// Which neighbours of a cell can be walked to: +x and +z of each cell.
-struct Plan {
+pub(super) struct Plan {
+    /// From the middle of a cell to the next one's.
+    cell_m: f64,
     open_x: [[bool; CELLS]; CELLS],
     open_z: [[bool; CELLS]; CELLS],
 }
 
 impl Plan {
+    /// The maze, its cells `cell_m` apart.
+    pub fn of(cell_m: f64) -> Self {
+        Plan::carve(&mut Rng::new(66), cell_m)
+    }
+
     /// Depth-first carving, then a few walls more taken out so that there are ways around.
-    fn carve(rng: &mut Rng) -> Self {
-        let mut plan = Plan { open_x: [[false; CELLS]; CELLS], open_z: [[false; CELLS]; CELLS] };
+    fn carve(rng: &mut Rng, cell_m: f64) -> Self {
+        let mut plan = Plan { cell_m, open_x: [[false; CELLS]; CELLS], open_z: [[false; CELLS]; CELLS] };
         let mut seen = [[false; CELLS]; CELLS];
         let mut trail = vec![(0usize, 0usize)];
         seen[0][0] = true;
@@ -64,12 +71,17 @@ impl Plan {
         }
     }
 
-    fn is_open(&self, (i, j): (usize, usize), (a, b): (usize, usize)) -> bool {
+    pub fn is_open(&self, (i, j): (usize, usize), (a, b): (usize, usize)) -> bool {
         if i == a { self.open_z[i][j.min(b)] } else { self.open_x[i.min(a)][j] }
     }
 
     fn ways(&self, (i, j): (usize, usize)) -> Vec<(usize, usize)> {
         around(i, j).filter(|&to| self.is_open((i, j), to)).collect()
+    }
+
+    /// The middle of a cell.
+    fn middle(&self, (i, j): (usize, usize)) -> DVec2 {
+        (dvec2(i as f64, j as f64) - (CELLS as f64 - 1.0) / 2.0) * self.cell_m
     }
 }
 
@@ -79,13 +91,8 @@ fn around(i: usize, j: usize) -> impl Iterator<Item = (usize, usize)> {
         .filter(|&(a, b)| a < CELLS && b < CELLS)
 }
 
-/// The middle of a cell.
-fn middle((i, j): (usize, usize)) -> DVec2 {
-    (dvec2(i as f64, j as f64) - (CELLS as f64 - 1.0) / 2.0) * CELL_M
-}
-
 fn plan() -> Plan {
-    Plan::carve(&mut Rng::new(66))
+    Plan::of(CELL_M)
 }
 
 pub(super) fn build() -> Kit {
@@ -94,18 +101,49 @@ pub(super) fn build() -> Kit {
     kit.daylight();
     let plan = plan();
     walls(&mut kit, &plan);
-    let cloth = kit.painted("cloth");
-    let figures = WARDROBE.map(|clothes| Figure::new(&mut kit, cloth, clothes, [8, 2]));
-    for (k, (track, start)) in routes(&plan).into_iter().enumerate() {
-        let lap = track.length_m();
-        let laps = (1.25 * PERIOD_S / lap).round().max(1.0);
-        let strides = (laps * lap / STRIDE_M).round();
-        let walk =
-            move |share: f64| (track.pose((start + laps * share) * lap, 0.0, 0.2), strides * share + start * 5.0);
-        figures[k % figures.len()].walk(&mut kit, &(Arc::new(walk) as _));
+    let figures = figures(&mut kit);
+    for (k, route) in routes(&plan).into_iter().enumerate() {
+        figures[k % figures.len()].walk(&mut kit, &(Arc::new(move |share| route.walk(share)) as _));
     }
     kit.start = start(&plan);
     kit
+}
+
+/// Who walks in a maze.
+pub(super) fn figures(kit: &mut Kit) -> [Figure; WARDROBE.len()] {
+    let cloth = kit.painted("cloth");
+    WARDROBE.map(|clothes| Figure::new(kit, cloth, clothes, [8, 2]))
+}
+
+/// Somebody's way through the maze, walked at about 1.25 m/s a whole number of times a period.
+#[derive(Clone)]
+pub(super) struct Route {
+    track: Track,
+    /// The share of the way where it starts.
+    start: f64,
+}
+
+impl Route {
+    /// The same way from another share of it on.
+    pub fn starting_at(self, start: f64) -> Route {
+        Route { start, ..self }
+    }
+
+    fn laps(&self) -> f64 {
+        (1.25 * PERIOD_S / self.track.length_m()).round().max(1.0)
+    }
+
+    /// Standing on the way after a share of the period, `ahead_m` further on; +z is forward.
+    pub fn pose(&self, share: f64, ahead_m: f64) -> DAffine3 {
+        let gone_m = (self.start + self.laps() * share) * self.track.length_m() + ahead_m;
+        self.track.pose(gone_m, 0.0, 0.2)
+    }
+
+    /// The place of a walker, and how far through a step cycle they are.
+    pub fn walk(&self, share: f64) -> (DAffine3, f64) {
+        let strides = (self.laps() * self.track.length_m() / STRIDE_M).round();
+        (self.pose(share, 0.0), strides * share + self.start * 5.0)
+    }
 }
 
 fn walls(kit: &mut Kit, plan: &Plan) {
@@ -151,8 +189,8 @@ fn walls(kit: &mut Kit, plan: &Plan) {
     }
 }
 
-/// Each walks along corridors and back on the other side; with the share of the way where it starts.
-fn routes(plan: &Plan) -> Vec<(Track, f64)> {
+/// Each walks along corridors and back on the other side.
+pub(super) fn routes(plan: &Plan) -> Vec<Route> {
     let mut rng = Rng::new(19);
     (0..PEOPLE)
         .map(|k| {
@@ -168,14 +206,14 @@ fn routes(plan: &Plan) -> Vec<(Track, f64)> {
             if cells.len() < 2 {
                 cells.extend(plan.ways(cells[0]).first());
             }
-            (there_and_back(&cells), f64::from(rng.unit()))
+            Route { track: there_and_back(plan, &cells), start: f64::from(rng.unit()) }
         })
         .collect()
 }
 
 /// On the right of the corridor's middle, both ways.
-fn there_and_back(cells: &[(usize, usize)]) -> Track {
-    let points: Vec<DVec2> = cells.iter().map(|&cell| middle(cell)).collect();
+fn there_and_back(plan: &Plan, cells: &[(usize, usize)]) -> Track {
+    let points: Vec<DVec2> = cells.iter().map(|&cell| plan.middle(cell)).collect();
     let right = |k: usize| {
         let step = |a: usize, b: usize| (points[b] - points[a]).normalize_or_zero().perp();
         let last = points.len() - 1;
@@ -208,29 +246,30 @@ fn run(plan: &Plan, cell: (usize, usize), to: (usize, usize)) -> usize {
 fn eye(plan: &Plan, cell: (usize, usize)) -> (usize, SceneCamera) {
     let longest = plan.ways(cell).into_iter().max_by_key(|&to| run(plan, cell, to));
     let to = longest.expect("every cell of the maze is reached");
-    let (eye, way) = (middle(cell), (middle(to) - middle(cell)).normalize());
+    let (eye, way) = (plan.middle(cell), (plan.middle(to) - plan.middle(cell)).normalize());
     // A little aside, so that ways that turn off show.
     let way = way + way.perp() * 0.12;
     (run(plan, cell, to), camera(dvec3(eye.x, EYE_HEIGHT_M, eye.y), dvec3(way.x, -0.05, way.y)))
 }
 
 /// The longest view.
-fn start(plan: &Plan) -> Option<SceneCamera> {
+pub(super) fn start(plan: &Plan) -> Option<SceneCamera> {
     free_cells(plan).map(|cell| eye(plan, cell)).max_by_key(|(run, _)| *run).map(|(_, eye)| eye)
 }
 
 /// Middles of cells where nobody stands at the start, looking into a corridor.
 pub(super) fn eyes() -> Vec<SceneCamera> {
-    let plan = plan();
-    free_cells(&plan).step_by(5).map(|cell| eye(&plan, cell).1).collect()
+    eyes_in(&plan())
 }
 
-fn free_cells(plan: &Plan) -> impl Iterator<Item = (usize, usize)> {
-    let people: Vec<DVec2> = routes(plan)
-        .iter()
-        .map(|(track, start)| track.pose(start * track.length_m(), 0.0, 0.2).translation)
-        .map(|at| dvec2(at.x, at.z))
-        .collect();
+/// The same in a maze of another size.
+pub(super) fn eyes_in(plan: &Plan) -> Vec<SceneCamera> {
+    free_cells(plan).step_by(5).map(|cell| eye(plan, cell).1).collect()
+}
+
+fn free_cells(plan: &Plan) -> impl Iterator<Item = (usize, usize)> + '_ {
+    let people: Vec<DVec2> =
+        routes(plan).iter().map(|route| route.pose(0.0, 0.0).translation).map(|at| dvec2(at.x, at.z)).collect();
     let cells = (0..CELLS * CELLS).map(|k| (k % CELLS, k / CELLS));
-    cells.filter(move |&cell| people.iter().all(|person| person.distance(middle(cell)) > 1.2))
+    cells.filter(move |&cell| people.iter().all(|person| person.distance(plan.middle(cell)) > 1.2))
 }

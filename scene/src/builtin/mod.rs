@@ -2,7 +2,8 @@
 //!
 //! Every scene has a moving variant, `NAME-moving`, of the same geometry. Triangle counts are near those of the scenes of
 //! the same kind in Xie, Wang, Popescu 2016 and in the non-pinhole papers. [`stiff`] lists scenes that strain the
-//! numbers, [`simple`] those of which much can be left out: for tests and reports, not for the eye.
+//! numbers, [`simple`] those of which much can be left out: for tests and reports, not for the eye. [`reflecting`] lists those with a
+//! mirror or a body of glass, with a way of the camera that shows it ([`reflection_path`]).
 
 mod barrels;
 mod birdnest;
@@ -12,10 +13,12 @@ mod grass;
 mod kit;
 mod maze;
 mod mesher;
+mod mirror_maze;
 mod mural;
 mod newell;
 mod parking;
 mod pillars;
+mod reflecting;
 mod rng;
 mod stiff;
 mod teapots;
@@ -25,6 +28,8 @@ mod tree;
 mod urban;
 
 use crate::model::{Scene, SceneCamera};
+use camera::{CorridorMap, Rigid, Trace, TracePose};
+use glam::DVec3;
 use kit::Kit;
 
 /// What is shown when nobody asks for a scene.
@@ -59,8 +64,14 @@ const STIFF: &[Entry] = &[
 /// Scenes that need little: for what is left out.
 const SIMPLE: &[Entry] = &[("mural", "mural-moving", mural::build)];
 
+const REFLECTING: &[Entry] = &[
+    ("mirror-teapots", "mirror-teapots-moving", reflecting::mirror),
+    ("glass-teapots", "glass-teapots-moving", reflecting::glass),
+    ("mirror-maze", "mirror-maze-moving", mirror_maze::build),
+];
+
 fn all() -> impl Iterator<Item = &'static Entry> {
-    SCENES.iter().chain(STIFF).chain(SIMPLE)
+    SCENES.iter().chain(STIFF).chain(SIMPLE).chain(REFLECTING)
 }
 
 /// Names of the scenes, still ones and their moving variants.
@@ -79,7 +90,32 @@ pub fn simple() -> impl Iterator<Item = &'static str> {
     SIMPLE.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// The built-in scene of that name, stiff and simple ones included; `None` where there is none.
+/// Names of the scenes in which one object, whose name holds "mirror" or "glass", reflects or refracts the others, each still and
+/// moving: a teapot as a mirror, a body of glass, and a mirror that is rolled through a maze. Materials say so by `metallic` 1 with
+/// `roughness` 0, and by `transmission` 1 with `ior` 1.3; without reflections they are scenes like any others.
+pub fn reflecting() -> impl Iterator<Item = &'static str> {
+    REFLECTING.iter().flat_map(|&(still, moving, _)| [still, moving])
+}
+
+/// 60 poses, ten a second, from which the reflector of a scene of [`reflecting`] is seen; `None` for other names. Pose `k` belongs
+/// to the scene at `k / 10` seconds. Eyes go 60 degrees around a pot on a table; in the maze they follow the mirror as it rolls, or
+/// come nearer where it stands.
+pub fn reflection_path(name: &str) -> Option<Trace> {
+    match name {
+        "mirror-teapots" | "mirror-teapots-moving" => Some(reflecting::path(reflecting::MIRROR_WORLD, 0.25)),
+        "glass-teapots" | "glass-teapots-moving" => Some(reflecting::path(reflecting::GLASS_WORLD, 0.1)),
+        "mirror-maze" => Some(mirror_maze::path(false)),
+        "mirror-maze-moving" => Some(mirror_maze::path(true)),
+        _ => None,
+    }
+}
+
+/// The free cells of the `mirror-maze`, exactly: its walls are blocks of the same size as its corridors are wide.
+pub fn maze_map() -> CorridorMap {
+    mirror_maze::map()
+}
+
+/// The built-in scene of that name, those of all lists included; `None` where there is none.
 pub fn load(name: &str) -> Option<Scene> {
     all().find_map(|&(still, moving, build)| match name {
         _ if name == still => Some(build().finish(name, false)),
@@ -94,10 +130,26 @@ pub fn walk_eyes(name: &str) -> Vec<SceneCamera> {
     match name.strip_suffix("-moving").unwrap_or(name) {
         "grass" => grass::eyes(),
         "maze" => maze::eyes(),
+        "mirror-maze" => mirror_maze::eyes(),
         "pillars" => pillars::eyes(),
         "urban" => urban::eyes(),
         _ => Vec::new(),
     }
+}
+
+/// Poses of a [`reflection_path`].
+const PATH_POSES: u32 = 60;
+/// How many of them a second has.
+const PATH_POSES_PER_S: f64 = 10.0;
+
+/// The path of eyes that look at targets, both by the share of the path gone and the time.
+fn path(at: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Trace {
+    let pose = |k: u32| {
+        let t_s = f64::from(k) / PATH_POSES_PER_S;
+        let (eye_world, target_world) = at(f64::from(k) / f64::from(PATH_POSES - 1), t_s);
+        TracePose { t_s, world_from_eye: Rigid::look_at(eye_world, target_world) }
+    };
+    Trace { poses: (0..PATH_POSES).map(pose).collect() }
 }
 
 /// After how many seconds a scene's motion repeats.

@@ -39,7 +39,7 @@ pub(super) fn build() -> Kit {
     kit
 }
 
-fn glazed(kit: &mut Kit, name: &str, glaze: crate::model::Texture) -> u32 {
+pub(super) fn glazed(kit: &mut Kit, name: &str, glaze: crate::model::Texture) -> u32 {
     let material = kit.textured(name, glaze);
     // The pot is open at the spout and between body and lid.
     kit.alter(material, |material: &mut Material| {
@@ -49,7 +49,7 @@ fn glazed(kit: &mut Kit, name: &str, glaze: crate::model::Texture) -> u32 {
     material
 }
 
-fn table(kit: &mut Kit) {
+pub(super) fn table(kit: &mut Kit) {
     let wood = kit.textured("oak", texture::planks(0xa87a4c, 6));
     let mut top = Mesher::new();
     top.uv_per_m(1.2).cuboid_cells(vec3(-0.7, -0.04, -0.45), vec3(0.7, 0.0, 0.45), [14, 1, 9]);

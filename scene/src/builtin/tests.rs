@@ -33,7 +33,7 @@ fn triangle_counts_are_near_the_papers() {
 
 #[test]
 fn scenes_are_well_formed() {
-    for name in names().chain(simple()) {
+    for name in names().chain(simple()).chain(reflecting()) {
         let scene = loaded(name);
         println!("{name}: {} objects, {} meshes, {:?}", scene.instances.len(), scene.meshes.len(), scene.bounds);
         assert!(scene.instances.len() < 2000, "{name}: {} objects", scene.instances.len());
@@ -135,7 +135,7 @@ fn moved_m(scene: &Scene, before: &Snapshot, after: &Snapshot) -> f64 {
 
 #[test]
 fn moving_variants_move_smoothly_and_repeat() {
-    for name in names().filter(|name| name.ends_with("-moving")) {
+    for name in names().chain(reflecting()).filter(|name| name.ends_with("-moving")) {
         let scene = loaded(name);
         assert!(scene.is_animated());
         let period_s = scene_period_s(name);
@@ -156,7 +156,7 @@ fn moving_variants_move_smoothly_and_repeat() {
 
 #[test]
 fn still_scenes_show_the_same_geometry_and_stay() {
-    for still in names().filter(|name| !name.ends_with("-moving")) {
+    for still in names().chain(reflecting()).filter(|name| !name.ends_with("-moving")) {
         let (a, b) = (loaded(still), loaded(&format!("{still}-moving")));
         assert!(!a.is_animated() && a.meshes == b.meshes && a.textures == b.textures, "{still}");
         let (first, later) = (a.at(0.0), a.at(7.3));
@@ -167,7 +167,7 @@ fn still_scenes_show_the_same_geometry_and_stay() {
 
 #[test]
 fn walkers_have_room() {
-    for name in names().filter(|name| !name.ends_with("-moving")) {
+    for name in names().chain(reflecting()).filter(|name| !name.ends_with("-moving")) {
         let scene = loaded(name);
         let eyes = walk_eyes(name);
         assert_eq!(scene.walk, !eyes.is_empty(), "{name}");
@@ -182,6 +182,20 @@ fn walkers_have_room() {
             assert!(free_m > 0.4, "{name}: {free_m} m free around {:?}", eye.eye_world);
         }
     }
+}
+
+#[test]
+fn paths_past_reflectors_keep_clear_of_everything() {
+    for name in reflecting() {
+        let scene = loaded(name);
+        let path = reflection_path(name).expect("every reflecting scene has one");
+        assert_eq!((path.poses.len(), path.poses[59].t_s), (60, 5.9), "{name}");
+        for pose in path.poses.iter().step_by(6) {
+            let free_m = clearance_m(&scene, &scene.at(pose.t_s), pose.world_from_eye.translation);
+            assert!(free_m > 0.15, "{name} at {} s: {free_m} m free", pose.t_s);
+        }
+    }
+    assert!(names().all(|name| reflection_path(name).is_none()));
 }
 
 #[test]

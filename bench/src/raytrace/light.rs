@@ -1,0 +1,118 @@
+//! The look, written anew from the words of [`protocol::Lighting`]: `shown = sRGB(1 - exp(-c))` with
+//! `c = emissive + base * (ambient + sum of diffuse light)`.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+use protocol::{Light, Lighting};
+
+/// The sRGB transfer function of IEC 61966-2-1, to linear light.
+pub(super) fn linear_from_srgb(encoded: f64) -> f64 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The same transfer function, from linear light; both from 0 to 1.
+pub(super) fn srgb_from_linear(linear: f64) -> f64 {
+    let linear = linear.clamp(0.0, 1.0);
+    if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Linear colour on the screen, 0 to 1, of exposed light.
+pub(super) fn linear_from_light(c: DVec3) -> DVec3 {
+    DVec3::ONE - (-c).exp()
+}
+
+/// The code of a linear colour on the screen.
+pub(super) fn code_from_linear(linear: DVec3) -> [u8; 3] {
+    linear.to_array().map(|channel| (srgb_from_linear(channel) * 255.0).round() as u8)
+}
+
+/// The light `c` that is shown as a linear colour: `-ln(1 - colour)`. No light is shown as full white, so the colour counts up to
+/// what lies amid those that are shown as the code 255, which begin at 254.5.
+pub(super) fn light_shown_as(linear: DVec3) -> DVec3 {
+    let most = linear_from_srgb(254.75 / 255.0);
+    linear.to_array().map(|channel| -(1.0 - channel.clamp(0.0, most)).ln()).into()
+}
+
+/// The lights of a scene, in f64.
+pub(super) struct Lights {
+    ambient: DVec3,
+    lights: Vec<Light>,
+    burley: bool,
+    /// What arrives where a ray leaves the scene.
+    pub background: DVec3,
+}
+
+fn rgb(colour: [f32; 3]) -> DVec3 {
+    colour.map(f64::from).into()
+}
+
+impl Lights {
+    pub fn new(lighting: &Lighting) -> Lights {
+        let background = lighting.background.map(|code| linear_from_srgb(f64::from(code) / 255.0));
+        Lights {
+            ambient: rgb(lighting.ambient),
+            lights: lighting.lights.clone(),
+            burley: lighting.burley,
+            background: light_shown_as(background.into()),
+        }
+    }
+
+    /// What a surface sends back along a ray that came along `direction` (unit length), per unit of base colour.
+    pub fn diffuse(&self, p_world: DVec3, normal: DVec3, direction: DVec3) -> DVec3 {
+        let from = |light: &Light| {
+            let (to_light, irradiance) = arriving(light, p_world);
+            let n_l = normal.dot(to_light);
+            if n_l <= 0.0 {
+                return DVec3::ZERO;
+            }
+            let factor = if self.burley { steep_burley(n_l, normal, to_light, -direction) } else { 1.0 };
+            irradiance * (n_l * FRAC_1_PI * factor)
+        };
+        self.ambient + self.lights.iter().map(from).sum::<DVec3>()
+    }
+}
+
+/// The unit vector towards a light, and its irradiance on a facing surface.
+fn arriving(light: &Light, p_world: DVec3) -> (DVec3, DVec3) {
+    match *light {
+        Light::Directional { direction_world, irradiance } => (-rgb(direction_world), rgb(irradiance)),
+        Light::Point { position_world, intensity, direction_world, spot_cos, range_m } => {
+            let offset = DVec3::from(position_world) - p_world;
+            // The look's own bound: a surface at the light is lit as from a centimetre.
+            let squared = offset.length_squared().max(1e-4);
+            let to_light = offset / squared.sqrt();
+            let reach = squared / f64::from(range_m).powi(2);
+            let window = (1.0 - reach * reach).clamp(0.0, 1.0);
+            let [inner, outer] = spot_cos.map(f64::from);
+            // The look's least width of a spot's rim.
+            let spot = (((-to_light).dot(rgb(direction_world)) - outer) / (inner - outer).max(1e-4)).clamp(0.0, 1.0);
+            (to_light, rgb(intensity) * (spot * spot * window / squared))
+        }
+    }
+}
+
+/// Burley, Physically-Based Shading at Disney, 2012, section 5.3, at roughness 1, on steep faces only.
+fn steep_burley(n_l: f64, normal: DVec3, to_light: DVec3, to_eye: DVec3) -> f64 {
+    if n_l >= 0.5 {
+        return 0.0;
+    }
+    let l_h = to_light.dot((to_light + to_eye).normalize_or_zero()).clamp(0.0, 1.0);
+    let n_v = normal.dot(to_eye).clamp(0.0, 1.0);
+    let fd90 = 0.5 + 2.0 * l_h * l_h;
+    let lobe = |cosine: f64| 1.0 + (fd90 - 1.0) * (1.0 - cosine).powi(5);
+    lobe(n_l) * lobe(n_v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_background_is_shown_as_itself() {
+        for code in 0..=255u8 {
+            let lighting = Lighting { ambient: [0.0; 3], lights: Vec::new(), background: [code; 3], burley: false };
+            assert_eq!(code_from_linear(linear_from_light(Lights::new(&lighting).background)), [code; 3]);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! The traced truth beside the one drawn on a GPU, where nothing reflects, and the built-in scenes that reflect.
+
+use camera::{Pinhole, Rigid};
+use gpu::Gpu;
+use protocol::Look;
+use vantage_bench::raytrace::{Effects, RayTruth, reflectors};
+use vantage_bench::stage::{Stage, load_scene};
+
+/// Where a scene wants to be seen from.
+fn start(scene: &scene::Scene, size_px: (u32, u32)) -> Pinhole {
+    let start = scene.start.expect("built-in scenes say where to begin");
+    Pinhole::symmetric(Rigid::look_along(start.eye_world, start.forward_world), size_px, start.fov_y_rad, 0.05)
+}
+
+#[test]
+fn without_reflections_it_is_the_truth_of_the_gpu() {
+    let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
+    // Textures near by, the lights of the flat look, cut-out leaves, figures and walls. With 16 samples a pixel, as traced textures
+    // have no mip-maps.
+    for (name, look) in [
+        ("teapots", Look::Default),
+        ("teapots", Look::FlatLit),
+        ("grass", Look::Default),
+        ("mirror-maze", Look::Default),
+    ] {
+        let scene = load_scene(name, 1.0).expect("built in");
+        let camera = start(&scene, (64, 64));
+        let stage = Stage::new(&gpu, scene, look).expect("on the GPU");
+        let drawn = stage.smooth_truth(&camera).expect("drawn");
+        let rays = RayTruth::new(&stage.scene, stage.snapshot(), &stage.lighting);
+        let traced = rays.picture(&camera, &Effects::PLAIN, 4);
+        let pixels = drawn.colour.len() as f64;
+        let same_object = (0..drawn.colour.len()).filter(|&pixel| {
+            let object = traced.first_object[pixel];
+            object.is_some() == (drawn.w[pixel] > 0.0) && object.unwrap_or(0) == drawn.object[pixel]
+        });
+        let objects = same_object.count() as f64 / pixels;
+        let apart = |(a, b): (&[u8; 4], &[u8; 3])| (0..3).map(|k| u32::from(a[k].abs_diff(b[k]))).sum::<u32>();
+        let codes = f64::from(drawn.colour.iter().zip(&traced.rgb).map(apart).sum::<u32>()) / (3.0 * pixels);
+        println!("{name} {look:?}: {codes:.3} codes apart on average, {objects:.4} of the pixels show the same object");
+        assert!(objects > 0.99, "{name}: {objects}");
+        assert!(codes < 2.0, "{name}: {codes}");
+    }
+}
+
+#[test]
+fn reflectors_of_built_in_scenes_are_named_and_seen_from_their_paths() {
+    for name in scene::builtin::reflecting() {
+        let scene = load_scene(name, 1.0).expect("built in");
+        let found = reflectors(&scene);
+        let named = |object: &u16| {
+            ["mirror", "glass"].iter().any(|word| scene.instances[usize::from(*object)].name.contains(word))
+        };
+        assert!(found.len() == 1 && found.iter().all(named), "{name}: {found:?}");
+        let path = scene::builtin::reflection_path(name).expect("has a path");
+        assert_eq!(path.poses.len(), 60);
+        let mut seen_objects = std::collections::HashSet::new();
+        for pose in path.poses.iter().step_by(15) {
+            let snapshot = scene.at(pose.t_s);
+            let lighting = server::look::SceneLook::new(&scene, Look::Default).lighting(&snapshot);
+            let camera = Pinhole::symmetric(pose.world_from_eye, (64, 64), 60_f64.to_radians(), 0.05);
+            let picture = RayTruth::new(&scene, &snapshot, &lighting).picture(&camera, &Effects::ONE_BOUNCE, 1);
+            let shown = picture.mask(&found).iter().filter(|shown| **shown).count();
+            assert!(shown > 64 * 64 / 50, "{name} at {} s: the reflector has {shown} pixels", pose.t_s);
+            seen_objects.extend(picture.reflected_object.into_iter().flatten());
+        }
+        println!("{name}: {} objects in reflections", seen_objects.len());
+        assert!(seen_objects.len() >= 3, "{name}: {seen_objects:?}");
+    }
+}
