@@ -2,7 +2,7 @@
 //!
 //! Every scene has a moving variant, `NAME-moving`, of the same geometry. Triangle counts are near those of the scenes
 //! of the same kind in Xie, Wang, Popescu 2016 and in the non-pinhole papers. [`stiff`] lists scenes that strain the
-//! numbers, [`simple`] those of which much can be left out: for tests and reports, not for the eye. [`reflecting`]
+//! numbers, [`simple`] those of which much can be left out: for tests and reports, not for the eye. [`reflecting()`]
 //! lists those with a mirror or a body of glass, with a way of the camera that shows it ([`reflection_path`]).
 
 mod barrels;
@@ -98,7 +98,7 @@ pub fn reflecting() -> impl Iterator<Item = &'static str> {
     REFLECTING.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// 60 poses, ten a second, from which the reflector of a scene of [`reflecting`] is seen; `None` for other names. Pose
+/// 60 poses, ten a second, that see the reflector of a scene of [`reflecting()`]; `None` for other names. Pose
 /// `k` belongs to the scene at `k / 10` seconds. Eyes go 60 degrees around a pot on a table; in the maze they follow
 /// the mirror as it rolls, or come nearer where it stands.
 pub fn reflection_path(name: &str) -> Option<Trace> {
