@@ -1,5 +1,5 @@
-//! Traces the built-in scenes that reflect, along their paths: `traced FOLDER [SIDE_PX] [SAMPLES_PER_SIDE]` writes every 20th pose as a
-//! PNG, with its ambient occlusion, and prints how long each took.
+//! Traces the built-in scenes that reflect, along their paths: `traced FOLDER [SIDE_PX] [SAMPLES_PER_SIDE]` writes
+//! every 20th pose as a PNG, with its ambient occlusion, and prints how long each took.
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -15,8 +15,8 @@ fn start(scene: &scene::Scene, size_px: (u32, u32)) -> Pinhole {
 #[test]
 fn without_reflections_it_is_the_truth_of_the_gpu() {
     let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
-    // Textures near by, the lights of the flat look, cut-out leaves, figures and walls. With 16 samples a pixel, as traced textures
-    // have no mip-maps.
+    // Textures near by, the lights of the flat look, cut-out leaves, figures and walls. With 16 samples a pixel, as
+    // traced textures have no mip-maps.
     for (name, look) in [
         ("teapots", Look::Default),
         ("teapots", Look::FlatLit),

@@ -3,9 +3,9 @@
 use crate::compare::PictureError;
 use crate::spread::{Better, Spread};
 
-/// The spread of absolute errors over the pixels that either mask names, each the mean of its three channels, from 0 (equal) to 1
-/// (black for white), of sRGB-encoded colours. Masks say where truth and result show the object in question, so that a reflection
-/// that is drawn beside its place counts as well. `None` where neither shows it.
+/// The spread of absolute errors over the pixels that either mask names, each the mean of its three channels, from 0
+/// (equal) to 1 (black for white), of sRGB-encoded colours. Masks say where truth and result show the object in
+/// question, so that a reflection that is drawn beside its place counts as well. `None` where neither shows it.
 ///
 /// # Errors
 /// [`PictureError::Mask`] where lengths differ from that of `truth`.

@@ -85,8 +85,9 @@ pub(super) struct Corners {
 /// All triangles of a snapshot.
 pub(super) struct Geometry {
     pub anchor_world: DVec3,
-    /// How near to its start a ray hits nothing, in metres: 2^-40 of the scene's extent. Points computed in f64 are exact to
-    /// 2^-53 of it for each rounding; the rest allows some hundred roundings and grazing rays, which make them count for more.
+    /// How near to its start a ray hits nothing, in metres: 2^-40 of the scene's extent. Points computed in f64 are
+    /// exact to 2^-53 of it for each rounding; the rest allows some hundred roundings and grazing rays, which make them
+    /// count for more.
     pub skip_m: f64,
     /// The radius of a ball around the anchor that holds all triangles.
     extent_m: f64,
@@ -117,7 +118,8 @@ impl Geometry {
         (&self.facets[hit.facet as usize], &self.corners[hit.facet as usize])
     }
 
-    /// The nearest hit. `is_cut` is asked about hits of materials with an alpha cut-off; those that it names are passed.
+    /// The nearest hit. `is_cut` is asked about hits of materials with an alpha cut-off; those that it names are
+    /// passed.
     pub fn first_hit(&self, ray: &Ray, query: &Query, is_cut: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         let lead = self.lead(ray);
@@ -141,8 +143,8 @@ impl Geometry {
         best
     }
 
-    /// How far a ray from far outside of the scene goes before it can hit anything: up to two extents from the middle. A ray
-    /// that hits has at most three extents left from there, which f32 holds as exactly as the boxes.
+    /// How far a ray from far outside of the scene goes before it can hit anything: up to two extents from the middle.
+    /// A ray that hits has at most three extents left from there, which f32 holds as exactly as the boxes.
     fn lead(&self, ray: &Ray) -> f64 {
         ((ray.origin.length() - 2.0 * self.extent_m) / ray.direction.length()).max(0.0)
     }
@@ -186,8 +188,8 @@ fn placed(scene: &Scene, snapshot: &Snapshot, object: usize) -> Vec<(Facet, Corn
     mesh.indices.par_chunks_exact(3).map(facet).collect()
 }
 
-/// Boxes are widened by 2^-20 of the scene's extent: within four extents, rounding a ray's start and a box to f32 moves them by
-/// up to 2^-22 and 2^-24 of it, and the box test rounds as often again.
+/// Boxes are widened by 2^-20 of the scene's extent: within four extents, rounding a ray's start and a box to f32 moves
+/// them by up to 2^-22 and 2^-24 of it, and the box test rounds as often again.
 fn hierarchy(facets: &[Facet], extent_m: f64) -> Bvh2 {
     if facets.is_empty() {
         return Bvh2::default();
@@ -223,8 +225,8 @@ impl Facet {
         }
     }
 
-    /// Moeller, Trumbore: Fast, Minimum Storage Ray/Triangle Intersection, 1997. Weights are allowed 2^-40 outside of the
-    /// triangle, far more than their rounding, so that no ray passes between two triangles that share an edge.
+    /// Moeller, Trumbore: Fast, Minimum Storage Ray/Triangle Intersection, 1997. Weights are allowed 2^-40 outside of
+    /// the triangle, far more than their rounding, so that no ray passes between two triangles that share an edge.
     fn intersect(&self, ray: &Ray) -> Option<(f64, DVec2)> {
         const SLACK: f64 = 1.0 / (1u64 << 40) as f64;
         let p = ray.direction.cross(self.edge_2);

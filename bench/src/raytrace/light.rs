@@ -27,8 +27,8 @@ pub(super) fn code_from_linear(linear: DVec3) -> [u8; 3] {
     linear.to_array().map(|channel| (srgb_from_linear(channel) * 255.0).round() as u8)
 }
 
-/// The light `c` that is shown as a linear colour: `-ln(1 - colour)`. No light is shown as full white, so the colour counts up to
-/// what lies amid those that are shown as the code 255, which begin at 254.5.
+/// The light `c` that is shown as a linear colour: `-ln(1 - colour)`. No light is shown as full white, so the colour
+/// counts up to what lies amid those that are shown as the code 255, which begin at 254.5.
 pub(super) fn light_shown_as(linear: DVec3) -> DVec3 {
     let most = linear_from_srgb(254.75 / 255.0);
     linear.to_array().map(|channel| -(1.0 - channel.clamp(0.0, most)).ln()).into()

@@ -1,34 +1,37 @@
-//! The truth of reflections, refractions and ambient occlusion: rays through the scene's own triangles, on the CPU, in f64.
+//! The truth of reflections, refractions and ambient occlusion: rays through the scene's own triangles, on the CPU, in
+//! f64.
 //!
-//! What clients draw from samples is measured against it, so it shares no code with them, nor with the crate of impostors: the
-//! look is written anew from its words ([`protocol::Lighting`]), and where nothing reflects, tests hold it equal to the plain
-//! truth that [`server::truth`] draws on a GPU. Space: pictures are taken by any [`Pinhole`], pixel centres at +0.5; points are in
-//! world space, in metres.
+//! What clients draw from samples is measured against it, so it shares no code with them, nor with the crate of
+//! impostors: the look is written anew from its words ([`protocol::Lighting`]), and where nothing reflects, tests hold
+//! it equal to the plain truth that [`server::truth`] draws on a GPU. Space: pictures are taken by any [`Pinhole`],
+//! pixel centres at +0.5; points are in world space, in metres.
 //!
 //! # What reflects
 //!
-//! - A material is a **mirror** where `metallic >= 0.9` and `roughness <= 0.1`. It shows its linear base colour times the light
-//!   that arrives along the mirrored ray.
-//! - Else it is **glass** where `transmission >= 0.5`. The ray is refracted at the front, goes through the body, and is refracted
-//!   again where it leaves, by the material's `ior`; the base colour tints once. No light is reflected at the front (there is no
-//!   Fresnel term). Inside, nothing but the body itself is there. Where all light is reflected inside, the ray is followed up to
-//!   two times; after that it ends at the background. A ray that finds no way out of an open body goes on as it is.
+//! - A material is a **mirror** where `metallic >= 0.9` and `roughness <= 0.1`. It shows its linear base colour times
+//!   the light that arrives along the mirrored ray.
+//! - Else it is **glass** where `transmission >= 0.5`. The ray is refracted at the front, goes through the body, and is
+//!   refracted again where it leaves, by the material's `ior`; the base colour tints once. No light is reflected at the
+//!   front (there is no Fresnel term). Inside, nothing but the body itself is there. Where all light is reflected
+//!   inside, the ray is followed up to two times; after that it ends at the background. A ray that finds no way out of
+//!   an open body goes on as it is.
 //!
-//! *Light* is exposed light `c` before the transfer to the screen, `shown = sRGB(1 - exp(-c))`, which is made once, at the end. A
-//! ray that leaves the scene brings the light that is shown as the lighting's background, and a surface without lights the light
-//! that is shown as its base colour. There are no shadows, as the look has none.
+//! *Light* is exposed light `c` before the transfer to the screen, `shown = sRGB(1 - exp(-c))`, which is made once, at
+//! the end. A ray that leaves the scene brings the light that is shown as the lighting's background, and a surface
+//! without lights the light that is shown as its base colour. There are no shadows, as the look has none.
 //!
-//! Rays are mirrored and refracted about the interpolated normals, as in Popescu and others 2009 (*Non-pinhole impostors*). Where
-//! such a normal sends a ray to the wrong side of the triangle, which happens at silhouettes, the triangle's own normal is used:
-//! otherwise the ray would enter a mirror. Mirrored rays see what a camera sees: single-sided triangles from their front only;
-//! normals of double-sided materials face the ray.
+//! Rays are mirrored and refracted about the interpolated normals, as in Popescu and others 2009 (*Non-pinhole
+//! impostors*). Where such a normal sends a ray to the wrong side of the triangle, which happens at silhouettes, the
+//! triangle's own normal is used: otherwise the ray would enter a mirror. Mirrored rays see what a camera sees:
+//! single-sided triangles from their front only; normals of double-sided materials face the ray.
 //!
-//! A *bounce* is one reflection, or one passage through a body. After [`Effects::max_bounces`], a reflector shows its base colour
-//! lit as that of any other surface. Without [`Effects::self_reflection`], a ray that leaves a reflector passes through that
-//! reflector's object: clients that look reflections up in impostors of the surroundings do the same.
+//! A *bounce* is one reflection, or one passage through a body. After [`Effects::max_bounces`], a reflector shows its
+//! base colour lit as that of any other surface. Without [`Effects::self_reflection`], a ray that leaves a reflector
+//! passes through that reflector's object: clients that look reflections up in impostors of the surroundings do the
+//! same.
 //!
-//! Base colour textures are read between four texels of the full image; distant ones alias where the GPU's mip-maps do not, which
-//! more samples a pixel mend.
+//! Base colour textures are read between four texels of the full image; distant ones alias where the GPU's mip-maps do
+//! not, which more samples a pixel mend.
 
 mod errors;
 mod geometry;
@@ -82,8 +85,8 @@ pub struct SurfacePoint {
     pub normal_world: DVec3,
 }
 
-/// What a camera sees; planes are row-major, one value a pixel. All but the colours are those of the ray through the pixel's
-/// centre.
+/// What a camera sees; planes are row-major, one value a pixel. All but the colours are those of the ray through the
+/// pixel's centre.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TracedPicture {
     /// Width and height.
@@ -92,7 +95,8 @@ pub struct TracedPicture {
     pub rgb: Vec<[u8; 3]>,
     /// The object that is hit first; `None` where the ray leaves the scene.
     pub first_object: Vec<Option<u16>>,
-    /// What the last mirrored or refracted ray hit; `None` where the first hit is no reflector or that ray leaves the scene.
+    /// What the last mirrored or refracted ray hit; `None` where the first hit is no reflector or that ray leaves the
+    /// scene.
     pub reflected_object: Vec<Option<u16>>,
     /// How often the ray was mirrored or passed through glass.
     pub bounces: Vec<u8>,
@@ -126,8 +130,9 @@ impl RayTruth {
         RayTruth { surfaces: Surfaces::new(scene, snapshot), lights: Lights::new(lighting) }
     }
 
-    /// What a camera sees, with `samples_per_side` times as many rays for each pixel, in a grid, whose colours as shown are
-    /// averaged in linear light. One ray goes through the pixel's centre. Nothing nearer than the camera's near plane is seen.
+    /// What a camera sees, with `samples_per_side` times as many rays for each pixel, in a grid, whose colours as shown
+    /// are averaged in linear light. One ray goes through the pixel's centre. Nothing nearer than the camera's near
+    /// plane is seen.
     pub fn picture(&self, camera: &Pinhole, effects: &Effects, samples_per_side: u32) -> TracedPicture {
         let size_px = (camera.width_px, camera.height_px);
         let pixels: Vec<(Arrived, [u8; 3])> = (0..size_px.0 * size_px.1)
@@ -170,9 +175,9 @@ impl RayTruth {
         follow(&self.surfaces, &self.lights, effects, Ray { origin, direction }, camera.near_m)
     }
 
-    /// Ambient occlusion: the share of the directions around `normal_world`, weighted by their cosine, along which nothing lies
-    /// within `reach_m`, by `rays` rays that are the same at every call. Everything hides, from both sides. Rays begin a
-    /// thousandth of the reach above the surface.
+    /// Ambient occlusion: the share of the directions around `normal_world`, weighted by their cosine, along which
+    /// nothing lies within `reach_m`, by `rays` rays that are the same at every call. Everything hides, from both
+    /// sides. Rays begin a thousandth of the reach above the surface.
     pub fn occlusion(&self, p_world: DVec3, normal_world: DVec3, reach_m: f64, rays: u32) -> f64 {
         let p = p_world - self.surfaces.geometry.anchor_world;
         occlusion::free_share(&self.surfaces, p, normal_world, reach_m, rays)

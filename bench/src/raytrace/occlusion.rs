@@ -7,11 +7,12 @@ use glam::DVec3;
 use super::geometry::Ray;
 use super::surface::Surfaces;
 
-/// How far from the surface rays begin, as a share of the reach: points that were stored with little precision may lie that far
-/// below it, and what is nearer than that hides hardly anything else.
+/// How far from the surface rays begin, as a share of the reach: points that were stored with little precision may lie
+/// that far below it, and what is nearer than that hides hardly anything else.
 const LIFT: f64 = 1e-3;
 
-/// The share of directions around a normal, weighted by cosine, that is free within `reach_m`. `p` is relative to the anchor.
+/// The share of directions around a normal, weighted by cosine, that is free within `reach_m`. `p` is relative to the
+/// anchor.
 pub(super) fn free_share(surfaces: &Surfaces, p: DVec3, normal: DVec3, reach_m: f64, rays: u32) -> f64 {
     let normal = normal.normalize_or(DVec3::Y);
     let (tangent, bitangent) = normal.any_orthonormal_pair();
@@ -25,9 +26,9 @@ pub(super) fn free_share(surfaces: &Surfaces, p: DVec3, normal: DVec3, reach_m: 
     f64::from((0..rays).filter(|&index| is_free(index)).count() as u32) / f64::from(rays)
 }
 
-/// One of `count` directions around z, spread evenly over the disc below them, so that their density goes with the cosine
-/// (Malley's method: Pharr, Jakob, Humphreys, Physically Based Rendering, section 13.6.3). Hammersley's points stratify the disc's
-/// area; the first bit of the angle alternates, so that half-spaces get half of an even number.
+/// One of `count` directions around z, spread evenly over the disc below them, so that their density goes with the
+/// cosine (Malley's method: Pharr, Jakob, Humphreys, Physically Based Rendering, section 13.6.3). Hammersley's points
+/// stratify the disc's area; the first bit of the angle alternates, so that half-spaces get half of an even number.
 fn cosine_direction(index: u32, count: u32) -> DVec3 {
     let (area, turn) = ((f64::from(index) + 0.5) / f64::from(count), radical_inverse(index));
     let (sin, cos) = (TAU * turn).sin_cos();

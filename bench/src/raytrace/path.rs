@@ -78,8 +78,8 @@ fn reflected(direction: DVec3, surface: &Surface) -> DVec3 {
     if smooth.dot(surface.geometric) > 0.0 { smooth } else { about(surface.geometric) }
 }
 
-/// By Snell's law at an interface from index `ior_from` to `ior_to`; `None` where all light is reflected. The triangle's own
-/// normal decides where the shading normal would send the ray back to the side that it came from.
+/// By Snell's law at an interface from index `ior_from` to `ior_to`; `None` where all light is reflected. The
+/// triangle's own normal decides where the shading normal would send the ray back to the side that it came from.
 fn refracted(direction: DVec3, surface: &Surface, ior_from: f64, ior_to: f64) -> Option<DVec3> {
     let eta = ior_from / ior_to;
     let across = |normal: DVec3| {
@@ -96,8 +96,8 @@ fn refracted(direction: DVec3, surface: &Surface, ior_from: f64, ior_to: f64) ->
     smooth.or_else(|| across(surface.geometric))
 }
 
-/// Into a body of glass and out of it; inside, nothing but the body itself is there. A ray that finds no way out of an open body
-/// goes on as it is. `None` where it stays inside.
+/// Into a body of glass and out of it; inside, nothing but the body itself is there. A ray that finds no way out of an
+/// open body goes on as it is. `None` where it stays inside.
 fn through_glass(surfaces: &Surfaces, front: &Surface, direction: DVec3, ior: f64) -> Option<Leaving> {
     let mut inside = leaving(front, refracted(direction, front, 1.0, ior)?);
     for _ in 0..=TOTAL_REFLECTIONS {
@@ -149,8 +149,8 @@ mod tests {
 
     #[test]
     fn a_ray_is_reflected_within_glass_where_it_cannot_leave() {
-        // Down into the top of a cube near its side: at 62 degrees, beyond the critical 41.8, it is thrown back there, and leaves
-        // through the bottom as it came, mirrored.
+        // Down into the top of a cube near its side: at 62 degrees, beyond the critical 41.8, it is thrown back there,
+        // and leaves through the bottom as it came, mirrored.
         let direction = dvec3(1.0, -1.0, 0.0).normalize();
         let out = through([1.0, 1.0, 1.0], dvec3(0.3, 1.5, 0.0), direction).expect("leaves");
         assert!(out.direction.distance(dvec3(-1.0, -1.0, 0.0).normalize()) < 1e-12, "{}", out.direction);

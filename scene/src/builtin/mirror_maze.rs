@@ -1,7 +1,7 @@
 //! The maze with walls as thick as its corridors are wide, and a mirror that is rolled through it among the people.
 //!
-//! Thick walls make it a map of square cells ([`CorridorMap`]): cells of the maze lie at even columns and rows, what connects or
-//! parts them between.
+//! Thick walls make it a map of square cells ([`CorridorMap`]): cells of the maze lie at even columns and rows, what
+//! connects or parts them between.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -25,7 +25,8 @@ const POT_SCALE: f32 = 2.5;
 const STAND_M: f64 = 0.75;
 /// The middle of the pot.
 const MIRROR_HEIGHT_M: f64 = STAND_M + 0.22;
-/// The one of the maze's ways that the mirror takes instead of a walker: with a long corridor, and away from where others turn.
+/// The one of the maze's ways that the mirror takes instead of a walker: with a long corridor, and away from where
+/// others turn.
 const MIRROR_ROUTE: usize = 12;
 /// Where on its way it starts, as a share: 3 m into its longest straight corridor, of 17 m.
 const MIRROR_START: f64 = 0.225;

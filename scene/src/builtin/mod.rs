@@ -1,9 +1,9 @@
 //! Built-in scenes, made by code: the same on every machine, no files needed.
 //!
-//! Every scene has a moving variant, `NAME-moving`, of the same geometry. Triangle counts are near those of the scenes of
-//! the same kind in Xie, Wang, Popescu 2016 and in the non-pinhole papers. [`stiff`] lists scenes that strain the
-//! numbers, [`simple`] those of which much can be left out: for tests and reports, not for the eye. [`reflecting`] lists those with a
-//! mirror or a body of glass, with a way of the camera that shows it ([`reflection_path`]).
+//! Every scene has a moving variant, `NAME-moving`, of the same geometry. Triangle counts are near those of the scenes
+//! of the same kind in Xie, Wang, Popescu 2016 and in the non-pinhole papers. [`stiff`] lists scenes that strain the
+//! numbers, [`simple`] those of which much can be left out: for tests and reports, not for the eye. [`reflecting()`]
+//! lists those with a mirror or a body of glass, with a way of the camera that shows it ([`reflection_path`]).
 
 mod barrels;
 mod birdnest;
@@ -79,8 +79,8 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SCENES.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// Names of the scenes that strain the numbers, each still and moving: something 1e7 m from the origin, depths from 0.1 m
-/// to 1e5 m, broken triangles (with a warning), 1e-4 m and 1e6 m across.
+/// Names of the scenes that strain the numbers, each still and moving: something 1e7 m from the origin, depths from 0.1
+/// m to 1e5 m, broken triangles (with a warning), 1e-4 m and 1e6 m across.
 pub fn stiff() -> impl Iterator<Item = &'static str> {
     STIFF.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
@@ -90,16 +90,17 @@ pub fn simple() -> impl Iterator<Item = &'static str> {
     SIMPLE.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// Names of the scenes in which one object, whose name holds "mirror" or "glass", reflects or refracts the others, each still and
-/// moving: a teapot as a mirror, a body of glass, and a mirror that is rolled through a maze. Materials say so by `metallic` 1 with
-/// `roughness` 0, and by `transmission` 1 with `ior` 1.3; without reflections they are scenes like any others.
+/// Names of the scenes in which one object, whose name holds "mirror" or "glass", reflects or refracts the others, each
+/// still and moving: a teapot as a mirror, a body of glass, and a mirror that is rolled through a maze. Materials say
+/// so by `metallic` 1 with `roughness` 0, and by `transmission` 1 with `ior` 1.3; without reflections they are scenes
+/// like any others.
 pub fn reflecting() -> impl Iterator<Item = &'static str> {
     REFLECTING.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// 60 poses, ten a second, from which the reflector of a scene of [`reflecting`] is seen; `None` for other names. Pose `k` belongs
-/// to the scene at `k / 10` seconds. Eyes go 60 degrees around a pot on a table; in the maze they follow the mirror as it rolls, or
-/// come nearer where it stands.
+/// 60 poses, ten a second, that see the reflector of a scene of [`reflecting()`]; `None` for other names. Pose
+/// `k` belongs to the scene at `k / 10` seconds. Eyes go 60 degrees around a pot on a table; in the maze they follow
+/// the mirror as it rolls, or come nearer where it stands.
 pub fn reflection_path(name: &str) -> Option<Trace> {
     match name {
         "mirror-teapots" | "mirror-teapots-moving" => Some(reflecting::path(reflecting::MIRROR_WORLD, 0.25)),

@@ -1,5 +1,5 @@
-//! A teapot on a table in a room, beside a mirror or a body of glass, as in the non-pinhole papers. Walls face inwards: in the
-//! room, no reflected ray leaves the scene, and from outside one sees in.
+//! A teapot on a table in a room, beside a mirror or a body of glass, as in the non-pinhole papers. Walls face inwards:
+//! in the room, no reflected ray leaves the scene, and from outside one sees in.
 
 use std::f64::consts::{PI, TAU};
 
@@ -40,8 +40,9 @@ pub(super) fn mirror() -> Kit {
     kit
 }
 
-/// A solid ellipsoid of glass of the size of a teapot's body, and a glazed teapot behind it. The teapot's own mesh is a thin, open
-/// sheet, which has no inside to refract in; the ellipsoid is closed, so that every ray goes in once and out once.
+/// A solid ellipsoid of glass of the size of a teapot's body, and a glazed teapot behind it. The teapot's own mesh is a
+/// thin, open sheet, which has no inside to refract in; the ellipsoid is closed, so that every ray goes in once and out
+/// once.
 pub(super) fn glass() -> Kit {
     let mut kit = stage();
     let glass = Material { transmission: 1.0, ior: 1.3, roughness: 0.0, ..toned("glass", [0.93, 0.97, 0.95]) };
