@@ -13,7 +13,7 @@ use gpu::{Gpu, Readback};
 use impostor::{ImpostorCamera, Sample};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Held, Lighting, Mask, Material, Patch, PatchId, Purpose};
+use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use support::scenes;
 use surface::HeldSurfaces;
 use vantage_client::frame::{FrameRenderer, Options};
@@ -347,6 +347,24 @@ fn a_moving_object_takes_its_reflection_with_it() {
             ((p - 1.0).abs() > 0.15).then_some(if p < 1.0 { [200, 30, 60] } else { BACKGROUND })
         });
     }
+}
+
+#[test]
+fn a_turned_object_is_lit_as_it_stands_now() {
+    let white = |_, _| Some([255, 255, 255, ROUGH]);
+    let mut image = plane(pinhole(DVec3::new(0.5, 0.3, -1.0), DVec3::Z, 128), ImpostorKind::Object(7), 3.0, white);
+    image.pose = Some((7, DAffine3::IDENTITY));
+    let (angle, there) = (0.5_f64, DAffine3::from_translation(DVec3::Z * 3.0));
+    let mut held = held(MIRROR, 1.5);
+    held.poses_now = BTreeMap::from([(7, there * DAffine3::from_rotation_x(angle) * there.inverse())]);
+    let light = Light::Directional { direction_world: [0.0, -0.6, 0.8], irradiance: [std::f32::consts::PI; 3] };
+    held.lighting.as_mut().expect("light").lights.push(light);
+    // The normal was -z.
+    let c = 0.5 + 0.6 * angle.sin() + 0.8 * angle.cos();
+    show(&held, &[image], SHARP).is(|x, y| {
+        let is_middle = (16..48).contains(&x) && (16..48).contains(&y);
+        is_middle.then(|| shown_from_light([c; 3]))
+    });
 }
 
 #[test]
