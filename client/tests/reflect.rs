@@ -1,5 +1,10 @@
 //! Mirrors and glass before scenes whose pictures are known in closed form.
 
+extern crate impostor as vantage_impostor;
+
+#[path = "../../impostor/tests/support/mod.rs"]
+mod support;
+
 use std::collections::BTreeMap;
 
 use camera::{Camera, Pinhole, Rigid, Spoc};
@@ -8,7 +13,8 @@ use gpu::{Gpu, Readback};
 use impostor::{ImpostorCamera, Sample};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Held, Lighting, Mask, Material, Patch, PatchId, Purpose};
+use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
+use support::scenes;
 use surface::HeldSurfaces;
 use vantage_client::frame::{FrameRenderer, Options};
 use vantage_client::reflect::{
@@ -143,8 +149,13 @@ impl Shown {
         [r, g, b]
     }
 
-    /// Every pixel that `expected` knows, but a few.
+    /// Every pixel that `expected` knows.
     fn is(&self, expected: impl Fn(u32, u32) -> Option<[u8; 3]>) {
+        self.is_but(0.0, expected);
+    }
+
+    /// Every pixel that `expected` knows, but a share.
+    fn is_but(&self, share: f64, expected: impl Fn(u32, u32) -> Option<[u8; 3]>) {
         let pixels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
         let known: Vec<_> = pixels.filter_map(|(x, y)| Some((x, y, expected(x, y)?))).collect();
         let differ = |&&(x, y, expected): &&(u32, u32, [u8; 3])| {
@@ -153,7 +164,7 @@ impl Shown {
         let wrong: Vec<_> = known.iter().filter(differ).collect();
         assert!(known.len() >= 200, "{} pixels say nothing", known.len());
         let first = wrong.first().map(|&&(x, y, expected)| (x, y, expected, self.at(x, y)));
-        assert!(wrong.is_empty(), "{} of {}: {first:?}", wrong.len(), known.len());
+        assert!(wrong.len() as f64 <= share * known.len() as f64, "{} of {}: {first:?}", wrong.len(), known.len());
     }
 }
 
@@ -339,6 +350,24 @@ fn a_moving_object_takes_its_reflection_with_it() {
 }
 
 #[test]
+fn a_turned_object_is_lit_as_it_stands_now() {
+    let white = |_, _| Some([255, 255, 255, ROUGH]);
+    let mut image = plane(pinhole(DVec3::new(0.5, 0.3, -1.0), DVec3::Z, 128), ImpostorKind::Object(7), 3.0, white);
+    image.pose = Some((7, DAffine3::IDENTITY));
+    let (angle, there) = (0.5_f64, DAffine3::from_translation(DVec3::Z * 3.0));
+    let mut held = held(MIRROR, 1.5);
+    held.poses_now = BTreeMap::from([(7, there * DAffine3::from_rotation_x(angle) * there.inverse())]);
+    let light = Light::Directional { direction_world: [0.0, -0.6, 0.8], irradiance: [std::f32::consts::PI; 3] };
+    held.lighting.as_mut().expect("light").lights.push(light);
+    // The normal was -z.
+    let c = 0.5 + 0.6 * angle.sin() + 0.8 * angle.cos();
+    show(&held, &[image], SHARP).is(|x, y| {
+        let is_middle = (16..48).contains(&x) && (16..48).contains(&y);
+        is_middle.then(|| shown_from_light([c; 3]))
+    });
+}
+
+#[test]
 fn a_reflector_does_not_meet_its_own_impostor() {
     let images = [behind(ImpostorKind::Object(WALL_OBJECT))];
     show(&held(MIRROR, 1.5), &images, Settings::default()).is(|_, _| Some(BACKGROUND));
@@ -401,6 +430,37 @@ fn what_is_smaller_than_a_pixel_is_averaged() {
     let far_off = |shown: &Shown| shown.pixels.iter().filter(|pixel| pixel[0].abs_diff(mean) > 20).count();
     assert!(far_off(&filtered(true)) < 40, "{}", far_off(&filtered(true)));
     assert!(far_off(&filtered(false)) > 500, "{}", far_off(&filtered(false)));
+}
+
+#[test]
+fn a_mirror_in_a_maze_shows_it_round_corners_by_a_graph_camera() {
+    let image = scenes::maze_by_graph((960, 720));
+    let painted = |p: DVec3| fields((p.x + p.z) / 8.0, p.y / 4.0);
+    let sample = |shown: &Option<support::Shown>| match shown {
+        Some(shown) => (Sample { w: shown.w, normal_world: shown.normal }, painted(shown.p_world)),
+        None => (Sample::EMPTY, [0; 4]),
+    };
+    let (samples, colour_of_samples) = image.shown.iter().map(sample).unzip();
+    // The mirror stands across a corridor of the maze.
+    let maze_from_mirror =
+        DAffine3::from_translation(DVec3::new(0.0, 1.5, 6.5)) * DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_2);
+    let maze_from_now = maze_from_mirror * DAffine3::from_translation(DVec3::Z * WALL_M);
+    let maze = ImpostorImage {
+        kind: ImpostorKind::Environment,
+        camera: image.impostor.camera().clone(),
+        samples,
+        colour: colour_of_samples,
+        pose: Some((3, DAffine3::IDENTITY)),
+    };
+    let mut held = held(MIRROR, 1.5);
+    held.poses_now = BTreeMap::from([(3, maze_from_now.inverse())]);
+    // What the maze's image misses, or has few samples of, far away.
+    show(&held, &[maze], SHARP).is_but(0.1, |x, y| {
+        let (origin, direction) = (way(x, y) * WALL_M, way(x, y) * DVec3::new(1.0, 1.0, -1.0));
+        let (origin, direction) = (maze_from_now.transform_point3(origin), maze_from_now.transform_vector3(direction));
+        let p = image.scene.points(origin, direction, 0.0, 100.0).first()?.p_world;
+        is_inner((p.x + p.z) / 8.0, p.y / 4.0, 0.1).then(|| colour(painted(p)))
+    });
 }
 
 #[test]

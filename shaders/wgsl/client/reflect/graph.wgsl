@@ -25,14 +25,14 @@ fn search(ray: PixelRay) -> ImpostorHit {
 fn walk(@builtin(position) position: vec4f) -> Walked {
     let pixel = vec2i(position.xy);
     let ray = walked_ray(pixel);
-    if !looks_here(ray) {
-        discard;
+    // Not by discarding first: some rasterizers go on with the rest then, and only drop what comes of it.
+    if looks_here(ray) {
+        let hit = search(ray);
+        if hit.side != IMPOSTOR_MISS {
+            return walked(pixel, ray, hit);
+        }
     }
-    let hit = search(ray);
-    if hit.side == IMPOSTOR_MISS {
-        discard;
-    }
-    return walked(pixel, ray, hit);
+    discard;
 }
 
 // (stretches and steps, rays)
