@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use camera::Pinhole;
 use client::frame::{FrameRenderer, Options};
+use client::reflect::{Impostors, StepSum};
 use gpu::{Gpu, Readback};
 use protocol::held::{Edit, Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material};
@@ -91,18 +92,46 @@ impl ClientView {
 
     /// Draws and waits; gives the wall time in ms.
     pub fn draw(&mut self, set: &HeldSet, camera: &Pinhole, options: Options) -> anyhow::Result<f64> {
+        self.draw_reflecting(set, None, camera, options)
+    }
+
+    /// The same with what mirrors and glass show.
+    pub fn draw_reflecting(
+        &mut self,
+        set: &HeldSet,
+        impostors: Option<&Impostors>,
+        camera: &Pinhole,
+        options: Options,
+    ) -> anyhow::Result<f64> {
         let started = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.frames.draw(&mut encoder, (&set.surfaces, &set.held), camera, &self.output_view, options);
+        self.frames.draw_surfaces(&mut encoder, &set.surfaces, camera, options);
+        self.frames.draw_reflecting(&mut encoder, (&set.held, impostors), camera, &self.output_view, options);
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();
         self.gpu.wait_idle()?;
         Ok(started.elapsed().as_secs_f64() * 1000.0)
     }
 
+    /// What the rays of the last frame cost, where [`client::reflect::Settings::count_steps`] was set.
+    pub fn steps(&self) -> anyhow::Result<Option<StepSum>> {
+        Ok(self.frames.steps()?)
+    }
+
     /// Draws a frame and reads it back.
     pub fn frame(&mut self, set: &HeldSet, camera: &Pinhole, options: Options) -> anyhow::Result<Drawn> {
-        let frame_ms = self.draw(set, camera, options)?;
+        self.frame_reflecting(set, None, camera, options)
+    }
+
+    /// The same with what mirrors and glass show.
+    pub fn frame_reflecting(
+        &mut self,
+        set: &HeldSet,
+        impostors: Option<&Impostors>,
+        camera: &Pinhole,
+        options: Options,
+    ) -> anyhow::Result<Drawn> {
+        let frame_ms = self.draw_reflecting(set, impostors, camera, options)?;
         let size_px = (camera.width_px, camera.height_px);
         let gbuffer = self.frames.gbuffer().expect("a frame was drawn");
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

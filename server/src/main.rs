@@ -22,7 +22,7 @@ const EXIT_USAGE: u8 = 2;
 fn main() -> ExitCode {
     let options = Options::parse();
     if options.list {
-        scene::builtin::names().for_each(|name| println!("{name}"));
+        scene::builtin::names().chain(scene::builtin::reflecting()).for_each(|name| println!("{name}"));
         return ExitCode::SUCCESS;
     }
     let filter = EnvFilter::try_from_default_env()

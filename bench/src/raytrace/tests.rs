@@ -39,6 +39,7 @@ pub(super) fn scene(parts: Vec<(Mesh, Material, DVec3)>) -> Scene {
         bounds: Bounds { min: DVec3::splat(-1.0), max: DVec3::ONE },
         walk: false,
         start: None,
+        corridors: None,
         warnings: Vec::new(),
         animation: Arc::new(Placed(places)),
     }

@@ -1,6 +1,7 @@
 //! The topics, one file or folder each.
 
 pub mod codec;
+pub mod impostors;
 pub mod novel_views;
 pub mod reconstruction;
 pub mod sampling;
@@ -16,5 +17,6 @@ pub const ALL: &[&dyn Topic] = &[
     &sent_once::SentOnce,
     &timing::Timing,
     &codec::Codec,
+    &impostors::Impostors,
     &novel_views::NovelViews,
 ];

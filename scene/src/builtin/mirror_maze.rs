@@ -37,7 +37,7 @@ fn plan() -> Plan {
     Plan::of(2.0 * BLOCK_M)
 }
 
-/// See [`super::maze_map`].
+/// The free cells, exactly: walls are blocks of the same size as corridors are wide.
 pub(super) fn map() -> CorridorMap {
     let plan = plan();
     let free = |k: usize| {
@@ -65,6 +65,7 @@ pub(super) fn map() -> CorridorMap {
 pub(super) fn build() -> Kit {
     let mut kit = Kit::new(PERIOD_S);
     kit.walk = true;
+    kit.corridors = Some(map());
     kit.daylight();
     blocks(&mut kit);
     let plan = plan();

@@ -28,7 +28,7 @@ mod tree;
 mod urban;
 
 use crate::model::{Scene, SceneCamera};
-use camera::{CorridorMap, Rigid, Trace, TracePose};
+use camera::{Rigid, Trace, TracePose};
 use glam::DVec3;
 use kit::Kit;
 
@@ -109,11 +109,6 @@ pub fn reflection_path(name: &str) -> Option<Trace> {
         "mirror-maze-moving" => Some(mirror_maze::path(true)),
         _ => None,
     }
-}
-
-/// The free cells of the `mirror-maze`, exactly: its walls are blocks of the same size as its corridors are wide.
-pub fn maze_map() -> CorridorMap {
-    mirror_maze::map()
 }
 
 /// The built-in scene of that name, those of all lists included; `None` where there is none.

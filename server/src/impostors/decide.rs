@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use camera::{Bounds, Camera, CorridorMap, GraphCamera, Heading, Pinhole, Rigid, Spoc};
 use glam::{DAffine3, DVec3};
+use protocol::wire::GRAPH_MAX_FRUSTA;
 use protocol::{Effect, Material, Purpose};
 use scene::{Scene, Snapshot};
 
@@ -126,6 +127,11 @@ impl Needs {
     /// Whether the scene has no reflector at all.
     pub fn is_nothing(&self) -> bool {
         self.reflectors.is_empty()
+    }
+
+    /// Whether any object shows others in this way.
+    pub fn has(&self, effect: Effect) -> bool {
+        self.reflectors.iter().any(|(_, of)| *of == effect)
     }
 
     /// What a viewer at `eye_world` needs of the scene at a time.
@@ -308,7 +314,9 @@ impl Reflector<'_> {
         let setback_m = SETBACK_CELLS * map.cell_m;
         let cameras = headings.into_iter().filter_map(|heading| {
             let description = map.describe(cell, heading, setback_m, GRAPH_PX, LEAST_FACE_PX).ok()?;
-            let camera = GraphCamera::from_description(&description).ok()?;
+            // A client takes no more.
+            let is_sendable = description.frusta.len() < GRAPH_MAX_FRUSTA;
+            let camera = is_sendable.then(|| GraphCamera::from_description(&description).ok())??;
             Some(Camera::Graph(Arc::new(camera)))
         });
         cameras.collect()

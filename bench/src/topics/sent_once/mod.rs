@@ -6,7 +6,7 @@
 
 mod cost;
 mod settings;
-mod walk;
+pub(crate) mod walk;
 
 use std::sync::Arc;
 

@@ -1,0 +1,99 @@
+//! What impostors are worth: reflections and refractions drawn by a client from what a server sends, against a traced truth; what
+//! rays cost; how much of an object an image holds; and what a session spends on it.
+//!
+//! Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 7; the figures beside ours are
+//! theirs.
+
+mod coverage;
+mod output;
+mod reflect;
+mod steps;
+mod streamed;
+mod times;
+
+use anyhow::Context;
+use clap::Args;
+use gpu::Gpu;
+
+use crate::report::{Report, Row};
+use crate::topic::{Run, Topic, scene_label};
+
+/// See the module.
+pub struct Impostors;
+
+/// What only this topic takes.
+#[derive(Debug, Default, clap::Args)]
+struct Arguments {
+    /// Poses along the path [default: 60, with --quick 6].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    poses: Option<u64>,
+    /// Leaves out how much an image holds, what rays cost, and what a session spends.
+    #[arg(long)]
+    only_errors: bool,
+}
+
+/// What a run of the topic measures.
+#[derive(Debug, Clone)]
+struct Settings {
+    size_px: (u32, u32),
+    poses: usize,
+    only_errors: bool,
+    quick: bool,
+}
+
+impl Settings {
+    fn of(run: &Run, arguments: &Arguments) -> Settings {
+        let size_px = run.size_px.unwrap_or(if run.quick { (128, 128) } else { (512, 512) });
+        let poses = arguments.poses.map_or(if run.quick { 6 } else { 60 }, |poses| poses as usize);
+        Settings { size_px, poses, only_errors: arguments.only_errors, quick: run.quick }
+    }
+}
+
+impl Topic for Impostors {
+    fn name(&self) -> &'static str {
+        "impostors"
+    }
+
+    fn about(&self) -> &'static str {
+        "Mirrors and glass as a client draws them from the images that a server decides to send: error against a traced truth and time \
+         by images of every kind, steps of rays, what an image holds of an object, and bytes of a session, beside the papers' figures."
+    }
+
+    fn arguments(&self, command: clap::Command) -> clap::Command {
+        Arguments::augment_args(command)
+    }
+
+    fn default_scenes(&self, _quick: bool) -> Vec<String> {
+        ["mirror-teapots", "glass-teapots", "mirror-maze-moving"].map(str::to_owned).to_vec()
+    }
+
+    fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+        let settings = Settings::of(run, &run.arguments()?);
+        let gpu = run.gpu(report)?.clone();
+        output::describe(report, &settings);
+        for name in &run.scenes {
+            if let Err(error) = scene(&gpu, name, &settings, run, report) {
+                report.rows.push(Row::failed(&scene_label(name), "all", &error));
+            }
+        }
+        if !settings.only_errors {
+            coverage::measure(&gpu, run, report)?;
+        }
+        output::tables(report);
+        output::bars(report);
+        Ok(())
+    }
+}
+
+fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let scene = run.load(name).with_context(|| name.to_owned())?;
+    let label = scene.name.clone();
+    let walk = reflect::Path::of(&scene, run.read_trace()?, settings.poses);
+    reflect::measure(gpu, &scene, &walk, settings, run, report)?;
+    if !settings.only_errors {
+        times::measure(gpu, &scene, &walk, settings, report)?;
+        steps::measure(gpu, &scene, &walk, settings, report)?;
+        streamed::measure(gpu, &scene, &walk, settings, report)?;
+    }
+    output::plot(&label, run, report)
+}

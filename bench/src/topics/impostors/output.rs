@@ -1,0 +1,181 @@
+//! Notes, tables, bars and plots of the topic.
+
+use super::Settings;
+use super::reflect::{DECIDED, MAPS, METHODS, PINHOLES};
+use super::steps::FINE_PX;
+use super::times::{IMAGE_PX, OUTPUT_PX, SEARCHES};
+use crate::report::plot::{Scatter, Series, draw_scatter};
+use crate::report::table::{Table, number, percent};
+use crate::report::{Bar, Report, Row};
+use crate::topic::Run;
+
+/// Settings and notes.
+pub(super) fn describe(report: &mut Report, settings: &Settings) {
+    report.settings.set("output", format!("{}x{} at 60 degrees", settings.size_px.0, settings.size_px.1));
+    report.settings.set("poses", settings.poses);
+    report.notes = [
+        "Truth: rays on the CPU in f64, two bounces at most; what a reflector shows of itself is in neither. Clients hold a conventional \
+         image of the very view, so that reflections alone differ; normals are those of the wire, of 8 + 8 bits.",
+        "Error: mean absolute difference of sRGB values, 0 to 1, over the pixels where the truth or the result shows the object in question: \
+         of the result, those that change without its image. In a maze: over all of the reflector.",
+        "depth images: the same views by pinholes of the same eye, size and field, surroundings as a cube. environment map: those, looked \
+         up by direction. All other figures are of images as the server decides.",
+        "Times are wall times of this machine, medians. The papers' (GeForce 8800, outputs of 1,024 x 1,024, impostors of 512 x 512) were \
+         32 frames a second for reflections by fine steps of a pixel, and steps a ray 48, 31 and 22 at 1/4, 1/2 and 1 pixel for single-pole \
+         impostors; in the maze 155 without coarse stepping and 27 with it.",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+}
+
+fn found<'a>(report: &'a Report, scene: &str, method: &str) -> Option<&'a Row> {
+    report.rows.iter().find(|row| row.scene == scene && row.method == method)
+}
+
+fn cell(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), number)
+}
+
+/// The tables of the terminal and the page.
+pub(super) fn tables(report: &mut Report) {
+    let tables = [
+        ("Errors of what reflectors show", errors(report)),
+        ("Frame times, ms", times(report)),
+        ("Mean steps of a ray (CPU)", steps_table(report)),
+        ("A session along the path", sessions(report)),
+        ("How much of the teapot an image holds", coverage(report)),
+    ];
+    report.tables =
+        tables.into_iter().filter(|(_, table)| !table.is_empty()).map(|(t, table)| (t.to_owned(), table)).collect();
+}
+
+fn errors(report: &Report) -> Table {
+    let headings = ["scene", "method", "error", "p95", "pixels", "frame ms", "made in ms", "kB"];
+    let mut table = Table::new(headings);
+    for row in report.rows.iter().filter(|row| METHODS.iter().any(|method| method.name == row.method)) {
+        let figure = |path: &str| cell(row.figure(path));
+        table.row([
+            row.scene.clone(),
+            row.method.clone(),
+            figure("error.rgb.mean"),
+            figure("error.rgb_p95.mean"),
+            figure("counts.pixels"),
+            figure("time_ms.frame.median"),
+            figure("time_ms.construction.median"),
+            cell(row.figure("bytes.impostors").map(|bytes| bytes / 1e3)),
+        ]);
+    }
+    table
+}
+
+fn times(report: &Report) -> Table {
+    let steps = SEARCHES.map(|(name, _)| format!("steps of {name} px"));
+    let mut table = Table::new(
+        ["scene", "what"]
+            .map(str::to_owned)
+            .into_iter()
+            .chain(steps)
+            .chain(["none", "steps a walk"].map(str::to_owned)),
+    );
+    for scene in &report.scene {
+        for side_px in OUTPUT_PX {
+            let Some(row) = found(report, scene, &format!("frame, output {side_px}x{side_px}")) else { continue };
+            let by = SEARCHES.map(|(name, _)| cell(row.figure(&format!("time_ms.frame_at_{name}_px.median"))));
+            let walked = SEARCHES.map(|(name, _)| cell(row.figure(&format!("counts.steps_a_walk_at_{name}_px"))));
+            let rest = [cell(row.figure("time_ms.frame_without.median")), walked.join(", ")];
+            table.row([scene.clone(), format!("output {side_px}")].into_iter().chain(by).chain(rest));
+        }
+        for side_px in IMAGE_PX {
+            let name = format!("frame, single-pole image {side_px}x{side_px}");
+            let Some(row) = found(report, scene, &name) else { continue };
+            let made = format!("all images made in {}", cell(row.figure("time_ms.construction.median")));
+            let cells =
+                ["-".to_owned(), "-".to_owned(), cell(row.figure("time_ms.frame.median")), "-".to_owned(), made];
+            table.row([scene.clone(), format!("image {side_px}")].into_iter().chain(cells));
+        }
+    }
+    table
+}
+
+fn steps_table(report: &Report) -> Table {
+    let headings = ["scene", "walk"].map(str::to_owned).into_iter();
+    let mut table = Table::new(headings.chain(FINE_PX.map(|fine_px| format!("{fine_px} px"))));
+    for row in report.rows.iter().filter(|row| row.method.starts_with("steps, ")) {
+        let counts = FINE_PX.map(|fine_px| cell(row.figure(&format!("counts.steps_at_{fine_px}_px"))));
+        let walk = row.method.trim_start_matches("steps, ").to_owned();
+        table.row([row.scene.clone(), walk].into_iter().chain(counts));
+    }
+    table
+}
+
+fn sessions(report: &Report) -> Table {
+    let mut table = Table::new(["scene", "what", "seconds", "kB", "of impostors, kB", "images"]);
+    for row in report.rows.iter().filter(|row| row.method.starts_with("session")) {
+        let kilobytes = |path: &str| cell(row.figure(path).map(|bytes| bytes / 1e3));
+        table.row([
+            row.scene.clone(),
+            row.method.clone(),
+            cell(row.figure("counts.seconds")),
+            kilobytes("bytes.session"),
+            kilobytes("bytes.impostors"),
+            cell(row.figure("counts.images")),
+        ]);
+    }
+    table
+}
+
+fn coverage(report: &Report) -> Table {
+    let mut table = Table::new(["image", "pinhole", "single pole", "times"]);
+    for row in report.rows.iter().filter(|row| row.method.starts_with("coverage")) {
+        let share = |path: &str| row.figure(path).map_or_else(|| "-".to_owned(), percent);
+        let cells = [share("counts.covered_by_pinhole"), share("counts.covered")];
+        let times = cell(row.figure("counts.covered_over_pinhole"));
+        table.row([row.method.clone()].into_iter().chain(cells).chain([times]));
+    }
+    table
+}
+
+/// What the figures must show.
+pub(super) fn bars(report: &mut Report) {
+    let mut bars = Vec::new();
+    for scene in &report.scene {
+        let error = |method: &str| found(report, scene, method).and_then(|row| row.figure("error.rgb.mean"));
+        let [ours, images, maps] = [DECIDED, PINHOLES, MAPS].map(error);
+        let parameters = found(report, scene, DECIDED).map(|row| &row.parameters);
+        let by_graphs = parameters.and_then(|all| all.get("graph_cameras")).is_some_and(|value| value == true);
+        let mut bar = |what: &str, at_most: Option<f64>| {
+            if let Some(at_most) = at_most {
+                bars.push(Bar::at_most(format!("{scene}: {what}"), at_most, ours, ""));
+            }
+        };
+        if by_graphs {
+            bar("error by graph cameras, the environment map's", maps);
+        } else {
+            bar("error by single-pole images, half of depth images'", images.map(|error| error / 2.0));
+            bar("error by single-pole images, a quarter of environment maps'", maps.map(|error| error / 4.0));
+        }
+        if let Some(row) = found(report, scene, "session, nothing reflects") {
+            let what = format!("{scene}: bytes of impostors where nothing reflects");
+            bars.push(Bar::at_most(what, 0.0, row.figure("bytes.impostors"), "B"));
+        }
+    }
+    report.bars.extend(bars);
+}
+
+/// Error against run time.
+pub(super) fn plot(label: &str, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let rows = report.rows.iter().filter(|row| row.scene == label);
+    let series = rows.filter_map(|row| {
+        let point = (row.figure("time_ms.frame.median")?, row.figure("error.rgb.mean")?);
+        Some(Series { name: row.method.clone(), points: vec![point] })
+    });
+    let plot = Scatter {
+        title: format!("{label}: error of what reflectors show"),
+        x_label: "client frame, ms (median)".to_owned(),
+        y_label: "mean absolute RGB error".to_owned(),
+        series: series.collect(),
+    };
+    let caption = format!("{label}: error against a client's frame time, every method, with the Pareto front.");
+    let path = run.figure(report, format!("{label}-error-time.svg"), caption);
+    draw_scatter(&plot, &path)
+}

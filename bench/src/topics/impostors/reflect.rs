@@ -1,0 +1,306 @@
+//! The error of what reflectors show, along a path.
+
+use std::time::Instant;
+
+use camera::{Camera, Pinhole, Rigid, Trace};
+use client::reflect::{ImpostorImage, ImpostorKind, Impostors, Search, Settings as Drawing};
+use gpu::Gpu;
+use impostor::ImpostorCamera;
+use protocol::codec::{Coding, encode_patch};
+use protocol::held::{ObjectPose, Patch, PatchId};
+use protocol::{Effect, Look};
+use scene::Scene;
+use serde_json::json;
+use server::discretize::{DepthPrecision, Discretization, Discretizer, depth_images};
+use server::impostors::draw::{ImpostorDrawer, Subject};
+use server::impostors::{Needs, Wanted};
+
+use super::Settings;
+use crate::client_view::{ClientView, HeldSet};
+use crate::compare::Picture;
+use crate::raytrace::{Effects, RayTruth, TracedPicture, masked_errors, reflectors};
+use crate::report::progress::Progress;
+use crate::report::{Report, Row};
+use crate::spread::{Better, Spread};
+use crate::stage::Stage;
+use crate::topic::Run;
+
+/// Poses of a path follow each other after this time.
+const POSE_S: f64 = 0.1;
+const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
+
+/// Where a viewer looks from, and when.
+pub(super) struct Path {
+    poses: Vec<(f64, Rigid)>,
+}
+
+impl Path {
+    /// `count` poses spread evenly over a recorded trace, over the path that belongs to a built-in scene, or over an orbit.
+    pub fn of(scene: &Scene, trace: Option<Trace>, count: usize) -> Path {
+        let trace = trace.or_else(|| scene::builtin::reflection_path(&scene.name));
+        let Some(trace) = trace else {
+            let rows = crate::poses::orbit(scene, (16, 9), FOV_Y_RAD);
+            let step = rows.len() as f64 / count as f64;
+            let pose = |index: usize| (0.0, rows[(index as f64 * step) as usize % rows.len()].world_from_eye);
+            return Path { poses: (0..count).map(pose).collect() };
+        };
+        let length_s = (trace.poses.len().max(1) - 1) as f64 * POSE_S;
+        let at = |index: usize| if count > 1 { length_s * index as f64 / (count - 1) as f64 } else { 0.0 };
+        Path { poses: (0..count).map(|index| (at(index), trace.at(at(index)))).collect() }
+    }
+
+    /// The scene time and the view of each pose.
+    pub fn views(&self, scene: &Scene, size_px: (u32, u32)) -> impl Iterator<Item = (f64, Pinhole)> {
+        let near_m = server::start::near_m(scene);
+        let is_animated = scene.is_animated();
+        self.poses.iter().map(move |&(time_s, world_from_eye)| {
+            let view = Pinhole::symmetric(world_from_eye, size_px, FOV_Y_RAD, near_m);
+            (if is_animated { time_s } else { 0.0 }, view)
+        })
+    }
+}
+
+/// What reflections are drawn from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Images {
+    /// What the server decides.
+    Decided,
+    /// The same views by pinholes: conventional depth images, the surroundings as a cube.
+    Pinholes,
+}
+
+/// A way to draw reflections.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Method {
+    pub name: &'static str,
+    pub images: Images,
+    pub search: Search,
+}
+
+pub(super) const DECIDED: &str = "non-pinhole";
+pub(super) const PINHOLES: &str = "depth images";
+pub(super) const MAPS: &str = "environment map";
+
+pub(super) const METHODS: [Method; 5] = [
+    Method { name: DECIDED, images: Images::Decided, search: Search::Whole },
+    Method { name: "non-pinhole, steps of 1/2", images: Images::Decided, search: Search::Half },
+    Method { name: "non-pinhole, steps of 1/4", images: Images::Decided, search: Search::Quarter },
+    Method { name: PINHOLES, images: Images::Pinholes, search: Search::Whole },
+    Method { name: MAPS, images: Images::Pinholes, search: Search::EnvironmentMap },
+];
+
+/// The impostors of a pose, ready for a client, and what they took.
+pub(super) struct Made {
+    pub images: Vec<(Wanted, ImpostorImage)>,
+    pub draw_ms: f64,
+    pub bytes: usize,
+}
+
+/// Makes what clients would be sent.
+pub(super) struct Maker {
+    needs: Needs,
+    drawer: ImpostorDrawer,
+    /// The scene as one of which no corridors are known: its surroundings are cubes.
+    cubes: Scene,
+}
+
+impl Maker {
+    pub fn new(stage: &Stage) -> anyhow::Result<Maker> {
+        let cubes = Scene { corridors: None, ..stage.scene.clone() };
+        Ok(Maker { needs: Needs::new(&stage.scene), drawer: ImpostorDrawer::new(&stage.renderer)?, cubes })
+    }
+
+    pub fn make(&mut self, stage: &Stage, view: &Pinhole, images: Images) -> anyhow::Result<Made> {
+        self.make_by(stage, view, images, |camera| match camera {
+            Camera::Spoc(camera) if images == Images::Pinholes => Camera::Pinhole(camera.pinhole),
+            camera => camera.clone(),
+        })
+    }
+
+    /// The same, each by another camera.
+    pub fn make_by(
+        &mut self,
+        stage: &Stage,
+        view: &Pinhole,
+        images: Images,
+        by: impl Fn(&Camera) -> Camera,
+    ) -> anyhow::Result<Made> {
+        let scene = if images == Images::Pinholes { &self.cubes } else { &stage.scene };
+        let decision = self.needs.decide(scene, stage.snapshot(), view.world_from_eye.translation);
+        let mut made = Made { images: Vec::new(), draw_ms: 0.0, bytes: 0 };
+        for (wanted, number) in decision.wanted.into_iter().zip(1..) {
+            let camera = by(&wanted.camera);
+            let started = Instant::now();
+            let subject = Subject { objects: &|object| wanted.drawn.contains(object), faces: wanted.faces };
+            let capture = self.drawer.draw(&stage.renderer, &ImpostorCamera::from(&camera), subject)?;
+            made.draw_ms += started.elapsed().as_secs_f64() * 1e3;
+            let image = capture.depth_image(camera, DepthPrecision::Finest);
+            let objects = wanted.key.shown.filter(|&object| stage.scene.instances[usize::from(object)].moves);
+            let pose = |object: u16| ObjectPose {
+                object,
+                world_from_object: stage.snapshot().world_from_mesh[usize::from(object)],
+            };
+            let patch = Patch {
+                id: PatchId(number),
+                purpose: wanted.purpose,
+                capture_time_s: 0.0,
+                objects: objects.into_iter().map(pose).collect(),
+                image,
+            };
+            made.bytes += encode_patch(&patch, Coding::default()).len();
+            if let Some(image) = ImpostorImage::of_patch(&patch) {
+                made.images.push((wanted, image));
+            }
+        }
+        Ok(made)
+    }
+}
+
+/// Puts images up; `but` leaves out those of an object.
+pub(super) fn put_up(gpu: &Gpu, made: &Made, but: Option<u16>) -> anyhow::Result<Impostors> {
+    let mut impostors = Impostors::new(gpu);
+    for (id, (_, image)) in (0..).zip(&made.images) {
+        if but.is_none_or(|object| image.kind != ImpostorKind::Object(object)) {
+            impostors.insert(id, image)?;
+        }
+    }
+    Ok(impostors)
+}
+
+/// What a client sees of a scene without any error but reflections': a conventional image of the very view.
+pub(super) fn held_view(gpu: &Gpu, stage: &Stage, view: &Pinhole) -> anyhow::Result<HeldSet> {
+    let mut discretizer = Discretizer::new(&stage.renderer)?;
+    let captures = discretizer.run(&stage.renderer, &[*view], Discretization::Conventional)?.wait()?;
+    let images = depth_images(&captures, DepthPrecision::Finest);
+    HeldSet::new(gpu, &images, (stage.renderer.materials(), &stage.lighting))
+}
+
+/// Errors and costs of a method, a value a pose.
+#[derive(Default)]
+struct Found {
+    error: Vec<f64>,
+    p95: Vec<f64>,
+    frame_ms: Vec<f64>,
+    draw_ms: Vec<f64>,
+    bytes: Vec<f64>,
+    pixels: f64,
+}
+
+/// The object whose reflection is looked at: the one that the server sends an image past the silhouette of; `None` where it sends none,
+/// and everything that the reflector shows counts.
+fn subject_of(stage: &Stage, view: &Pinhole) -> Option<u16> {
+    let decision = Needs::new(&stage.scene).decide(&stage.scene, stage.snapshot(), view.world_from_eye.translation);
+    let is_object = |wanted: &&Wanted| matches!(wanted.camera, Camera::Spoc(_)) && stage.scene.corridors.is_none();
+    decision.wanted.iter().find(is_object).and_then(|wanted| wanted.key.shown)
+}
+
+/// Draws every method at every pose, and compares.
+pub(super) fn measure(
+    gpu: &Gpu,
+    scene: &Scene,
+    path: &Path,
+    settings: &Settings,
+    run: &Run,
+    report: &mut Report,
+) -> anyhow::Result<()> {
+    let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;
+    let label = scene.name.clone();
+    let mut maker = Maker::new(&stage)?;
+    let mut client = ClientView::new(gpu, settings.size_px)?;
+    let progress = Progress::new(format!("{label}: reflections"), path.poses.len() as u64);
+    let mut found: Vec<Found> = METHODS.iter().map(|_| Found::default()).collect();
+    let mut truth: Option<(f64, RayTruth)> = None;
+    let reflecting = reflectors(scene);
+    for (pose, (time_s, view)) in path.views(scene, settings.size_px).enumerate() {
+        stage.show(time_s, view.world_from_eye.translation)?;
+        if truth.as_ref().is_none_or(|(shown_s, _)| *shown_s != time_s) {
+            truth = Some((time_s, RayTruth::new(scene, stage.snapshot(), &stage.lighting)));
+        }
+        let Some((_, tracer)) = &truth else { continue };
+        let effects = Effects { max_bounces: 2, ..Effects::ONE_BOUNCE };
+        let traced = tracer.picture(&view, &effects, 1);
+        let subject = subject_of(&stage, &view);
+        let held = held_view(gpu, &stage, &view)?;
+        let mut pictures = vec![traced.picture()];
+        for (method, found) in METHODS.iter().zip(&mut found) {
+            let made = maker.make(&stage, &view, method.images)?;
+            let options = client::frame::Options {
+                fill: false,
+                reflect: Drawing { search: method.search, ..Drawing::default() },
+                ..Default::default()
+            };
+            let impostors = put_up(gpu, &made, None)?;
+            let drawn = client.frame_reflecting(&held, Some(&impostors), &view, options)?;
+            let without = match subject {
+                Some(object) => {
+                    let impostors = put_up(gpu, &made, Some(object))?;
+                    Some(client.frame_reflecting(&held, Some(&impostors), &view, options)?.picture)
+                }
+                None => None,
+            };
+            let masks = masks(&traced, &drawn.picture, without.as_ref(), subject, &reflecting);
+            let result: Vec<[u8; 3]> = drawn.picture.rgb.as_chunks().0.to_vec();
+            if let Some(spread) = masked_errors(&traced.rgb, &result, &masks.0, &masks.1)? {
+                found.error.push(spread.mean);
+                found.p95.push(spread.p95);
+                found.pixels += spread.count as f64;
+            }
+            found.frame_ms.push(drawn.frame_ms);
+            found.draw_ms.push(made.draw_ms);
+            found.bytes.push(made.bytes as f64);
+            pictures.push(drawn.picture);
+        }
+        if pose == path.poses.len() / 2 {
+            show(&label, &pictures, run, report)?;
+        }
+        progress.step();
+    }
+    for (method, found) in METHODS.iter().zip(found) {
+        report.rows.push(row(&label, method, scene, &found));
+    }
+    Ok(())
+}
+
+/// Where the truth, and where the result, shows the object in question: of the result, what changes without its image; or all of
+/// the reflector.
+fn masks(
+    traced: &TracedPicture,
+    drawn: &Picture,
+    without: Option<&Picture>,
+    subject: Option<u16>,
+    reflecting: &[u16],
+) -> (Vec<bool>, Vec<bool>) {
+    let on_reflector = traced.mask(reflecting);
+    let (Some(without), Some(subject)) = (without, subject) else {
+        return (on_reflector.clone(), on_reflector);
+    };
+    let truth = traced.reflected_object.iter().zip(&on_reflector).map(|(object, on)| *on && *object == Some(subject));
+    let differ = drawn.rgb.as_chunks::<3>().0.iter().zip(without.rgb.as_chunks::<3>().0).map(|(a, b)| a != b);
+    (truth.collect(), differ.zip(&on_reflector).map(|(differ, on)| differ && *on).collect())
+}
+
+fn row(label: &str, method: &Method, scene: &Scene, found: &Found) -> Row {
+    let mut row = Row::new(label, method.name);
+    row.parameters.set("refracts", json!(Needs::new(scene).has(Effect::Glass)));
+    row.parameters.set("graph_cameras", json!(scene.corridors.is_some()));
+    for (name, values) in [("rgb", &found.error), ("rgb_p95", &found.p95)] {
+        if let Some(spread) = Spread::of(values, Better::Lower) {
+            row.error.set(name, spread);
+        }
+    }
+    for (name, values) in [("frame", &found.frame_ms), ("construction", &found.draw_ms)] {
+        if let Some(spread) = Spread::of(values, Better::Lower) {
+            row.time_ms.set(name, spread);
+        }
+    }
+    row.bytes.set("impostors", found.bytes.iter().sum::<f64>() / found.bytes.len().max(1) as f64);
+    row.counts.set("pixels", found.pixels / found.error.len().max(1) as f64);
+    row
+}
+
+fn show(label: &str, pictures: &[Picture], run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let shown: Vec<&Picture> = [0, 1, 4, 5].iter().filter_map(|&index| pictures.get(index)).collect();
+    let caption = format!("{label}: traced; {DECIDED}; {PINHOLES}; {MAPS}.");
+    let path = run.figure(report, format!("{label}-reflections.png"), caption);
+    Ok(Picture::beside(&shown, 4).write(&path)?)
+}
