@@ -7,7 +7,7 @@
 //! **Walls on planes.** In a maze the walls of corridors *are* the planes of frusta: every fragment of them lies on one, up to rounding, and
 //! must be kept. An offset from the centre is a product of three terms and a sum, rounded at each step, then interpolated (three
 //! weights, whose sum is 1 up to rounding), then multiplied with the plane: some sixteen roundings of numbers no larger than the point
-//! and the centre are from the anchor. So a fragment counts as inside up to [`ROUNDINGS`] times `2^-24` of the sum of both, twice as much:
+//! and the centre are from the anchor. So a fragment counts as inside up to 32 times `2^-24` of the sum of both, twice as much:
 //! 0.1 mm at 50 m. What is let in too much lies before or behind the same plane by as little, and in the same pixel of the
 //! frusta on both sides, as the image is continuous.
 

@@ -86,7 +86,8 @@ impl ImpostorDrawer {
     ///
     /// # Errors
     /// [`RenderError::Camera`] for a camera that is not valid or too large for this GPU; [`RenderError::TooLarge`] where a camera that is not
-    /// a pinhole draws more than this GPU's vertex stage can read; others where the GPU fails.
+    /// a pinhole draws more than this GPU's vertex stage can read; [`RenderError::NoCompute`] for a single-pole camera on a GPU without;
+    /// others where the GPU fails.
     pub fn draw(
         &mut self,
         scene: &SceneRenderer,

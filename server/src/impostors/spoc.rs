@@ -117,6 +117,9 @@ struct Split {
 
 impl SpocPass {
     pub fn new(gpu: &Gpu) -> Result<SpocPass, RenderError> {
+        if !gpu.caps.compute {
+            return Err(RenderError::NoCompute);
+        }
         let (vertex, compute) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::COMPUTE);
         let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
