@@ -42,8 +42,8 @@ fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     [(a, b), (b, c), (c, a)].into_iter().map(|(a, b)| distance_to_segment(p, a, b)).fold(f64::INFINITY, f64::min)
 }
 
-/// How far samples lie from the very triangles that they name, in footprints: all but a thousandth of them, and all. The rest are of
-/// slivers, whose depth a rasterizer rounds: its planes are too steep for f32.
+/// How far samples lie from the very triangles that they name, in footprints: all but a thousandth of them, and all.
+/// The rest are of slivers, whose depth a rasterizer rounds: its planes are too steep for f32.
 fn worst_distances(scene: &Scene, capture: &ImpostorCapture) -> (f64, f64) {
     let triangles = triangles(scene);
     let distance = |index: usize| {
@@ -64,8 +64,8 @@ fn object_named(scene: &Scene, name: &str) -> u16 {
     scene.instances.iter().position(|instance| instance.name == name).expect("it is there") as u16
 }
 
-/// The teapot that turns, and the camera around it from where the scene is looked at, its ring as wide as `ring` times the sphere around
-/// the pot.
+/// The teapot that turns, and the camera around it from where the scene is looked at, its ring as wide as `ring` times
+/// the sphere around the pot.
 fn teapot(size_px: u32, ring: f64) -> (Scene, u16, Spoc) {
     let scene = scene::builtin::load("teapots").expect("built in");
     let object = object_named(&scene, "turning teapot");
@@ -151,7 +151,8 @@ fn sides_are_told_by_the_rays_of_the_camera_itself() {
     }
 }
 
-/// What a camera's ray meets first of some triangles, and how deep inside of it, in barycentric coordinates: by brute force.
+/// What a camera's ray meets first of some triangles, and how deep inside of it, in barycentric coordinates: by brute
+/// force.
 fn first_hit(spoc: &Spoc, triangles: &[[DVec3; 3]], u: f64, v: f64, z_m: std::ops::Range<f64>) -> Option<f64> {
     const STEPS: usize = 400;
     let ray = spoc.ray(u, v);
@@ -263,7 +264,8 @@ fn precision() -> vantage_server::discretize::DepthPrecision {
     vantage_server::discretize::DepthPrecision::Finest
 }
 
-/// A corridor with two bends and a branch, closed all around but for its entrance: its walls lie exactly on the planes of frusta.
+/// A corridor with two bends and a branch, closed all around but for its entrance: its walls lie exactly on the planes
+/// of frusta.
 fn corridor() -> (Scene, GraphCamera) {
     let (cell_m, height_m) = (2.6, 2.5);
     let rows = ["#.####", "#.####", "#...##", "###.##", "#....#", "######"];
