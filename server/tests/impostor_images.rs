@@ -43,8 +43,8 @@ fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     [(a, b), (b, c), (c, a)].into_iter().map(|(a, b)| distance_to_segment(p, a, b)).fold(f64::INFINITY, f64::min)
 }
 
-/// How far samples lie from the very triangles that they name, in footprints: all but a thousandth of them, and all. The rest are of
-/// slivers, whose depth a rasterizer rounds: its planes are too steep for f32.
+/// How far samples lie from the very triangles that they name, in footprints: all but a thousandth of them, and all.
+/// The rest are of slivers, whose depth a rasterizer rounds: its planes are too steep for f32.
 fn worst_distances(scene: &Scene, capture: &ImpostorCapture) -> (f64, f64) {
     let triangles = triangles(scene);
     let distance = |index: usize| {
@@ -65,8 +65,8 @@ fn object_named(scene: &Scene, name: &str) -> u16 {
     scene.instances.iter().position(|instance| instance.name == name).expect("it is there") as u16
 }
 
-/// The teapot that turns, and the camera around it from where the scene is looked at, its ring as wide as `ring` times the sphere around
-/// the pot.
+/// The teapot that turns, and the camera around it from where the scene is looked at, its ring as wide as `ring` times
+/// the sphere around the pot.
 fn teapot(size_px: u32, ring: f64) -> (Scene, u16, Spoc) {
     let scene = scene::builtin::load("teapots").expect("built in");
     let object = object_named(&scene, "turning teapot");
@@ -152,7 +152,8 @@ fn sides_are_told_by_the_rays_of_the_camera_itself() {
     }
 }
 
-/// What a camera's ray meets first of some triangles, and how deep inside of it, in barycentric coordinates: by brute force.
+/// What a camera's ray meets first of some triangles, and how deep inside of it, in barycentric coordinates: by brute
+/// force.
 fn first_hit(spoc: &Spoc, triangles: &[[DVec3; 3]], u: f64, v: f64, z_m: std::ops::Range<f64>) -> Option<f64> {
     const STEPS: usize = 400;
     let ray = spoc.ray(u, v);
@@ -169,6 +170,18 @@ fn first_hit(spoc: &Spoc, triangles: &[[DVec3; 3]], u: f64, v: f64, z_m: std::op
             (inside > 0.0).then_some(inside)
         })
     })
+}
+
+/// How far from a sample's pixel the point of its triangle that has its depth lands, the nearest of all of them.
+fn shift_px(spoc: &Spoc, triangles: &[[DVec3; 3]], capture: &ImpostorCapture, index: usize) -> Option<f64> {
+    let position = world_sample(capture, index)?.position_world;
+    let [a, b, c] = triangles[capture.ids[index][0] as usize - 1];
+    let (normal, forward) = ((b - a).cross(c - a), spoc.pinhole.world_from_eye.transform_vector(DVec3::Z));
+    let across = normal - forward * normal.dot(forward);
+    let p = position - across * ((position - a).dot(normal) / across.length_squared());
+    let (at, width) = (spoc.image_from_world(p)?, spoc.pinhole.width_px as usize);
+    let centre_px = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
+    Some(DVec2::new(at.u, at.v).distance(centre_px))
 }
 
 /// A slanted square of 2 x 2 pairs of triangles across the pole, and one camera with the push at its steepest.
@@ -194,6 +207,9 @@ fn large_triangles_across_the_pole_have_no_cracks_and_bow_as_they_should() {
     let (most, worst) = worst_distances(&scene, &capture);
     assert!(most <= worst && worst < 0.3, "{worst} footprints");
     let triangles = triangles(&scene);
+    let shift_px = |index: usize| shift_px(&spoc, &triangles, &capture, index);
+    let worst_px = (0..capture.ids.len()).filter_map(shift_px).fold(0.0, f64::max);
+    assert!(worst_px > 0.02 && worst_px < 0.3, "{worst_px} px from where the push takes the point of that depth");
     let mut held = 0;
     for index in 0..capture.ids.len() {
         let (u, v) = ((index % 128) as f64 + 0.5, (index / 128) as f64 + 0.5);
@@ -249,7 +265,8 @@ fn precision() -> vantage_server::discretize::DepthPrecision {
     vantage_server::discretize::DepthPrecision::Finest
 }
 
-/// A corridor with two bends and a branch, closed all around but for its entrance: its walls lie exactly on the planes of frusta.
+/// A corridor with two bends and a branch, closed all around but for its entrance: its walls lie exactly on the planes
+/// of frusta.
 fn corridor() -> (Scene, GraphCamera) {
     let (cell_m, height_m) = (2.6, 2.5);
     let rows = ["#.####", "#.####", "#...##", "###.##", "#....#", "######"];

@@ -59,6 +59,9 @@ pub enum RenderError {
     /// Rays were not asked for when the scene was uploaded.
     #[error("this method follows rays, which the scene was not prepared for")]
     NoRays,
+    /// The GPU has no compute shaders.
+    #[error("this camera cuts triangles in compute shaders, which this GPU does not have")]
+    NoCompute,
     /// A snapshot of another scene.
     #[error("the snapshot has {found} instances, the scene {expected}")]
     OtherScene {

@@ -30,7 +30,8 @@ fn straight_px_m(camera: Pinhole, push: Push, p_eye: vec3f) -> vec2f {
     return camera.focal_px * p_eye.xy + (camera.centre_px - push.pole_px) * p_eye.z;
 }
 
-// As `pinhole_clip_from_eye`, which it is up to where the push begins: so what reaches before the near plane is clipped as ever.
+// As `pinhole_clip_from_eye`, which it is up to where the push begins: so what reaches before the near plane is clipped
+// as ever.
 fn spoc_clip_from_eye(camera: Pinhole, push: Push, p_eye: vec3f) -> vec4f {
     let pushed_by_px = push_px(push, p_eye.z);
     var pushed_px_m = straight_px_m(camera, push, p_eye);

@@ -1,4 +1,5 @@
-// Corners that the vertex stage reads from storage buffers by itself: it knows their triangle, and may put others between them.
+// Corners that the vertex stage reads from storage buffers by itself: it knows their triangle, and may put others
+// between them.
 #import "server/scene.wgsl"
 
 @group(1) @binding(2) var<storage, read> vertex_words: array<u32>;

@@ -21,8 +21,8 @@ fn item_of(piece: u32) -> u32 {
     return low;
 }
 
-// A corner of a piece, in steps from the second and third corner's opposite sides; the first has the rest. Pieces stand in rows from
-// the first corner on, row r with 2 r + 1 of them, every other one upside down.
+// A corner of a piece, in steps from the second and third corner's opposite sides; the first has the rest. Pieces stand
+// in rows from the first corner on, row r with 2 r + 1 of them, every other one upside down.
 fn lattice_point(piece: u32, corner: u32) -> vec2u {
     var row = u32(sqrt(f32(piece)));
     // The root may be rounded to either side.
@@ -49,8 +49,8 @@ struct Point {
     weights: vec3f,
 }
 
-// A point on an edge, moved to the next step of the edge's own level; in the middle between two, backwards. It is computed from the
-// same end in both triangles of the edge, so that they meet.
+// A point on an edge, moved to the next step of the edge's own level; in the middle between two, backwards. It is
+// computed from the same end in both triangles of the edge, so that they meet.
 fn edge_point(a: vec3f, b: vec3f, steps: u32, level_inside: u32, level: u32) -> Point {
     let step = (2u * steps * level + level_inside - 1u) / (2u * level_inside);
     let forward = is_before(a, b);

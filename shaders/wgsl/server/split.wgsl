@@ -17,8 +17,8 @@ struct Item {
     instance: u32,
     // The place of its first corner in the index buffer.
     first_corner: u32,
-    // Pieces along its edges, a byte each, from the lowest: from the first corner to the second, to the third, and back. The last
-    // byte is for the inside: no less than any edge; 0 where nothing of it is seen.
+    // Pieces along its edges, a byte each, from the lowest: from the first corner to the second, to the third, and
+    // back. The last byte is for the inside: no less than any edge; 0 where nothing of it is seen.
     levels: u32,
 }
 

@@ -69,7 +69,8 @@ fn no_bow() -> Bow {
 // A function of the two ends alone, whichever comes first: both triangles of an edge cut it alike.
 fn bow_of_edge(a_eye: vec3f, b_eye: vec3f) -> Bow {
     let push = split.push;
-    let first = a_eye.z < b_eye.z || (a_eye.z == b_eye.z && (a_eye.x < b_eye.x || (a_eye.x == b_eye.x && a_eye.y < b_eye.y)));
+    let left = a_eye.x < b_eye.x || (a_eye.x == b_eye.x && a_eye.y < b_eye.y);
+    let first = a_eye.z < b_eye.z || (a_eye.z == b_eye.z && left);
     var near_eye = select(b_eye, a_eye, first);
     let far_eye = select(a_eye, b_eye, first);
     if far_eye.z <= push.from_m {

@@ -5,8 +5,8 @@ use protocol::{DepthImage, Mask};
 
 use crate::discretize::{DepthPrecision, Planes, normal_code, object};
 
-/// One image of any camera as it comes from the GPU: planes of a value a pixel, row-major. [`crate::discretize::Capture`] is its like
-/// for sets of pinholes.
+/// One image of any camera as it comes from the GPU: planes of a value a pixel, row-major.
+/// [`crate::discretize::Capture`] is its like for sets of pinholes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImpostorCapture {
     /// What captured it.
@@ -15,7 +15,8 @@ pub struct ImpostorCapture {
     pub ids: Vec<[u32; 2]>,
     /// sRGB-encoded base colour, and the material code as alpha.
     pub colour: Vec<[u8; 4]>,
-    /// Inverse depth in the camera's own measure, 1/m for a pinhole and a single-pole camera; 0 where there is no sample.
+    /// Inverse depth in the camera's own measure, 1/m for a pinhole and a single-pole camera; 0 where there is no
+    /// sample.
     pub w: Vec<f32>,
     /// What the GPU took for it, where it can tell.
     pub gpu_s: Option<f64>,

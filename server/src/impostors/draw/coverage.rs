@@ -1,8 +1,10 @@
-//! How much of an object's surface an image holds: the union of the footprints of its samples, over the area of the mesh.
+//! How much of an object's surface an image holds: the union of the footprints of its samples, over the area of the
+//! mesh.
 //!
-//! The papers show the advantage of a single-pole image over a pinhole's as more samples of what is hidden (*Non-pinhole impostors*,
-//! section 4); areas make it a number. They are measured by points spread over the mesh by area: a point is held if a sample
-//! lies within its footprint, the width of a pixel at its depth, and faces the same way within 45 degrees, to either side.
+//! The papers show the advantage of a single-pole image over a pinhole's as more samples of what is hidden
+//! (*Non-pinhole impostors*, section 4); areas make it a number. They are measured by points spread over the mesh by
+//! area: a point is held if a sample lies within its footprint, the width of a pixel at its depth, and faces the same
+//! way within 45 degrees, to either side.
 
 use glam::{DVec2, DVec3};
 use impostor::ImpostorCamera;
@@ -22,12 +24,12 @@ pub struct SurfacePoint {
 /// Normals of one surface differ by less than 45 degrees.
 const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// How far from a point's own pixel samples are looked for: a footprint is a pixel where the image is not stretched, and two where a push
-/// stretches it.
+/// How far from a point's own pixel samples are looked for: a footprint is a pixel where the image is not stretched,
+/// and two where a push stretches it.
 const REACH_PX: i64 = 2;
 
-/// `count` points on an object where it is in `snapshot`, each for the same area; none of an object without area, or that is not in
-/// the scene.
+/// `count` points on an object where it is in `snapshot`, each for the same area; none of an object without area, or
+/// that is not in the scene.
 pub fn surface_points(scene: &Scene, snapshot: &Snapshot, object: u16, count: usize) -> Vec<SurfacePoint> {
     let triangles = triangles(scene, snapshot, object);
     let mut ends_m2 = Vec::with_capacity(triangles.len());
@@ -39,7 +41,8 @@ pub fn surface_points(scene: &Scene, snapshot: &Snapshot, object: u16, count: us
     let point = |index: usize| {
         let at_m2 = whole_m2 * (index as f64 + 0.5) / count as f64;
         let [a, b, c] = *triangles.get(ends_m2.partition_point(|end_m2| *end_m2 <= at_m2))?;
-        // A sequence that fills the unit square evenly (Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018).
+        // A sequence that fills the unit square evenly (Roberts, *The Unreasonable Effectiveness of Quasirandom
+        // Sequences*, 2018).
         let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step: f64| (index as f64 * step).fract());
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         let normal_world = (b - a).cross(c - a).try_normalize()?;

@@ -1,15 +1,17 @@
 //! The image of a graph camera (`camera::GraphCamera`): the scene drawn once for each frustum, into one image.
 //!
-//! A frustum's projection takes triangles to triangles, so nothing is cut; `1/w` is the fourth coordinate of the clip position, in
-//! one measure for all frusta, so one depth buffer serves them all, and what lies behind a centre or before the root's near plane is clipped as
-//! ever. Each frustum draws the objects whose boxes meet it, and keeps the fragments that lie inside.
+//! A frustum's projection takes triangles to triangles, so nothing is cut; `1/w` is the fourth coordinate of the clip
+//! position, in one measure for all frusta, so one depth buffer serves them all, and what lies behind a centre or
+//! before the root's near plane is clipped as ever. Each frustum draws the objects whose boxes meet it, and keeps the
+//! fragments that lie inside.
 //!
-//! **Walls on planes.** In a maze the walls of corridors *are* the planes of frusta: every fragment of them lies on one, up to rounding, and
-//! must be kept. An offset from the centre is a product of three terms and a sum, rounded at each step, then interpolated (three
-//! weights, whose sum is 1 up to rounding), then multiplied with the plane: some sixteen roundings of numbers no larger than the point
-//! and the centre are from the anchor. So a fragment counts as inside up to [`ROUNDINGS`] times `2^-24` of the sum of both, twice as much:
-//! 0.1 mm at 50 m. What is let in too much lies before or behind the same plane by as little, and in the same pixel of the
-//! frusta on both sides, as the image is continuous.
+//! **Walls on planes.** In a maze the walls of corridors *are* the planes of frusta: every fragment of them lies on
+//! one, up to rounding, and must be kept. An offset from the centre is a product of three terms and a sum, rounded at
+//! each step, then interpolated (three weights, whose sum is 1 up to rounding), then multiplied with the plane: some
+//! sixteen roundings of numbers no larger than the point and the centre are from the anchor. So a fragment counts as
+//! inside up to 32 times `2^-24` of the sum of both, twice as much: 0.1 mm at 50 m. What is let in too much lies before
+//! or behind the same plane by as little, and in the same pixel of the frusta on both sides, as the image is
+//! continuous.
 
 use bytemuck::{Pod, Zeroable};
 use camera::{Frustum, GraphCamera, Pinhole, Rigid};
@@ -140,7 +142,8 @@ fn meets(frustum: &Frustum, bounds: &scene::Bounds) -> bool {
         && frustum.half_spaces_world().iter().all(|side| side.depth_m(innermost(side.outward)) >= -slack_m)
 }
 
-/// The pixels that a frustum may show something in, and one around: left, top, width and height; `None` where there are none.
+/// The pixels that a frustum may show something in, and one around: left, top, width and height; `None` where there are
+/// none.
 fn scissor(camera: &GraphCamera, frustum: &Frustum) -> Option<[u32; 4]> {
     let size_px = glam::UVec2::from(camera.size_px());
     let image = frustum.image_bounds();

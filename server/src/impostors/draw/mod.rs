@@ -1,14 +1,14 @@
-//! Depth images of any camera of an [`impostor::Impostor`], drawn from the scene each time they are asked for: moving objects are made
-//! anew as they move.
+//! Depth images of any camera of an [`impostor::Impostor`], drawn from the scene each time they are asked for: moving
+//! objects are made anew as they move.
 //!
-//! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, sections 4 and 5; Popescu,
-//! Hayward, Rosen, Wyman, *Non-pinhole impostors* (2009), sections 4 and 5. Their images are made feed-forward: vertices are projected, and
-//! triangles rasterized between them. A pinhole needs no more. [`spoc`] says how triangles are cut where a straight line between
-//! vertices is too far from the curve that the single-pole camera sees, [`graph`] how a scene is drawn through many frusta
-//! into one image.
+//! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, sections 4 and 5;
+//! Popescu, Hayward, Rosen, Wyman, *Non-pinhole impostors* (2009), sections 4 and 5. Their images are made
+//! feed-forward: vertices are projected, and triangles rasterized between them. A pinhole needs no more. [`spoc`] says
+//! how triangles are cut where a straight line between vertices is too far from the curve that the single-pole camera
+//! sees, [`graph`] how a scene is drawn through many frusta into one image.
 //!
-//! Which side of a triangle faces the camera is decided in its image, by the order of the corners: a single-pole camera sees the front
-//! of triangles that face away from its eye, and a graph camera has no one eye.
+//! Which side of a triangle faces the camera is decided in its image, by the order of the corners: a single-pole camera
+//! sees the front of triangles that face away from its eye, and a graph camera has no one eye.
 
 mod capture;
 pub mod coverage;
@@ -85,8 +85,9 @@ impl ImpostorDrawer {
     /// Draws and reads back one image of what `subject` says of the scene as it is now.
     ///
     /// # Errors
-    /// [`RenderError::Camera`] for a camera that is not valid or too large for this GPU; [`RenderError::TooLarge`] where a camera that is not
-    /// a pinhole draws more than this GPU's vertex stage can read; others where the GPU fails.
+    /// [`RenderError::Camera`] for a camera that is not valid or too large for this GPU; [`RenderError::TooLarge`]
+    /// where a camera that is not a pinhole draws more than this GPU's vertex stage can read;
+    /// [`RenderError::NoCompute`] for a single-pole camera on a GPU without; others where the GPU fails.
     pub fn draw(
         &mut self,
         scene: &SceneRenderer,

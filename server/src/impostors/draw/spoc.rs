@@ -1,32 +1,37 @@
-//! The image of a single-pole occlusion camera (`camera::Spoc`): triangles are cut into pieces, whose corners are pushed.
+//! The image of a single-pole occlusion camera (`camera::Spoc`): triangles are cut into pieces, whose corners are
+//! pushed.
 //!
-//! **Cutting.** A first pass gives every edge a level, the number of pieces that it is cut into, and every triangle one for its inside,
-//! no less than any of its edges'. Pieces are evenly spaced in space and form a lattice; what lies on an edge is moved to the nearest
-//! step of the edge's own level. Rows stay in order, so pieces do not overlap, and some are empty. The level of an edge
-//! and the points on it are computed from its two ends alone, from the same one first, so that the triangles on both sides
-//! have the same points and no gap is between them. Most triangles of real files are smaller than a pixel or two and are
-//! one piece; what is not seen is none. A second pass counts pieces, a vertex stage finds its triangle by bisection.
+//! **Cutting.** A first pass gives every edge a level, the number of pieces that it is cut into, and every triangle one
+//! for its inside, no less than any of its edges'. Pieces are evenly spaced in space and form a lattice; what lies on
+//! an edge is moved to the nearest step of the edge's own level. Rows stay in order, so pieces do not overlap, and some
+//! are empty. The level of an edge and the points on it are computed from its two ends alone, from the same one first,
+//! so that the triangles on both sides have the same points and no gap is between them. Most triangles of real files
+//! are smaller than a pixel or two and are one piece; what is not seen is none. A second pass counts pieces, a vertex
+//! stage finds its triangle by bisection.
 //!
-//! **Bound.** Let `x(s)` be a straight line in the pinhole's image, from the pole, by its length; `rho = |x|`, `e = x/rho`, `D` the push,
-//! `m = |dD/ds|`, constant while it grows as `w` is linear in the image. The image is `x + D e` outside of the ramp, with a second
-//! derivative of `2 D' e' + D e''`, where `|e'| <= 1/rho` and `|e''| <= 2/(sqrt(3) rho^2)`: with `c` the sine between line and `e`,
-//! `|e''|^2 = (4 c^2 - 3 c^4)/rho^4`. Inside it is `x (1 + D/rho_0)`, and the second derivative `2 D'/rho_0`. The slope jumps by `m` where the push
-//! begins and ends, and by `D |rho'|/rho_0` at the border of the ramp. A chord of length `h` is off by at most `h^2/8` times the
-//! second derivative and `h/4` times the jumps on it. For an edge cut into `N`, with `H = N h`, `M = m H`, `rho = max(rho_min, rho_0)`:
+//! **Bound.** Let `x(s)` be a straight line in the pinhole's image, from the pole, by its length; `rho = |x|`, `e =
+//! x/rho`, `D` the push, `m = |dD/ds|`, constant while it grows as `w` is linear in the image. The image is `x + D e`
+//! outside of the ramp, with a second derivative of `2 D' e' + D e''`, where `|e'| <= 1/rho` and `|e''| <= 2/(sqrt(3)
+//! rho^2)`: with `c` the sine between line and `e`, `|e''|^2 = (4 c^2 - 3 c^4)/rho^4`. Inside it is `x (1 + D/rho_0)`,
+//! and the second derivative `2 D'/rho_0`. The slope jumps by `m` where the push begins and ends, and by `D
+//! |rho'|/rho_0` at the border of the ramp. A chord of length `h` is off by at most `h^2/8` times the second derivative
+//! and `h/4` times the jumps on it. For an edge cut into `N`, with `H = N h`, `M = m H`, `rho = max(rho_min, rho_0)`:
 //!
-//! `error <= A/(4 N^2) + B/(4 N)`, `A = M H/rho + 2 D H^2/(2 sqrt(3) rho^2)`, `B = kinks M + H D |rho'|/rho_0`,
+//! `error <= A/(4 N^2) + B/(4 N)`, `A = M H/rho + D H^2/(sqrt(3) rho^2)`, `B = kinks M + H D |rho'|/rho_0`,
 //!
-//! `D` and its term in `A` only where the edge leaves the ramp, in `B` only where it crosses its border. A quarter of a pixel takes
-//! `N = (B + sqrt(B^2 + 4 A))/2`. Steps are even in space and not in the image, so `H` and `M` are as if all of the edge went by as fast as
-//! at its nearest point: times the ratio of its depths. What lies nearer than where the push begins is exact and left
-//! out. Inside of a triangle `A` is a third more: there a point is up to `h/sqrt(3)`, not `h/2`, from the nearest corner.
-//! A triangle that reaches before the push is taken to be as fast inside as along its edges.
+//! `D` and its term in `A` only where the edge leaves the ramp, in `B` only where it crosses its border. A quarter of a
+//! pixel takes `N = (B + sqrt(B^2 + 4 A))/2`. Steps are even in space and not in the image, so `H` and `M` are as if
+//! all of the edge went by as fast as at its nearest point: times the ratio of its depths. What lies nearer than where
+//! the push begins is exact and left out. Inside of a triangle `A` is a third more: there a point is up to `h/sqrt(3)`,
+//! not `h/2`, from the nearest corner. A triangle that reaches before the push is taken to be as fast inside as along
+//! its edges.
 //!
-//! Levels end at [`LEVEL_CAP`], so an edge of more pixels than that across the border of the ramp is off by up to `H D/(4 rho_0 LEVEL_CAP)`.
+//! Levels end at [`LEVEL_CAP`], so an edge of more pixels than that across the border of the ramp is off by up to `H
+//! D/(4 rho_0 LEVEL_CAP)`.
 //!
-//! **Depth.** In a piece `w` is linear in the image, and so off by what a quarter of a pixel makes on the triangle's slope: a sample's
-//! point lies on its triangle's plane within a quarter of its footprint on it. Normals, texture coordinates and colours are
-//! interpolated with perspective within each piece.
+//! **Depth.** In a piece `w` is linear in the image, and so off by what a quarter of a pixel makes on the triangle's
+//! slope: a sample's point lies on its triangle's plane within a quarter of its footprint on it. Normals, texture
+//! coordinates and colours are interpolated with perspective within each piece.
 
 use bytemuck::{Pod, Zeroable};
 use camera::Spoc;
@@ -117,6 +122,9 @@ struct Split {
 
 impl SpocPass {
     pub fn new(gpu: &Gpu) -> Result<SpocPass, RenderError> {
+        if !gpu.caps.compute {
+            return Err(RenderError::NoCompute);
+        }
         let (vertex, compute) = (wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::COMPUTE);
         let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
