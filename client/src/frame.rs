@@ -11,6 +11,7 @@ use crate::coverage::{self, Coverage};
 use crate::fill::{FillPass, LEVELS, Pyramid};
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::light::{LightPass, Lit};
+use crate::occlusion::{OcclusionRenderer, Settings};
 use crate::viewer::Follow;
 
 /// How a frame is drawn.
@@ -54,6 +55,8 @@ struct PresentUniform {
 pub struct FrameRenderer {
     gpu: Gpu,
     surface: SurfacePass,
+    /// `None` while ambient light arrives everywhere.
+    occlusion: Option<OcclusionRenderer>,
     light: LightPass,
     fill: FillPass,
     present: FullscreenPass,
@@ -78,6 +81,7 @@ impl FrameRenderer {
         Ok(FrameRenderer {
             gpu: gpu.clone(),
             surface: SurfacePass::new(gpu)?,
+            occlusion: None,
             light: LightPass::new(gpu)?,
             fill: FillPass::new(gpu)?,
             present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &bindings, &[output_format])?,
@@ -85,6 +89,22 @@ impl FrameRenderer {
             targets: None,
             target_encodes: output_format.is_srgb(),
         })
+    }
+
+    /// How ambient occlusion is measured from now on; not at all before this is first called. What it needs is made here and
+    /// when it is first drawn, and dropped when it is switched off.
+    pub fn set_occlusion(&mut self, settings: Settings) -> Result<(), SurfaceError> {
+        self.occlusion = OcclusionRenderer::new(&self.gpu, settings)?;
+        if self.occlusion.is_some() {
+            self.light.prepare_occluded()?;
+        }
+        Ok(())
+    }
+
+    /// The share of ambient light that arrived at each pixel of the last frame ([`TextureFormat::R32Float`]): 1 in the open and where there is no
+    /// surface. `None` where none was measured.
+    pub fn ambient_shares(&self) -> Option<&wgpu::Texture> {
+        self.occlusion.as_ref()?.measured().map(|target| &target.texture)
     }
 
     /// Encodes a frame as seen by `camera` into `output`, which has the camera's size. Call [`FrameRenderer::submitted`] once
@@ -98,6 +118,7 @@ impl FrameRenderer {
         options: Options,
     ) {
         self.draw_surfaces(encoder, surfaces, camera, options);
+        self.draw_occlusion(encoder, (surfaces, held), camera);
         self.draw_light(encoder, held, camera, output, options);
     }
 
@@ -115,6 +136,18 @@ impl FrameRenderer {
         self.targets = Some(targets);
     }
 
+    /// The middle of [`FrameRenderer::draw`]: the occlusion of the surfaces drawn last, where it is measured.
+    pub fn draw_occlusion(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (surfaces, held): (&HeldSurfaces, &Held),
+        camera: &Pinhole,
+    ) {
+        if let (Some(occlusion), Some(targets)) = (&mut self.occlusion, &self.targets) {
+            occlusion.encode(encoder, (surfaces, held), camera, &targets.gbuffer);
+        }
+    }
+
     /// The second half of [`FrameRenderer::draw`]: light, fill and output of the surfaces drawn last.
     pub fn draw_light(
         &mut self,
@@ -125,7 +158,8 @@ impl FrameRenderer {
         options: Options,
     ) {
         let targets = self.targets.take().expect("surfaces are drawn first");
-        self.light.encode(encoder, &targets.gbuffer, held, camera, &targets.lit);
+        let ambient_shares = self.occlusion.as_ref().and_then(OcclusionRenderer::measured);
+        self.light.encode(encoder, (&targets.gbuffer, ambient_shares), held, camera, &targets.lit);
         if options.fill {
             self.fill.encode(encoder, &targets.lit, &targets.pyramid);
         }

@@ -94,6 +94,7 @@ impl Picture {
         self.gpu.wait_idle()?;
         let middle = Instant::now();
         let mut second = encoder();
+        self.renderer.draw_occlusion(&mut second, (&self.surfaces, held), camera);
         self.renderer.draw_light(&mut second, held, camera, output, self.options.frame);
         self.gpu.queue.submit([second.finish()]);
         self.renderer.submitted();

@@ -1,6 +1,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use camera::Pinhole;
+use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
@@ -168,6 +168,16 @@ impl HeldSurfaces {
         self.patches.get(&id).is_some_and(|patch| patch.may_be_seen_from(view))
     }
 
+    /// A box around everything held as it was captured; `None` where nothing is. Moving objects may have left it since.
+    pub fn bounds_world(&self) -> Option<WorldBounds> {
+        let bounds = |patch: &PatchSurface| {
+            let (centre, radius_m) = patch.ball_eye;
+            let centre_world = patch.camera.world_from_eye.transform_point(centre);
+            radius_m.is_finite().then_some(WorldBounds { min: centre_world - radius_m, max: centre_world + radius_m })
+        };
+        self.patches.values().filter_map(bounds).reduce(WorldBounds::union)
+    }
+
     /// Forgets a patch.
     pub fn remove(&mut self, id: PatchId) {
         self.patches.remove(&id);
@@ -320,5 +330,15 @@ impl PatchSurface {
         let farthest =
             outside(p.x, high.x).max(-outside(p.x, low.x)).max(outside(p.y, high.y)).max(-outside(p.y, low.y));
         farthest <= radius_m && p.z >= -radius_m
+    }
+
+    /// Whether any of it may lie inside of all of some half-spaces. A patch with moving objects always may.
+    pub(crate) fn may_reach_into(&self, half_spaces: &[HalfSpace]) -> bool {
+        let (centre, radius_m) = self.ball_eye;
+        if !self.objects.is_empty() || !radius_m.is_finite() {
+            return true;
+        }
+        let centre_world = self.camera.world_from_eye.transform_point(centre);
+        half_spaces.iter().all(|half_space| half_space.depth_m(centre_world) >= -radius_m)
     }
 }

@@ -1,0 +1,164 @@
+//! Ambient occlusion: how much of the sky each point sees past what stands around it, from z-buffers of what is held.
+//!
+//! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.3. Occlusion from the
+//! z-buffer of the view alone comes and goes as occluders are hidden behind nearer surfaces. A graph camera of three frusta, which is
+//! the view up to a plane in the middle of what is seen and two eyes further left and right behind it, sees round the nearer surfaces, and its
+//! z-buffer is drawn from the same surfaces that the client holds.
+//!
+//! | paper | here |
+//! |---|---|
+//! | the z-buffer of the graph camera takes the place of the view's | it adds to it: what the view sees is never lost, also where the graph camera sees a point hidden |
+//! | lines of the image through a pixel; each stands for a plane in space | a pattern of places around the point in space, the same in every view, looked up where the z-buffer has them; what is found belongs to a slice around the normal |
+//! | depths, unprojected at every look | points, unprojected once (`surface::PointBuffer`) |
+//! | the split point on a curve designed by hand | the middle of what is held |
+//!
+//! Slices around the normal and a pattern that is fixed in space make the measure depend on the view only through what the z-buffers hold. In a slice,
+//! what is found at the elevation `e` above the tangent plane hides `sin² e` of the cosine-weighted sky, less with the square of
+//! its distance, nothing at [`Settings::reach_m`]; the greatest counts.
+
+mod camera;
+mod pass;
+
+use ::camera::{GraphCamera, Pinhole};
+use gpu::{Gpu, MaterialUniform, PinholeUniform};
+use protocol::Held;
+use surface::{GBuffer, HeldSurfaces, PointBuffer, PointPass, SurfaceError};
+use wgpu::{BindingResource, TextureFormat};
+
+use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use pass::OcclusionUniform;
+
+/// Where occluders are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Occlusion {
+    /// Nowhere: ambient light arrives everywhere.
+    #[default]
+    None,
+    /// In the view's own z-buffer.
+    Plain,
+    /// Also in that of a graph camera.
+    Graph,
+}
+
+/// How occlusion is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Where.
+    pub occlusion: Occlusion,
+    /// What is further away hides nothing, metres.
+    pub reach_m: f64,
+    /// Looks into each z-buffer a pixel, 1 to 128.
+    pub taps: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { occlusion: Occlusion::None, reach_m: 0.5, taps: 64 }
+    }
+}
+
+/// Measures occlusion of the surfaces in a G-buffer. What a z-buffer needs is made when it is first asked for.
+#[derive(Debug)]
+pub(crate) struct OcclusionRenderer {
+    gpu: Gpu,
+    settings: Settings,
+    points: FullscreenPass,
+    occlude: FullscreenPass,
+    graph: Option<PointPass>,
+    targets: Option<Targets>,
+    graph_points: Option<PointBuffer>,
+}
+
+/// Of the view's size.
+#[derive(Debug)]
+struct Targets {
+    size_px: (u32, u32),
+    points: Target,
+    occlusion: Target,
+}
+
+impl OcclusionRenderer {
+    /// Of the share of ambient light that arrives.
+    pub(crate) const FORMAT: TextureFormat = TextureFormat::R32Float;
+
+    /// `None` where nothing is to be measured.
+    pub(crate) fn new(gpu: &Gpu, settings: Settings) -> Result<Option<OcclusionRenderer>, SurfaceError> {
+        use Binding::{FloatTexture, UintTexture, Uniform};
+        if settings.occlusion == Occlusion::None {
+            return Ok(None);
+        }
+        let from = [Uniform, FloatTexture];
+        let points =
+            FullscreenPass::new(gpu, "client/occlusion_points.wgsl", "points", &from, &[PointBuffer::POINTS])?;
+        let from = [Uniform, Uniform, UintTexture, FloatTexture, FloatTexture];
+        let formats = [OcclusionRenderer::FORMAT];
+        let occlude = FullscreenPass::new(gpu, "client/occlusion.wgsl", "occlude", &from, &formats)?;
+        let graph = (settings.occlusion == Occlusion::Graph).then(|| PointPass::new(gpu)).transpose()?;
+        let (targets, graph_points) = (None, None);
+        Ok(Some(OcclusionRenderer { gpu: gpu.clone(), settings, points, occlude, graph, targets, graph_points }))
+    }
+
+    /// Measures what the G-buffer shows, as seen by `view`.
+    pub(crate) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (surfaces, held): (&HeldSurfaces, &Held),
+        view: &Pinhole,
+        gbuffer: &GBuffer,
+    ) {
+        let camera = self.draw_graph(encoder, surfaces, view);
+        let size_px = gbuffer.size_px;
+        let targets = self.targets.take().filter(|targets| targets.size_px == size_px);
+        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px));
+        let pinhole = PinholeUniform::new(view, view.world_from_eye.translation);
+        let pinhole = uniform(&self.gpu, "camera", bytemuck::bytes_of(&pinhole));
+        let from = [pinhole.as_entire_binding(), BindingResource::TextureView(&gbuffer.views.w)];
+        self.points.encode(encoder, &from, &[&targets.points.view]);
+        let Settings { reach_m, taps, .. } = self.settings;
+        let occlusion = OcclusionUniform::new(view, camera.as_ref(), reach_m, taps);
+        let occlusion = uniform(&self.gpu, "occlusion", bytemuck::bytes_of(&occlusion));
+        let materials = MaterialUniform::table(&held.materials);
+        let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
+        let graph_points = self.graph_points.as_ref().filter(|_| camera.is_some());
+        let from = [
+            occlusion.as_entire_binding(),
+            materials.as_entire_binding(),
+            BindingResource::TextureView(&gbuffer.views.normal_ids),
+            BindingResource::TextureView(&targets.points.view),
+            BindingResource::TextureView(graph_points.map_or(&targets.points.view, |graph| &graph.view)),
+        ];
+        self.occlude.encode(encoder, &from, &[&targets.occlusion.view]);
+        self.targets = Some(targets);
+    }
+
+    /// The z-buffer of a graph camera, where one is asked for and there is something to see.
+    fn draw_graph(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        view: &Pinhole,
+    ) -> Option<GraphCamera> {
+        let pass = self.graph.as_ref()?;
+        let camera = camera::graph_camera(view, surfaces.bounds_world()?).ok()?;
+        let buffer = self.graph_points.take().filter(|buffer| buffer.size_px == camera.size_px());
+        let buffer = buffer.unwrap_or_else(|| PointBuffer::new(&self.gpu, camera.size_px()));
+        pass.encode(encoder, surfaces, &camera, view.world_from_eye.translation, &buffer);
+        self.graph_points = Some(buffer);
+        Some(camera)
+    }
+
+    /// The share of ambient light that arrives at each pixel of the last frame: 1 in the open and where there is no surface.
+    pub(crate) fn measured(&self) -> Option<&Target> {
+        self.targets.as_ref().map(|targets| &targets.occlusion)
+    }
+}
+
+impl Targets {
+    fn new(gpu: &Gpu, size_px: (u32, u32)) -> Targets {
+        Targets {
+            size_px,
+            points: Target::new(gpu, "view points", size_px, PointBuffer::POINTS),
+            occlusion: Target::new(gpu, "occlusion", size_px, OcclusionRenderer::FORMAT),
+        }
+    }
+}
