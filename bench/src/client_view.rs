@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use camera::Pinhole;
 use client::frame::{FrameRenderer, Options};
+use client::occlusion::Settings;
 use gpu::{Gpu, Readback};
 use protocol::held::{Edit, Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material};
@@ -87,6 +88,26 @@ impl ClientView {
         });
         let output_view = output.create_view(&wgpu::TextureViewDescriptor::default());
         Ok(ClientView { gpu: gpu.clone(), frames: FrameRenderer::new(gpu, format)?, output, output_view })
+    }
+
+    /// How ambient occlusion is measured from now on.
+    pub fn set_occlusion(&mut self, settings: Settings) -> anyhow::Result<()> {
+        Ok(self.frames.set_occlusion(settings)?)
+    }
+
+    /// The share of ambient light that arrived at each pixel of the last frame, drawn from `camera`; 1 everywhere where none was
+    /// measured.
+    pub fn ambient_shares(&self, camera: &Pinhole) -> anyhow::Result<Vec<f32>> {
+        let size_px = (camera.width_px, camera.height_px);
+        let Some(shares) = self.frames.ambient_shares() else {
+            return Ok(vec![1.0; (size_px.0 * size_px.1) as usize]);
+        };
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut readback = Readback::default();
+        let shares = readback.texture(shares, 0, size_px);
+        let encoded = readback.encode(&self.gpu, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(encoded.map().wait(&self.gpu)?.values(shares))
     }
 
     /// Draws and waits; gives the wall time in ms.

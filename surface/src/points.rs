@@ -12,9 +12,9 @@ use gpu::Gpu;
 use wgpu::util::DeviceExt;
 
 use crate::SurfaceError;
-use crate::held::{HeldSurfaces, QuadBuffers};
+use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
 use crate::mesh::Vertex;
-use crate::pass::{Placement, Rows, movers_texture};
+use crate::pass::{MOVER_TEXELS, Placement, Rows, movers_texture};
 
 /// The twin of the constant in `surface/points.wgsl`: a face, its four sides, and three limits.
 pub const FRUSTUM_PLANES: usize = 8;
@@ -111,10 +111,11 @@ pub struct PointPass {
     front_only: wgpu::RenderPipeline,
 }
 
-/// A draw: which patch in which frustum.
+/// A draw: which patch in which frustum of which camera; frusta count over all cameras.
 struct Draw {
     patch: usize,
     frustum: usize,
+    camera: usize,
 }
 
 /// What one frame uploads.
@@ -135,20 +136,20 @@ impl PointPass {
         Ok(PointPass { gpu: gpu.clone(), layout, both_sides, front_only })
     }
 
-    /// Clears the target and draws everything held as seen by `camera`, whose size is the target's; points are relative to
-    /// `anchor_world`. A frustum's planes past [`FRUSTUM_PLANES`] do not bound it.
+    /// Clears the target and draws everything held as seen by each camera, from the pixel of the target on that stands beside it, where its
+    /// image must fit; points are relative to `anchor_world`. A frustum's planes past [`FRUSTUM_PLANES`] do not bound it.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         surfaces: &HeldSurfaces,
-        camera: &GraphCamera,
+        cameras: &[(GraphCamera, [u32; 2])],
         anchor_world: DVec3,
         target: &PointBuffer,
     ) {
         let stride = self.gpu.device.limits().min_uniform_buffer_offset_alignment;
         let stride_of = |size: usize| size.next_multiple_of(stride as usize);
         let strides = [stride_of(size_of::<PatchUniform>()), stride_of(size_of::<FrustumUniform>())];
-        let inputs = Inputs::new(surfaces, camera, anchor_world, strides);
+        let inputs = Inputs::new(surfaces, cameras, anchor_world, strides);
         let group = (!inputs.draws.is_empty()).then(|| self.bind(&inputs));
         let mut pass = begin(encoder, target);
         let Some(group) = group else { return };
@@ -156,6 +157,9 @@ impl PointPass {
         for (index, draw) in inputs.draws.iter().enumerate() {
             let patch = patches[draw.patch];
             let QuadBuffers::Gpu { vertices, indices, index_count } = &patch.quads else { continue };
+            let (camera, [left, top]) = &cameras[draw.camera];
+            let (width, height) = camera.size_px();
+            pass.set_viewport(*left as f32, *top as f32, width as f32, height as f32, 0.0, 1.0);
             pass.set_pipeline(if surfaces.is_one_sided(patch) { &self.front_only } else { &self.both_sides });
             pass.set_bind_group(0, &group, &[(index * strides[0]) as u32, (draw.frustum * strides[1]) as u32]);
             pass.set_vertex_buffer(0, vertices.slice(..));
@@ -193,32 +197,43 @@ impl PointPass {
 }
 
 impl Inputs {
-    fn new(surfaces: &HeldSurfaces, camera: &GraphCamera, anchor_world: DVec3, strides: [usize; 2]) -> Inputs {
+    fn new(
+        surfaces: &HeldSurfaces,
+        cameras: &[(GraphCamera, [u32; 2])],
+        anchor_world: DVec3,
+        strides: [usize; 2],
+    ) -> Inputs {
         let mut inputs = Inputs { draws: Vec::new(), patches: Vec::new(), frusta: Vec::new(), movers: Vec::new() };
-        for (place, frustum) in camera.frusta().iter().enumerate() {
+        let frusta = cameras.iter().enumerate().flat_map(|(place, (camera, _))| {
+            camera.frusta().iter().map(move |frustum| (place, camera, frustum))
+        });
+        for (number, (place, camera, frustum)) in frusta.enumerate() {
             let projection = Projection::new(frustum);
             let uniform = frustum_uniform(camera, frustum, &projection, anchor_world);
             push(&mut inputs.frusta, bytemuck::bytes_of(&uniform), strides[1]);
             for (index, (_, patch)) in surfaces.patches().enumerate() {
-                if !patch.may_reach_into(frustum.half_spaces_world()) {
-                    continue;
-                }
-                let placement = Placement::new(surfaces, patch, &projection.image_from_world);
-                let uniform = PatchUniform {
-                    image_from_patch: placement.eye_from_patch,
-                    centre_px: patch.camera.centre_px.as_vec2().to_array(),
-                    focal_px: patch.camera.focal_px as f32,
-                    first_mover: inputs.movers.len() as u32 / crate::pass::MOVER_TEXELS,
-                };
-                push(&mut inputs.patches, bytemuck::bytes_of(&uniform), strides[0]);
-                inputs.draws.push(Draw { patch: index, frustum: place });
-                for mover in &placement.movers {
-                    inputs.movers.extend(mover.eye_from_patch);
-                    inputs.movers.extend(mover.turn);
+                if patch.may_reach_into(frustum.half_spaces_world()) {
+                    inputs.draws.push(Draw { patch: index, frustum: number, camera: place });
+                    inputs.add_patch(surfaces, patch, &projection, strides[0]);
                 }
             }
         }
         inputs
+    }
+
+    fn add_patch(&mut self, surfaces: &HeldSurfaces, patch: &PatchSurface, projection: &Projection, stride: usize) {
+        let placement = Placement::new(surfaces, patch, &projection.image_from_world);
+        let uniform = PatchUniform {
+            image_from_patch: placement.eye_from_patch,
+            centre_px: patch.camera.centre_px.as_vec2().to_array(),
+            focal_px: patch.camera.focal_px as f32,
+            first_mover: self.movers.len() as u32 / MOVER_TEXELS,
+        };
+        push(&mut self.patches, bytemuck::bytes_of(&uniform), stride);
+        for mover in &placement.movers {
+            self.movers.extend(mover.eye_from_patch);
+            self.movers.extend(mover.turn);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The topics, one file or folder each.
 
 pub mod codec;
+pub mod impostors;
 pub mod novel_views;
 pub mod reconstruction;
 pub mod sampling;

@@ -19,13 +19,14 @@
 mod camera;
 mod pass;
 
-use ::camera::{GraphCamera, Pinhole};
+use ::camera::Pinhole;
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
 use protocol::Held;
 use surface::{GBuffer, HeldSurfaces, PointBuffer, PointPass, SurfaceError};
 use wgpu::{BindingResource, TextureFormat};
 
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use self::camera::Lookers;
 use pass::OcclusionUniform;
 
 /// Where occluders are looked for.
@@ -66,7 +67,16 @@ pub(crate) struct OcclusionRenderer {
     occlude: FullscreenPass,
     graph: Option<PointPass>,
     targets: Option<Targets>,
-    graph_points: Option<PointBuffer>,
+    graph_points: Option<GraphPoints>,
+}
+
+/// What graph cameras see.
+#[derive(Debug)]
+struct GraphPoints {
+    lookers: Lookers,
+    buffer: PointBuffer,
+    /// Of the surfaces.
+    revision: u64,
 }
 
 /// Of the view's size.
@@ -106,7 +116,7 @@ impl OcclusionRenderer {
         view: &Pinhole,
         gbuffer: &GBuffer,
     ) {
-        let camera = self.draw_graph(encoder, surfaces, view);
+        self.draw_graph(encoder, surfaces, view);
         let size_px = gbuffer.size_px;
         let targets = self.targets.take().filter(|targets| targets.size_px == size_px);
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px));
@@ -115,36 +125,38 @@ impl OcclusionRenderer {
         let from = [pinhole.as_entire_binding(), BindingResource::TextureView(&gbuffer.views.w)];
         self.points.encode(encoder, &from, &[&targets.points.view]);
         let Settings { reach_m, taps, .. } = self.settings;
-        let occlusion = OcclusionUniform::new(view, camera.as_ref(), reach_m, taps);
+        let occlusion = OcclusionUniform::new(view, self.graph_points.as_ref().map(|graph| &graph.lookers), reach_m, taps);
         let occlusion = uniform(&self.gpu, "occlusion", bytemuck::bytes_of(&occlusion));
         let materials = MaterialUniform::table(&held.materials);
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
-        let graph_points = self.graph_points.as_ref().filter(|_| camera.is_some());
+        let graph_points = self.graph_points.as_ref().map_or(&targets.points.view, |graph| &graph.buffer.view);
         let from = [
             occlusion.as_entire_binding(),
             materials.as_entire_binding(),
             BindingResource::TextureView(&gbuffer.views.normal_ids),
             BindingResource::TextureView(&targets.points.view),
-            BindingResource::TextureView(graph_points.map_or(&targets.points.view, |graph| &graph.view)),
+            BindingResource::TextureView(graph_points),
         ];
         self.occlude.encode(encoder, &from, &[&targets.occlusion.view]);
         self.targets = Some(targets);
     }
 
-    /// The z-buffer of a graph camera, where one is asked for and there is something to see.
-    fn draw_graph(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        surfaces: &HeldSurfaces,
-        view: &Pinhole,
-    ) -> Option<GraphCamera> {
-        let pass = self.graph.as_ref()?;
-        let camera = camera::graph_camera(view, surfaces.bounds_world()?).ok()?;
-        let buffer = self.graph_points.take().filter(|buffer| buffer.size_px == camera.size_px());
-        let buffer = buffer.unwrap_or_else(|| PointBuffer::new(&self.gpu, camera.size_px()));
-        pass.encode(encoder, surfaces, &camera, view.world_from_eye.translation, &buffer);
-        self.graph_points = Some(buffer);
-        Some(camera)
+    /// The z-buffers of graph cameras, where they are asked for and there is something to see: drawn anew unless the cameras stand and the surfaces
+    /// are those of the last frame.
+    fn draw_graph(&mut self, encoder: &mut wgpu::CommandEncoder, surfaces: &HeldSurfaces, view: &Pinhole) {
+        let last = self.graph_points.take();
+        let Some((pass, bounds)) = self.graph.as_ref().zip(surfaces.bounds_world()) else { return };
+        let Ok(lookers) = Lookers::new(view, bounds) else { return };
+        let revision = surfaces.revision();
+        let is_drawn = |last: &GraphPoints| lookers.standing && last.lookers.standing && last.revision == revision;
+        if last.as_ref().is_some_and(is_drawn) {
+            self.graph_points = last;
+            return;
+        }
+        let buffer = last.map(|last| last.buffer).filter(|buffer| buffer.size_px == lookers.size_px);
+        let buffer = buffer.unwrap_or_else(|| PointBuffer::new(&self.gpu, lookers.size_px));
+        pass.encode(encoder, surfaces, &lookers.cameras, lookers.anchor_world, &buffer);
+        self.graph_points = Some(GraphPoints { lookers, buffer, revision });
     }
 
     /// The share of ambient light that arrives at each pixel of the last frame: 1 in the open and where there is no surface.

@@ -3,12 +3,14 @@
 use std::f64::consts::TAU;
 
 use bytemuck::{Pod, Zeroable};
-use camera::{Frustum, GraphCamera, HalfSpace, Pinhole};
-use glam::{DMat3, DVec3, Mat3};
+use camera::{Frustum, HalfSpace, Pinhole};
+use glam::{DMat3, DVec3, Mat3, Vec3};
 use surface::Projection;
 
+use super::camera::Lookers;
+
 /// The most frusta with the output view's; the twin of the constant in `client/occlusion.wgsl`.
-pub(super) const FRUSTA: usize = 8;
+pub(super) const FRUSTA: usize = 16;
 /// Planes of each; the same.
 const PLANES: usize = surface::FRUSTUM_PLANES;
 /// The most taps into a z-buffer; the same.
@@ -32,24 +34,31 @@ pub(super) struct OcclusionUniform {
     tap_count: u32,
     frustum_count: u32,
     padding: u32,
+    eye_anchor: [f32; 3],
+    padding_1: u32,
     frusta: [FrustumUniform; FRUSTA],
     taps: [[f32; 4]; TAPS],
 }
 
 impl OcclusionUniform {
-    /// For a view, and the graph camera beside it where there is one.
-    pub(super) fn new(view: &Pinhole, graph: Option<&GraphCamera>, reach_m: f64, taps: u32) -> OcclusionUniform {
+    /// For a view, and the graph cameras beside it where there are any.
+    pub(super) fn new(view: &Pinhole, graph: Option<&Lookers>, reach_m: f64, taps: u32) -> OcclusionUniform {
         let tap_count = taps.clamp(1, TAPS as u32);
-        let eye_world = view.world_from_eye.translation;
         let mut uniform: OcclusionUniform = Zeroable::zeroed();
         uniform.reach_m = reach_m as f32;
         uniform.tap_count = tap_count;
         uniform.frusta[0] = of_view(view);
-        let frusta = graph.map_or(&[][..], GraphCamera::frusta);
-        for (slot, frustum) in uniform.frusta[1..].iter_mut().zip(frusta) {
-            *slot = of_frustum(frustum, eye_world, view.focal_px);
+        uniform.frustum_count = 1;
+        if let Some(lookers) = graph {
+            let all = lookers.cameras.iter().flat_map(|(camera, from_px)| {
+                camera.frusta().iter().map(|frustum| of_frustum(frustum, *from_px, lookers.anchor_world, camera.root()))
+            });
+            for (slot, frustum) in uniform.frusta[1..].iter_mut().zip(all) {
+                *slot = frustum;
+                uniform.frustum_count += 1;
+            }
+            uniform.eye_anchor = (view.world_from_eye.translation - lookers.anchor_world).as_vec3().to_array();
         }
-        uniform.frustum_count = 1 + frusta.len().min(FRUSTA - 1) as u32;
         for (index, tap) in uniform.taps.iter_mut().enumerate().take(tap_count as usize) {
             *tap = tap_place(index, tap_count as usize).extend(0.0).as_vec4().to_array();
         }
@@ -80,14 +89,16 @@ fn of_view(view: &Pinhole) -> FrustumUniform {
     frustum(matrix, DVec3::ZERO, view.focal_px, &[])
 }
 
-fn of_frustum(of: &Frustum, eye_world: DVec3, focal_px: f64) -> FrustumUniform {
-    let planes: Vec<HalfSpace> = of.half_spaces_world().iter().map(|plane| relative(plane, eye_world)).collect();
-    let matrix = Projection::new(of).image_from_offset;
-    frustum(matrix, of.centre_world() - eye_world, focal_px, &planes)
+fn of_frustum(of: &Frustum, from_px: [u32; 2], anchor_world: DVec3, root: &Pinhole) -> FrustumUniform {
+    let planes: Vec<HalfSpace> = of.half_spaces_world().iter().map(|plane| relative(plane, anchor_world)).collect();
+    let [left, top] = from_px.map(|px| px as f32);
+    let place = Mat3::from_cols(Vec3::X, Vec3::Y, Vec3::new(left, top, 1.0));
+    let matrix = place * Projection::new(of).image_from_offset;
+    frustum(matrix, of.centre_world() - anchor_world, root.focal_px, &planes)
 }
 
-fn relative(plane: &HalfSpace, eye_world: DVec3) -> HalfSpace {
-    HalfSpace { point: plane.point - eye_world, ..*plane }
+fn relative(plane: &HalfSpace, anchor_world: DVec3) -> HalfSpace {
+    HalfSpace { point: plane.point - anchor_world, ..*plane }
 }
 
 fn frustum(image_from_offset: Mat3, centre: DVec3, focal_px: f64, planes: &[HalfSpace]) -> FrustumUniform {
@@ -126,6 +137,7 @@ mod tests {
             reach_m,
             tap_count,
             frustum_count,
+            eye_anchor,
             frusta,
             taps
         );

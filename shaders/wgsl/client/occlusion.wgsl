@@ -7,7 +7,7 @@
 #import "common/shade.wgsl"
 
 // The twins of `client::occlusion::pass`.
-const OCCLUSION_FRUSTA: u32 = 8u;
+const OCCLUSION_FRUSTA: u32 = 16u;
 const OCCLUSION_PLANES: u32 = 8u;
 const OCCLUSION_TAPS: u32 = 128u;
 const SLICES: u32 = 8u;
@@ -29,6 +29,9 @@ struct Occlusion {
     // The first is the output view.
     frustum_count: u32,
     padding_0: u32,
+    // The output eye relative to what the graph's frusta and points are relative to.
+    eye_anchor: vec3f,
+    padding_1: u32,
     frusta: array<OcclusionFrustum, OCCLUSION_FRUSTA>,
     // In the upper half of the unit ball, z up.
     taps: array<vec4f, OCCLUSION_TAPS>,
@@ -42,6 +45,9 @@ struct Occlusion {
 
 // Sine of the elevation up to which nothing counts: normals of a smooth surface differ from its quads' by so much.
 const LEAST_SINE: f32 = 0.1;
+
+// A z-buffer shows a point if it has one so near in its pixel: half a diagonal, on a surface that is tilted by up to 70 degrees.
+const SHOWN_FOOTPRINTS: f32 = 2.0;
 
 // What the slices around the normal have found: the greatest share of a slice's sky that one surface hides.
 struct Slices {
@@ -118,21 +124,21 @@ fn with_taps(found: Slices, frame: Tangents, points: texture_2d<f32>, frustum: u
     return slices;
 }
 
-// The frustum of the graph camera that holds a point; 0 where none does.
-fn frustum_of(p: vec3f) -> u32 {
-    for (var index = 1u; index < OCCLUSION_FRUSTA; index++) {
-        if index >= occlusion.frustum_count {
-            break;
-        }
-        var inside = true;
-        for (var plane = 0u; plane < OCCLUSION_PLANES; plane++) {
-            inside = inside && dot(occlusion.frusta[index].planes[plane], vec4f(p, 1.0)) >= 0.0;
-        }
-        if inside {
-            return index;
-        }
+fn frustum_holds(frustum: u32, p_anchor: vec3f) -> bool {
+    var inside = true;
+    for (var plane = 0u; plane < OCCLUSION_PLANES; plane++) {
+        inside = inside && dot(occlusion.frusta[frustum].planes[plane], vec4f(p_anchor, 1.0)) >= 0.0;
     }
-    return 0u;
+    return inside;
+}
+
+// Whether a z-buffer shows a point.
+fn is_shown(p_anchor: vec3f, frustum: u32) -> bool {
+    let centre = occlusion.frusta[frustum].centre;
+    let image = occlusion.frusta[frustum].image_from_offset * (p_anchor - centre);
+    let point = textureLoad(graph_points, vec2i(floor(image.xy / image.z)), 0);
+    let footprint = occlusion.frusta[frustum].footprint * length(p_anchor - centre);
+    return point.w > 0.0 && distance(point.xyz, p_anchor) < SHOWN_FOOTPRINTS * footprint;
 }
 
 // The share of the ambient light that arrives: 1 in the open.
@@ -149,11 +155,22 @@ fn occlude(@builtin(position) position: vec4f) -> @location(0) f32 {
     if is_double_sided && dot(normal, point.xyz) > 0.0 {
         normal = -normal;
     }
-    let frame = tangents(point.xyz, normal);
-    var slices = with_taps(Slices(vec4f(0.0), vec4f(0.0)), frame, view_points, 0u);
-    let frustum = frustum_of(point.xyz);
-    if frustum > 0u {
-        slices = with_taps(slices, frame, graph_points, frustum);
+    var frame = tangents(point.xyz, normal);
+    var slices = Slices(vec4f(0.0), vec4f(0.0));
+    var shown = false;
+    frame.origin = point.xyz + occlusion.eye_anchor;
+    for (var frustum = 1u; frustum < OCCLUSION_FRUSTA; frustum++) {
+        if frustum >= occlusion.frustum_count {
+            break;
+        }
+        if frustum_holds(frustum, frame.origin) {
+            slices = with_taps(slices, frame, graph_points, frustum);
+            shown = shown || is_shown(frame.origin, frustum);
+        }
+    }
+    if !shown {
+        frame.origin = point.xyz;
+        slices = with_taps(slices, frame, view_points, 0u);
     }
     return 1.0 - dot(slices.a + slices.b, vec4f(1.0 / f32(SLICES)));
 }

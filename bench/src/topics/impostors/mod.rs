@@ -1,0 +1,3 @@
+//! Topic `impostors`.
+
+pub mod occlusion;
