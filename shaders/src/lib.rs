@@ -60,10 +60,8 @@ impl Module {
         if !self.seen.insert(path.to_owned()) {
             return Ok(());
         }
-        let over = std::env::var("WGSL_DIR").ok().and_then(|d| std::fs::read_to_string(format!("{d}/{path}")).ok()); // TEMP
         let missing = || ShaderError::Missing { path: path.to_owned(), importer: importer.to_owned() };
         let (_, text) = ALL.iter().find(|(name, _)| *name == path).ok_or_else(missing)?;
-        let text: &str = over.as_deref().unwrap_or(text); // TEMP
         let mut own = format!("// ---- {path}\n");
         for (index, line) in text.lines().enumerate() {
             let trimmed = line.trim_start();

@@ -189,8 +189,7 @@ impl Inputs {
 pub(crate) fn movers_texture(gpu: &Gpu, mut texels: Vec<[f32; 4]>) -> wgpu::Texture {
     let row = (MOVER_TEXELS * MOVERS_A_ROW) as usize;
     texels.resize(texels.len().max(1).next_multiple_of(row), [0.0; 4]);
-    let size =
-        wgpu::Extent3d { width: row as u32, height: (texels.len() / row) as u32, depth_or_array_layers: 1 };
+    let size = wgpu::Extent3d { width: row as u32, height: (texels.len() / row) as u32, depth_or_array_layers: 1 };
     gpu.device.create_texture_with_data(
         &gpu.queue,
         &wgpu::TextureDescriptor {

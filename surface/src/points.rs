@@ -204,9 +204,10 @@ impl Inputs {
         strides: [usize; 2],
     ) -> Inputs {
         let mut inputs = Inputs { draws: Vec::new(), patches: Vec::new(), frusta: Vec::new(), movers: Vec::new() };
-        let frusta = cameras.iter().enumerate().flat_map(|(place, (camera, _))| {
-            camera.frusta().iter().map(move |frustum| (place, camera, frustum))
-        });
+        let frusta = cameras
+            .iter()
+            .enumerate()
+            .flat_map(|(place, (camera, _))| camera.frusta().iter().map(move |frustum| (place, camera, frustum)));
         for (number, (place, camera, frustum)) in frusta.enumerate() {
             let projection = Projection::new(frustum);
             let uniform = frustum_uniform(camera, frustum, &projection, anchor_world);
@@ -377,15 +378,7 @@ mod tests {
     #[test]
     fn uniforms_are_laid_out_as_in_wgsl() {
         let path = "surface/points.wgsl";
-        shaders::assert_layout!(
-            PatchUniform,
-            path,
-            "PatchView",
-            image_from_patch,
-            centre_px,
-            focal_px,
-            first_mover
-        );
+        shaders::assert_layout!(PatchUniform, path, "PatchView", image_from_patch, centre_px, focal_px, first_mover);
         shaders::assert_layout!(
             FrustumUniform,
             path,

@@ -38,23 +38,26 @@ impl Lookers {
     pub(super) fn new(view: &Pinhole, bounds: Bounds) -> Result<Lookers, GraphError> {
         let radius_m = (bounds.max - bounds.min).length() / 2.0;
         let is_outside = view.world_from_eye.translation.distance(bounds.middle()) > radius_m;
-        if is_outside && radius_m > 0.0 { standing(bounds.middle(), radius_m) } else { following(view, bounds, radius_m) }
+        if is_outside && radius_m > 0.0 {
+            standing(bounds.middle(), radius_m)
+        } else {
+            following(view, bounds, radius_m)
+        }
     }
 }
 
 fn standing(middle_world: DVec3, radius_m: f64) -> Result<Lookers, GraphError> {
-    let env = |name: &str, usual: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual); // TEMP
     let distance_m = STANDING_RADII * radius_m;
     let fov_rad = 2.0 * (1.0 / STANDING_RADII).asin();
-    let side_px = env("SIDE", STANDING_PX as f64) as u32;
+    let side_px = STANDING_PX;
     let camera = |index: usize| {
-        let yaw_rad = std::f64::consts::TAU * index as f64 / STANDING as f64 + env("TURN", STANDING_TURN_RAD);
-        let (up, along) = env("STAND", STANDING_ELEVATION_RAD).sin_cos();
+        let yaw_rad = std::f64::consts::TAU * index as f64 / STANDING as f64 + STANDING_TURN_RAD;
+        let (up, along) = STANDING_ELEVATION_RAD.sin_cos();
         let out = DVec3::new(yaw_rad.sin() * along, up, yaw_rad.cos() * along);
         let eye = Rigid::look_at(middle_world + out * distance_m, middle_world);
         let near_m = distance_m - radius_m;
         let view = Pinhole::symmetric(eye, (side_px, side_px), fov_rad, near_m);
-        let description = split_behind(&view, middle_world, env("SHIFT", STANDING_SHIFT) * distance_m, distance_m + radius_m);
+        let description = split_behind(&view, middle_world, STANDING_SHIFT * distance_m, distance_m + radius_m);
         let place = [index as u32 % 2 * side_px, index as u32 / 2 * side_px];
         Ok((GraphCamera::from_description(&description)?, place))
     };

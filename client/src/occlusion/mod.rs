@@ -25,8 +25,8 @@ use protocol::Held;
 use surface::{GBuffer, HeldSurfaces, PointBuffer, PointPass, SurfaceError};
 use wgpu::{BindingResource, TextureFormat};
 
-use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use self::camera::Lookers;
+use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use pass::OcclusionUniform;
 
 /// Where occluders are looked for.
@@ -48,13 +48,14 @@ pub struct Settings {
     pub occlusion: Occlusion,
     /// What is further away hides nothing, metres.
     pub reach_m: f64,
-    /// Looks into each z-buffer a pixel, 1 to 128.
+    /// Looks into z-buffers a pixel, 1 to 128: all into the view's own, half of them into that of each graph camera where several
+    /// stand around.
     pub taps: u32,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { occlusion: Occlusion::None, reach_m: 0.5, taps: 64 }
+        Settings { occlusion: Occlusion::None, reach_m: 0.5, taps: 128 }
     }
 }
 
@@ -65,6 +66,7 @@ pub(crate) struct OcclusionRenderer {
     settings: Settings,
     points: FullscreenPass,
     occlude: FullscreenPass,
+    smooth: FullscreenPass,
     graph: Option<PointPass>,
     targets: Option<Targets>,
     graph_points: Option<GraphPoints>,
@@ -84,6 +86,9 @@ struct GraphPoints {
 struct Targets {
     size_px: (u32, u32),
     points: Target,
+    /// As measured.
+    rough: Target,
+    /// Smoothed along surfaces.
     occlusion: Target,
 }
 
@@ -98,14 +103,16 @@ impl OcclusionRenderer {
             return Ok(None);
         }
         let from = [Uniform, FloatTexture];
-        let points =
-            FullscreenPass::new(gpu, "client/occlusion_points.wgsl", "points", &from, &[PointBuffer::POINTS])?;
+        let points = FullscreenPass::new(gpu, "client/occlusion_points.wgsl", "points", &from, &[PointBuffer::POINTS])?;
         let from = [Uniform, Uniform, UintTexture, FloatTexture, FloatTexture];
         let formats = [OcclusionRenderer::FORMAT];
         let occlude = FullscreenPass::new(gpu, "client/occlusion.wgsl", "occlude", &from, &formats)?;
+        let from = [FloatTexture, UintTexture, FloatTexture];
+        let smooth = FullscreenPass::new(gpu, "client/occlusion_smooth.wgsl", "smooth_shares", &from, &formats)?;
         let graph = (settings.occlusion == Occlusion::Graph).then(|| PointPass::new(gpu)).transpose()?;
         let (targets, graph_points) = (None, None);
-        Ok(Some(OcclusionRenderer { gpu: gpu.clone(), settings, points, occlude, graph, targets, graph_points }))
+        let gpu = gpu.clone();
+        Ok(Some(OcclusionRenderer { gpu, settings, points, occlude, smooth, graph, targets, graph_points }))
     }
 
     /// Measures what the G-buffer shows, as seen by `view`.
@@ -125,7 +132,8 @@ impl OcclusionRenderer {
         let from = [pinhole.as_entire_binding(), BindingResource::TextureView(&gbuffer.views.w)];
         self.points.encode(encoder, &from, &[&targets.points.view]);
         let Settings { reach_m, taps, .. } = self.settings;
-        let occlusion = OcclusionUniform::new(view, self.graph_points.as_ref().map(|graph| &graph.lookers), reach_m, taps);
+        let occlusion =
+            OcclusionUniform::new(view, self.graph_points.as_ref().map(|graph| &graph.lookers), reach_m, taps);
         let occlusion = uniform(&self.gpu, "occlusion", bytemuck::bytes_of(&occlusion));
         let materials = MaterialUniform::table(&held.materials);
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
@@ -137,7 +145,13 @@ impl OcclusionRenderer {
             BindingResource::TextureView(&targets.points.view),
             BindingResource::TextureView(graph_points),
         ];
-        self.occlude.encode(encoder, &from, &[&targets.occlusion.view]);
+        self.occlude.encode(encoder, &from, &[&targets.rough.view]);
+        let from = [
+            BindingResource::TextureView(&targets.points.view),
+            BindingResource::TextureView(&gbuffer.views.normal_ids),
+            BindingResource::TextureView(&targets.rough.view),
+        ];
+        self.smooth.encode(encoder, &from, &[&targets.occlusion.view]);
         self.targets = Some(targets);
     }
 
@@ -170,6 +184,7 @@ impl Targets {
         Targets {
             size_px,
             points: Target::new(gpu, "view points", size_px, PointBuffer::POINTS),
+            rough: Target::new(gpu, "rough occlusion", size_px, OcclusionRenderer::FORMAT),
             occlusion: Target::new(gpu, "occlusion", size_px, OcclusionRenderer::FORMAT),
         }
     }

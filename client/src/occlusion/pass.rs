@@ -33,7 +33,7 @@ pub(super) struct OcclusionUniform {
     reach_m: f32,
     tap_count: u32,
     frustum_count: u32,
-    padding: u32,
+    graph_stride: u32,
     eye_anchor: [f32; 3],
     padding_1: u32,
     frusta: [FrustumUniform; FRUSTA],
@@ -48,7 +48,7 @@ impl OcclusionUniform {
         uniform.reach_m = reach_m as f32;
         uniform.tap_count = tap_count;
         uniform.frusta[0] = of_view(view);
-        uniform.frustum_count = 1;
+        (uniform.frustum_count, uniform.graph_stride) = (1, 1);
         if let Some(lookers) = graph {
             let all = lookers.cameras.iter().flat_map(|(camera, from_px)| {
                 camera.frusta().iter().map(|frustum| of_frustum(frustum, *from_px, lookers.anchor_world, camera.root()))
@@ -57,6 +57,8 @@ impl OcclusionUniform {
                 *slot = frustum;
                 uniform.frustum_count += 1;
             }
+            // Where several cameras stand around, at least two of them hold a point.
+            uniform.graph_stride = if lookers.cameras.len() > 1 { 2 } else { 1 };
             uniform.eye_anchor = (view.world_from_eye.translation - lookers.anchor_world).as_vec3().to_array();
         }
         for (index, tap) in uniform.taps.iter_mut().enumerate().take(tap_count as usize) {
@@ -121,15 +123,7 @@ mod tests {
     #[test]
     fn uniforms_are_laid_out_as_in_wgsl() {
         let path = "client/occlusion.wgsl";
-        shaders::assert_layout!(
-            FrustumUniform,
-            path,
-            "OcclusionFrustum",
-            image_from_offset,
-            centre,
-            footprint,
-            planes
-        );
+        shaders::assert_layout!(FrustumUniform, path, "OcclusionFrustum", image_from_offset, centre, footprint, planes);
         shaders::assert_layout!(
             OcclusionUniform,
             path,
@@ -137,6 +131,7 @@ mod tests {
             reach_m,
             tap_count,
             frustum_count,
+            graph_stride,
             eye_anchor,
             frusta,
             taps
@@ -152,7 +147,8 @@ mod tests {
         assert!(mean.distance(DVec3::Z / 4.0) < 0.05, "{mean}");
         for octant in 0..8 {
             let from_rad = TAU * f64::from(octant) / 8.0;
-            let within = |place: &&DVec3| (place.y.atan2(place.x).rem_euclid(TAU) - from_rad).rem_euclid(TAU) < TAU / 8.0;
+            let within =
+                |place: &&DVec3| (place.y.atan2(place.x).rem_euclid(TAU) - from_rad).rem_euclid(TAU) < TAU / 8.0;
             assert!((6..=10).contains(&places.iter().filter(within).count()), "octant {octant}");
         }
     }

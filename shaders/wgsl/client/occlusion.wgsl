@@ -10,7 +10,7 @@
 const OCCLUSION_FRUSTA: u32 = 16u;
 const OCCLUSION_PLANES: u32 = 8u;
 const OCCLUSION_TAPS: u32 = 128u;
-const SLICES: u32 = 8u;
+const SLICES: u32 = 16u;
 
 struct OcclusionFrustum {
     // Takes a point less the centre to (u q, v q, q).
@@ -24,11 +24,12 @@ struct OcclusionFrustum {
 
 struct Occlusion {
     reach_m: f32,
-    // How many of `taps` there are, for each z-buffer.
+    // How many of `taps` there are.
     tap_count: u32,
     // The first is the output view.
     frustum_count: u32,
-    padding_0: u32,
+    // Every how many of `taps` are looked up in each of the graph's z-buffers.
+    graph_stride: u32,
     // The output eye relative to what the graph's frusta and points are relative to.
     eye_anchor: vec3f,
     padding_1: u32,
@@ -53,6 +54,8 @@ const SHOWN_FOOTPRINTS: f32 = 2.0;
 struct Slices {
     a: vec4f,
     b: vec4f,
+    c: vec4f,
+    d: vec4f,
 }
 
 struct Tangents {
@@ -72,8 +75,8 @@ fn tangents(origin: vec3f, n: vec3f) -> Tangents {
 
 // How much of each slice belongs to an azimuth: all within half a slice of its middle, none a slice away.
 fn of_slice(cosines: vec4f) -> vec4f {
-    // cos 22.5 and cos 45 degrees.
-    return smoothstep(vec4f(0.7071), vec4f(0.9239), cosines);
+    // cos 22.5 and cos 11.25 degrees.
+    return smoothstep(vec4f(0.9239), vec4f(0.9808), cosines);
 }
 
 fn with_tap(slices: Slices, frame: Tangents, footprint: f32, q: vec3f) -> Slices {
@@ -91,18 +94,24 @@ fn with_tap(slices: Slices, frame: Tangents, footprint: f32, q: vec3f) -> Slices
     let across = vec2f(dot(way, frame.x), dot(way, frame.y));
     // Straight above belongs to all slices.
     let azimuth = across * inverseSqrt(max(dot(across, across), 1e-12 * squared));
-    let a = vec4f(azimuth.x, azimuth.y, -azimuth.x, -azimuth.y);
-    let b = vec4f(azimuth.x + azimuth.y, azimuth.y - azimuth.x, -azimuth.x - azimuth.y, azimuth.x - azimuth.y);
-    return Slices(max(slices.a, hidden * of_slice(a)), max(slices.b, hidden * of_slice(0.70710678 * b)));
+    // Cosines to the middles of four slices that are a quarter turn apart, turned by 0, 45, 22.5 and 67.5 degrees.
+    let quarter = vec4f(azimuth.x, azimuth.y, -azimuth.x, -azimuth.y);
+    let next = quarter.yzwx;
+    return Slices(
+        max(slices.a, hidden * of_slice(quarter)),
+        max(slices.b, hidden * of_slice(0.70710678 * (quarter + next))),
+        max(slices.c, hidden * of_slice(0.92387953 * quarter + 0.38268343 * next)),
+        max(slices.d, hidden * of_slice(0.38268343 * quarter + 0.92387953 * next)),
+    );
 }
 
-fn with_taps(found: Slices, frame: Tangents, points: texture_2d<f32>, frustum: u32) -> Slices {
+fn with_taps(found: Slices, frame: Tangents, points: texture_2d<f32>, frustum: u32, stride: u32) -> Slices {
     var slices = found;
     let size = vec2i(textureDimensions(points));
     let matrix = occlusion.frusta[frustum].image_from_offset;
     let centre = occlusion.frusta[frustum].centre;
     let footprint = occlusion.frusta[frustum].footprint * length(frame.origin - centre);
-    for (var index = 0u; index < OCCLUSION_TAPS; index++) {
+    for (var index = 0u; index < OCCLUSION_TAPS; index += stride) {
         if index >= occlusion.tap_count {
             break;
         }
@@ -156,7 +165,7 @@ fn occlude(@builtin(position) position: vec4f) -> @location(0) f32 {
         normal = -normal;
     }
     var frame = tangents(point.xyz, normal);
-    var slices = Slices(vec4f(0.0), vec4f(0.0));
+    var slices = Slices(vec4f(0.0), vec4f(0.0), vec4f(0.0), vec4f(0.0));
     var shown = false;
     frame.origin = point.xyz + occlusion.eye_anchor;
     for (var frustum = 1u; frustum < OCCLUSION_FRUSTA; frustum++) {
@@ -164,13 +173,13 @@ fn occlude(@builtin(position) position: vec4f) -> @location(0) f32 {
             break;
         }
         if frustum_holds(frustum, frame.origin) {
-            slices = with_taps(slices, frame, graph_points, frustum);
+            slices = with_taps(slices, frame, graph_points, frustum, occlusion.graph_stride);
             shown = shown || is_shown(frame.origin, frustum);
         }
     }
     if !shown {
         frame.origin = point.xyz;
-        slices = with_taps(slices, frame, view_points, 0u);
+        slices = with_taps(slices, frame, view_points, 0u, 1u);
     }
-    return 1.0 - dot(slices.a + slices.b, vec4f(1.0 / f32(SLICES)));
+    return 1.0 - dot(slices.a + slices.b + slices.c + slices.d, vec4f(1.0 / f32(SLICES)));
 }

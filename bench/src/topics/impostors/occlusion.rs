@@ -42,7 +42,7 @@ pub struct StabilityPlan {
     pub image_px: u32,
     /// Reach of occlusion in bounding radii.
     pub reach: f64,
-    /// Looks into each z-buffer a pixel.
+    /// As in [`Settings`].
     pub taps: u32,
     /// Surface points that are tried.
     pub points: usize,
@@ -59,7 +59,7 @@ impl StabilityPlan {
         images: 12,
         image_px: 512,
         reach: 0.2,
-        taps: 64,
+        taps: 128,
         points: 20_000,
     };
     /// What continuous integration can afford.
@@ -115,8 +115,6 @@ const FOV_Y_RAD: f64 = TAU / 6.0;
 
 /// Measures a scene that stands still at its time 0.
 pub fn stability(gpu: &Gpu, scene: Scene, plan: &StabilityPlan) -> anyhow::Result<StabilityTable> {
-    let env = |name: &str, usual: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual); // TEMP
-    let plan = &StabilityPlan { elevation_rad: env("ELEV", plan.elevation_rad), reach: env("REACH", plan.reach), arc_rad: env("ARC", plan.arc_rad), taps: env("TAPS", 64.0) as u32, poses: env("POSES", plan.poses as f64) as usize, distance: env("DIST", plan.distance), size_px: (env("SIZE", plan.size_px.0 as f64) as u32, env("SIZE", plan.size_px.0 as f64) as u32), ..*plan }; // TEMP
     let mut stage = Stage::new(gpu, scene, Look::default())?.with_rays();
     let centre = stage.scene.bounds.centre();
     stage.show(0.0, centre)?;
@@ -133,8 +131,7 @@ pub fn stability(gpu: &Gpu, scene: Scene, plan: &StabilityPlan) -> anyhow::Resul
     let reach_m = plan.reach * stage.scene.bounds.radius_m();
     let rays = stage.renderer.rays().expect("asked for above");
     let anchor_world = stage.renderer.anchor_world();
-    let traced: Vec<f64> =
-        followed.iter().map(|&index| traced(rays, anchor_world, &points[index], reach_m)).collect();
+    let traced: Vec<f64> = followed.iter().map(|&index| traced(rays, anchor_world, &points[index], reach_m)).collect();
     let rows = [Occlusion::None, Occlusion::Plain, Occlusion::Graph].map(|occlusion| {
         let settings = Settings { occlusion, reach_m, taps: plan.taps };
         row(gpu, (&set, &views), settings, (&shown, &followed, &traced))
@@ -209,19 +206,19 @@ fn point_at(image: &DepthImage, ranks: &Ranks, (x, y): (i64, i64)) -> Option<Poi
     Some(Point { world, normal, footprint_m: 1.0 / (w * camera.focal_px) })
 }
 
-/// For each frame and point the pixel that shows it, where one does.
-type Shown = Vec<Vec<Option<usize>>>;
+/// For each frame and point where the image shows it, where it does.
+type Shown = Vec<Vec<Option<ImagePoint>>>;
 
 fn shown(gpu: &Gpu, set: &HeldSet, views: &[Pinhole], points: &[Point], plan: &StabilityPlan) -> anyhow::Result<Shown> {
     let mut client = ClientView::new(gpu, plan.size_px)?;
-    let mut frame = |view: &Pinhole| -> anyhow::Result<Vec<Option<usize>>> {
+    let mut frame = |view: &Pinhole| -> anyhow::Result<Vec<Option<ImagePoint>>> {
         let w = client.frame(set, view, Default::default())?.w;
-        Ok(points.iter().map(|point| pixel_of(point, view, &w)).collect())
+        Ok(points.iter().map(|point| shown_at(point, view, &w)).collect())
     };
     views.iter().map(&mut frame).collect()
 }
 
-fn pixel_of(point: &Point, view: &Pinhole, w: &[f32]) -> Option<usize> {
+fn shown_at(point: &Point, view: &Pinhole, w: &[f32]) -> Option<ImagePoint> {
     let image = view.image_from_world(point.world).filter(|image| view.contains(*image))?;
     let (x, y) = (image.u as usize, image.v as usize);
     let pixel = y * view.width_px as usize + x;
@@ -229,7 +226,7 @@ fn pixel_of(point: &Point, view: &Pinhole, w: &[f32]) -> Option<usize> {
     let seen = ImagePoint { u: x as f64 + 0.5, v: y as f64 + 0.5, w: pixel_w };
     let footprint_m = 1.0 / (image.w * view.focal_px);
     let is_near = pixel_w > 0.0 && view.world_from_image(seen).distance(point.world) <= SHOWN_FOOTPRINTS * footprint_m;
-    is_near.then_some(pixel)
+    is_near.then_some(image)
 }
 
 /// The share of a cosine-weighted sky that nothing hides within reach; what hides counts less with the square of its distance, as
@@ -268,11 +265,10 @@ fn row(
         times_ms.push(client.draw(set, view, Default::default())?);
         let shares = client.ambient_shares(view)?;
         for (read, &point) in read.iter_mut().zip(followed) {
-            read.extend(shown[point].map(|pixel| f64::from(shares[pixel])));
+            read.extend(shown[point].map(|image| bilinear(&shares, view, image)));
         }
     }
     times_ms.sort_by(f64::total_cmp);
-    { let mut d: Vec<f64> = read.iter().map(|v| { let m = mean(v.iter().copied()); mean(v.iter().map(|x| (x-m).powi(2))).sqrt() }).collect(); d.sort_by(f64::total_cmp); eprintln!("   quantiles {:?}", [0.1,0.5,0.75,0.9,0.97].map(|q| (d[(q*d.len() as f64) as usize]*1e4).round()/1e4)); } // TEMP
     let means: Vec<f64> = read.iter().map(|values| mean(values.iter().copied())).collect();
     let deviation = |(values, middle): (&Vec<f64>, &f64)| mean(values.iter().map(|v| (v - middle).powi(2))).sqrt();
     let differences = || means.iter().zip(traced).map(|(mean, traced)| mean - traced);
@@ -283,6 +279,18 @@ fn row(
         bias: mean(differences()),
         frame_ms: times_ms[times_ms.len() / 2],
     })
+}
+
+/// Between the four pixels around: a pixel's own value is that of a point up to half a pixel beside.
+fn bilinear(values: &[f32], view: &Pinhole, image: ImagePoint) -> f64 {
+    let at = |x: f64, y: f64| {
+        let [x, y] = [(x, view.width_px), (y, view.height_px)].map(|(at, size)| (at as usize).min(size as usize - 1));
+        f64::from(values[y * view.width_px as usize + x])
+    };
+    let (u, v) = ((image.u - 0.5).max(0.0), (image.v - 0.5).max(0.0));
+    let (right, down) = (u.fract(), v.fract());
+    let row = |y: f64| at(u, y) * (1.0 - right) + at(u + 1.0, y) * right;
+    row(v) * (1.0 - down) + row(v + 1.0) * down
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
