@@ -101,8 +101,8 @@ impl FrameRenderer {
         Ok(())
     }
 
-    /// The share of ambient light that arrived at each pixel of the last frame ([`TextureFormat::R32Float`]): 1 in the open and where there is no
-    /// surface. `None` where none was measured.
+    /// The share of ambient light that arrived at each pixel of the last frame ([`TextureFormat::R32Float`]): 1 in the open and
+    /// where there is no surface. `None` where none was measured.
     pub fn ambient_shares(&self) -> Option<&wgpu::Texture> {
         self.occlusion.as_ref()?.measured().map(|target| &target.texture)
     }

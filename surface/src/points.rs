@@ -136,8 +136,8 @@ impl PointPass {
         Ok(PointPass { gpu: gpu.clone(), layout, both_sides, front_only })
     }
 
-    /// Clears the target and draws everything held as seen by each camera, from the pixel of the target on that stands beside it, where its
-    /// image must fit; points are relative to `anchor_world`. A frustum's planes past [`FRUSTUM_PLANES`] do not bound it.
+    /// Clears the target and draws everything held as seen by each camera, from the pixel of the target on that stands beside
+    /// it, where its image must fit; points are relative to `anchor_world`. A frustum's planes past [`FRUSTUM_PLANES`] do not bound it.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

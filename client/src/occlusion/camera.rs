@@ -26,15 +26,15 @@ const STANDING_TURN_RAD: f64 = std::f64::consts::FRAC_PI_8;
 /// How far the two eyes behind the split stand to the sides, in distances to the split point.
 const STANDING_SHIFT: f64 = 0.2;
 
-/// For an eye that moves with the view the image is so much wider and higher, on every side, in shares of the view's: what stands just
-/// outside occludes as well, and what crosses the border of the view does not come and go.
+/// The image of a camera that goes with the view is so much wider and higher, on every side, in shares of the view's: what
+/// stands just outside occludes as well, and what crosses the border of the view does not come and go.
 const MARGIN: f64 = 0.125;
 /// As [`STANDING_SHIFT`], for it.
 const SHIFT: f64 = 0.5;
 
 impl Lookers {
-    /// For a view of what lies within `bounds`. From outside, four cameras stand around it, whatever the view; from within, one goes with the
-    /// view.
+    /// For a view of what lies within `bounds`. From outside, four cameras stand around it, whatever the view; from within, one
+    /// goes with the view.
     pub(super) fn new(view: &Pinhole, bounds: Bounds) -> Result<Lookers, GraphError> {
         let radius_m = (bounds.max - bounds.min).length() / 2.0;
         let is_outside = view.world_from_eye.translation.distance(bounds.middle()) > radius_m;

@@ -1,20 +1,21 @@
 //! Ambient occlusion: how much of the sky each point sees past what stands around it, from z-buffers of what is held.
 //!
-//! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.3. Occlusion from the
-//! z-buffer of the view alone comes and goes as occluders are hidden behind nearer surfaces. A graph camera of three frusta, which is
-//! the view up to a plane in the middle of what is seen and two eyes further left and right behind it, sees round the nearer surfaces, and its
-//! z-buffer is drawn from the same surfaces that the client holds.
+//! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.3. Occlusion from
+//! the z-buffer of the view alone comes and goes as occluders are hidden behind nearer surfaces. A graph camera of three frusta,
+//! one eye up to a plane in the middle of what is seen and two further left and right behind it, sees round nearer surfaces;
+//! its z-buffer is drawn from the same surfaces that the client holds.
 //!
 //! | paper | here |
 //! |---|---|
-//! | the z-buffer of the graph camera takes the place of the view's | it adds to it: what the view sees is never lost, also where the graph camera sees a point hidden |
-//! | lines of the image through a pixel; each stands for a plane in space | a pattern of places around the point in space, the same in every view, looked up where the z-buffer has them; what is found belongs to a slice around the normal |
+//! | one graph camera that goes with the view | so where the eye is inside of what is held; around an object stand four, whatever the view: what a moving camera sees, split or not, changes with it |
+//! | its z-buffer takes the place of the view's | the view's own stands in for points that no graph camera shows |
+//! | lines of the image through a pixel, each for a plane in space | places around the point in space, the same in every view, looked up where the z-buffer has them; what is found belongs to a slice around the normal |
 //! | depths, unprojected at every look | points, unprojected once (`surface::PointBuffer`) |
-//! | the split point on a curve designed by hand | the middle of what is held |
+//! | a split point on a curve designed by hand | the middle of what is held |
 //!
-//! Slices around the normal and a pattern that is fixed in space make the measure depend on the view only through what the z-buffers hold. In a slice,
-//! what is found at the elevation `e` above the tangent plane hides `sin² e` of the cosine-weighted sky, less with the square of
-//! its distance, nothing at [`Settings::reach_m`]; the greatest counts.
+//! In a slice, what is found at the elevation `e` above the tangent plane hides `sin² e` of the cosine-weighted sky, less with
+//! the square of its distance, nothing at [`Settings::reach_m`]; the greatest counts. Slices close to a wall get few looks, so
+//! contacts come out too light.
 
 mod camera;
 mod pass;
@@ -155,8 +156,8 @@ impl OcclusionRenderer {
         self.targets = Some(targets);
     }
 
-    /// The z-buffers of graph cameras, where they are asked for and there is something to see: drawn anew unless the cameras stand and the surfaces
-    /// are those of the last frame.
+    /// The z-buffers of graph cameras, where they are asked for and there is something to see: drawn anew unless the cameras
+    /// stand and the surfaces are those of the last frame.
     fn draw_graph(&mut self, encoder: &mut wgpu::CommandEncoder, surfaces: &HeldSurfaces, view: &Pinhole) {
         let last = self.graph_points.take();
         let Some((pass, bounds)) = self.graph.as_ref().zip(surfaces.bounds_world()) else { return };

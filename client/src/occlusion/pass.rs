@@ -68,8 +68,8 @@ impl OcclusionUniform {
     }
 }
 
-/// A place in the upper half of the unit ball. Elevations and radii are spread evenly by additive recurrences (Roberts, *The unreasonable
-/// effectiveness of quasirandom sequences*, 2018), azimuths by the golden angle: no two taps of any number lie in one place.
+/// A place in the upper half of the unit ball. Elevations and radii are spread evenly by additive recurrences (Roberts, *The
+/// unreasonable effectiveness of quasirandom sequences*, 2018), azimuths by the golden angle: no two taps lie in one place.
 fn tap_place(index: usize, count: usize) -> DVec3 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     const PLASTIC: f64 = 0.754_877_666_246_692_8;

@@ -47,7 +47,8 @@ struct Occlusion {
 // Sine of the elevation up to which nothing counts: normals of a smooth surface differ from its quads' by so much.
 const LEAST_SINE: f32 = 0.1;
 
-// A z-buffer shows a point if it has one so near in its pixel: half a diagonal, on a surface that is tilted by up to 70 degrees.
+// A z-buffer shows a point if it has one so near in its pixel, in footprints: half a diagonal, on a surface that is tilted by
+// up to 70 degrees.
 const SHOWN_FOOTPRINTS: f32 = 2.0;
 
 // What the slices around the normal have found: the greatest share of a slice's sky that one surface hides.
