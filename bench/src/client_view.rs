@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use camera::Pinhole;
-use client::frame::{FrameRenderer, Options};
+use client::frame::{FrameRenderer, Options, Shown};
+use client::occlusion;
 use client::reflect::{Impostors, StepSum};
 use gpu::{Gpu, Readback};
 use protocol::held::{Edit, Held, HeldPatch};
@@ -90,6 +91,26 @@ impl ClientView {
         Ok(ClientView { gpu: gpu.clone(), frames: FrameRenderer::new(gpu, format)?, output, output_view })
     }
 
+    /// How ambient occlusion is measured from now on.
+    pub fn set_occlusion(&mut self, settings: occlusion::Settings) -> anyhow::Result<()> {
+        Ok(self.frames.set_occlusion(settings)?)
+    }
+
+    /// The share of ambient light that arrived at each pixel of the last frame, drawn from `camera`; 1 everywhere where none was
+    /// measured.
+    pub fn ambient_shares(&self, camera: &Pinhole) -> anyhow::Result<Vec<f32>> {
+        let size_px = (camera.width_px, camera.height_px);
+        let Some(shares) = self.frames.ambient_shares() else {
+            return Ok(vec![1.0; (size_px.0 * size_px.1) as usize]);
+        };
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut readback = Readback::default();
+        let shares = readback.texture(shares, 0, size_px);
+        let encoded = readback.encode(&self.gpu, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(encoded.map().wait(&self.gpu)?.values(shares))
+    }
+
     /// Draws and waits; gives the wall time in ms.
     pub fn draw(&mut self, set: &HeldSet, camera: &Pinhole, options: Options) -> anyhow::Result<f64> {
         self.draw_reflecting(set, None, camera, options)
@@ -105,8 +126,8 @@ impl ClientView {
     ) -> anyhow::Result<f64> {
         let started = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.frames.draw_surfaces(&mut encoder, &set.surfaces, camera, options);
-        self.frames.draw_reflecting(&mut encoder, (&set.held, impostors), camera, &self.output_view, options);
+        let shown = Shown { surfaces: &set.surfaces, held: &set.held, impostors };
+        self.frames.draw(&mut encoder, shown, camera, &self.output_view, options);
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();
         self.gpu.wait_idle()?;

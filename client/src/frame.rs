@@ -11,6 +11,7 @@ use crate::coverage::{self, Coverage};
 use crate::fill::{FillPass, LEVELS, Pyramid};
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::light::{LightPass, Lit};
+use crate::occlusion::{self, OcclusionRenderer};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::reflect::StepSum;
 use crate::reflect::{Impostors, ReflectInputs, ReflectPass, Reflectors, Settings};
@@ -60,11 +61,30 @@ struct PresentUniform {
     padding: [u32; 2],
 }
 
-/// Draws frames: surface, light, reflections, fill, present. The targets follow the camera's size.
+/// What a frame shows.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown<'a> {
+    /// What is held, as surfaces.
+    pub surfaces: &'a HeldSurfaces,
+    /// Its materials and lights, and where its objects are.
+    pub held: &'a Held,
+    /// What mirrors and glass show; without, they are drawn as plain surfaces.
+    pub impostors: Option<&'a Impostors>,
+}
+
+impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
+    fn from((surfaces, held): (&'a HeldSurfaces, &'a Held)) -> Shown<'a> {
+        Shown { surfaces, held, impostors: None }
+    }
+}
+
+/// Draws frames: surface, occlusion, light, reflections, fill, present. The targets follow the camera's size.
 #[derive(Debug)]
 pub struct FrameRenderer {
     gpu: Gpu,
     surface: SurfacePass,
+    /// `None` while ambient light arrives everywhere.
+    occlusion: Option<OcclusionRenderer>,
     light: LightPass,
     /// Made when something is first reflected.
     reflect: Option<ReflectPass>,
@@ -91,6 +111,7 @@ impl FrameRenderer {
         Ok(FrameRenderer {
             gpu: gpu.clone(),
             surface: SurfacePass::new(gpu)?,
+            occlusion: None,
             light: LightPass::new(gpu)?,
             reflect: None,
             fill: FillPass::new(gpu)?,
@@ -101,18 +122,35 @@ impl FrameRenderer {
         })
     }
 
+    /// How ambient occlusion is measured from now on; not at all before this is first called. What it needs is made here and
+    /// when it is first drawn, and dropped when it is switched off.
+    pub fn set_occlusion(&mut self, settings: occlusion::Settings) -> Result<(), SurfaceError> {
+        self.occlusion = OcclusionRenderer::new(&self.gpu, settings)?;
+        if self.occlusion.is_some() {
+            self.light.prepare_occluded()?;
+        }
+        Ok(())
+    }
+
+    /// The share of ambient light that arrived at each pixel of the last frame ([`TextureFormat::R32Float`]): 1 in the open and
+    /// where there is no surface. `None` where none was measured.
+    pub fn ambient_shares(&self) -> Option<&wgpu::Texture> {
+        self.occlusion.as_ref()?.measured().map(|target| &target.texture)
+    }
+
     /// Encodes a frame as seen by `camera` into `output`, which has the camera's size. Call [`FrameRenderer::submitted`] once
     /// the encoder's commands are submitted.
-    pub fn draw(
+    pub fn draw<'a>(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        (surfaces, held): (&HeldSurfaces, &Held),
+        shown: impl Into<Shown<'a>>,
         camera: &Pinhole,
         output: &TextureView,
         options: Options,
     ) {
-        self.draw_surfaces(encoder, surfaces, camera, options);
-        self.draw_light(encoder, held, camera, output, options);
+        let shown = shown.into();
+        self.draw_surfaces(encoder, shown.surfaces, camera, options);
+        self.draw_light(encoder, shown, camera, output, options);
     }
 
     /// The first half of [`FrameRenderer::draw`]: the surfaces, without light.
@@ -129,29 +167,22 @@ impl FrameRenderer {
         self.targets = Some(targets);
     }
 
-    /// The second half of [`FrameRenderer::draw`]: light, fill and output of the surfaces drawn last.
-    pub fn draw_light(
+    /// The second half of [`FrameRenderer::draw`]: occlusion, light, reflections, fill and output of the surfaces drawn last.
+    pub fn draw_light<'a>(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        held: &Held,
+        shown: impl Into<Shown<'a>>,
         camera: &Pinhole,
         output: &TextureView,
         options: Options,
     ) {
-        self.draw_reflecting(encoder, (held, None), camera, output, options);
-    }
-
-    /// [`FrameRenderer::draw_light`] with what mirrors and glass show, by the impostors there are.
-    pub fn draw_reflecting(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        (held, impostors): (&Held, Option<&Impostors>),
-        camera: &Pinhole,
-        output: &TextureView,
-        options: Options,
-    ) {
+        let Shown { surfaces, held, impostors } = shown.into();
         let targets = self.targets.take().expect("surfaces are drawn first");
-        self.light.encode(encoder, &targets.gbuffer, held, camera, &targets.lit);
+        if let Some(occlusion) = &mut self.occlusion {
+            occlusion.encode(encoder, (surfaces, held), camera, &targets.gbuffer);
+        }
+        let ambient_shares = self.occlusion.as_ref().and_then(OcclusionRenderer::measured);
+        self.light.encode(encoder, (&targets.gbuffer, ambient_shares), held, camera, &targets.lit);
         self.reflect(encoder, (held, impostors), camera, &targets, options.reflect);
         if options.fill {
             self.fill.encode(encoder, &targets.lit, &targets.pyramid);

@@ -3,6 +3,7 @@
 //! - [`viewer`]: everything between the socket and the picture, without either.
 //! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn.
 //! - [`reflect`]: mirrors and glass in it.
+//! - [`occlusion`]: how much ambient light arrives.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
@@ -20,6 +21,7 @@ mod fullscreen;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
 mod light;
+pub mod occlusion;
 pub mod panel;
 pub mod picture;
 #[cfg(not(target_arch = "wasm32"))]

@@ -33,6 +33,8 @@ impl Lit {
 pub(crate) struct LightPass {
     gpu: Gpu,
     pass: FullscreenPass,
+    /// With less ambient light where it is hidden; made when it is first needed.
+    occluded: Option<FullscreenPass>,
 }
 
 impl LightPass {
@@ -40,13 +42,27 @@ impl LightPass {
         use Binding::{FloatTexture, UintTexture, Uniform};
         let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture];
         let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light", &bindings, &[Lit::COLOUR, FILL_W])?;
-        Ok(LightPass { gpu: gpu.clone(), pass })
+        Ok(LightPass { gpu: gpu.clone(), pass, occluded: None })
     }
 
+    /// Makes ready for shares of ambient light.
+    pub(crate) fn prepare_occluded(&mut self) -> Result<(), shaders::ShaderError> {
+        use Binding::{FloatTexture, UintTexture, Uniform};
+        if self.occluded.is_none() {
+            let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
+            let formats = [Lit::COLOUR, FILL_W];
+            let pass = FullscreenPass::new(&self.gpu, "client/light.wgsl", "light_occluded", &bindings, &formats)?;
+            self.occluded = Some(pass);
+        }
+        Ok(())
+    }
+
+    /// `ambient_shares` say how much of the ambient light arrives at each pixel; without them, or before
+    /// [`LightPass::prepare_occluded`], all of it does.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        gbuffer: &GBuffer,
+        (gbuffer, ambient_shares): (&GBuffer, Option<&Target>),
         held: &Held,
         camera: &Pinhole,
         lit: &Lit,
@@ -60,7 +76,7 @@ impl LightPass {
         let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(&lighting));
         let table = MaterialUniform::table(&held.materials);
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&table));
-        let inputs = [
+        let mut inputs = vec![
             camera.as_entire_binding(),
             lighting.as_entire_binding(),
             materials.as_entire_binding(),
@@ -68,6 +84,11 @@ impl LightPass {
             BindingResource::TextureView(&gbuffer.views.normal_ids),
             BindingResource::TextureView(&gbuffer.views.w),
         ];
-        self.pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
+        let mut pass = &self.pass;
+        if let (Some(occluded), Some(shares)) = (&self.occluded, ambient_shares) {
+            inputs.push(BindingResource::TextureView(&shares.view));
+            pass = occluded;
+        }
+        pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
     }
 }

@@ -7,7 +7,7 @@ use surface::{CornerRules, Corners, HeldSurfaces, SurfaceError};
 use thiserror::Error;
 use web_time::Instant;
 
-use crate::frame::{self, FrameRenderer};
+use crate::frame::{self, FrameRenderer, Shown};
 use crate::reflect::Impostors;
 use crate::viewer::Follow;
 
@@ -76,9 +76,8 @@ impl Picture {
     /// Draws and submits; does not wait.
     pub fn draw(&mut self, held: &Held, camera: &Pinhole, output: &wgpu::TextureView) {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.renderer.draw_surfaces(&mut encoder, &self.surfaces, camera, self.options.frame);
-        let impostors = Some(&self.impostors);
-        self.renderer.draw_reflecting(&mut encoder, (held, impostors), camera, output, self.options.frame);
+        let shown = Shown { surfaces: &self.surfaces, held, impostors: Some(&self.impostors) };
+        self.renderer.draw(&mut encoder, shown, camera, output, self.options.frame);
         self.gpu.queue.submit([encoder.finish()]);
         self.renderer.submitted();
     }
@@ -99,8 +98,8 @@ impl Picture {
         self.gpu.wait_idle()?;
         let middle = Instant::now();
         let mut second = encoder();
-        let impostors = Some(&self.impostors);
-        self.renderer.draw_reflecting(&mut second, (held, impostors), camera, output, self.options.frame);
+        let shown = Shown { surfaces: &self.surfaces, held, impostors: Some(&self.impostors) };
+        self.renderer.draw_light(&mut second, shown, camera, output, self.options.frame);
         self.gpu.queue.submit([second.finish()]);
         self.renderer.submitted();
         self.gpu.wait_idle()?;

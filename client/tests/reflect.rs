@@ -197,8 +197,8 @@ fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
     let (view, target) = (view(), output.create_view(&Default::default()));
     let options = Options { reflect: settings, ..Options::default() };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    frame.draw_surfaces(&mut encoder, &surfaces, &view, options);
-    frame.draw_reflecting(&mut encoder, (held, Some(&impostors)), &view, &target, options);
+    let shown = vantage_client::frame::Shown { surfaces: &surfaces, held, impostors: Some(&impostors) };
+    frame.draw(&mut encoder, shown, &view, &target, options);
     let mut readback = Readback::default();
     let slot = readback.texture(&output, 0, (SIDE, SIDE));
     let encoded = readback.encode(&gpu, &mut encoder);

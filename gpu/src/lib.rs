@@ -12,4 +12,4 @@ pub mod uniforms;
 
 pub use device::{Caps, Gpu, GpuError};
 pub use readback::{Mapped, Pending, Readback, ReadbackError, Slot};
-pub use uniforms::{LightUniform, LightingUniform, MaterialUniform, PinholeUniform};
+pub use uniforms::{LightUniform, LightingUniform, MaterialUniform, PinholeUniform, columns};

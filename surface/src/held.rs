@@ -1,6 +1,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use camera::Pinhole;
+use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
@@ -26,6 +26,8 @@ pub struct HeldSurfaces {
     poses_now: BTreeMap<u16, DAffine3>,
     /// By material code.
     double_sided: Vec<bool>,
+    /// Counts what may have changed a picture.
+    revision: u64,
 }
 
 /// What is held for drawing.
@@ -54,6 +56,8 @@ pub(crate) struct PatchSurface {
     ranks: Ranks,
     /// A ball around all corners, in the patch's eye space at capture: its centre, and its radius in metres.
     ball_eye: (DVec3, f64),
+    /// Around all corners at capture.
+    bounds_world: WorldBounds,
     stats: SurfaceStats,
 }
 
@@ -90,7 +94,7 @@ impl HeldSurfaces {
 
     fn empty(gpu: Option<Gpu>, corners: Corners, rules: CornerRules) -> HeldSurfaces {
         let (patches, poses_now, double_sided) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
-        HeldSurfaces { gpu, corners, rules, patches, poses_now, double_sided }
+        HeldSurfaces { gpu, corners, rules, patches, poses_now, double_sided, revision: 0 }
     }
 
     /// Follows an update that `held` has just applied.
@@ -152,6 +156,7 @@ impl HeldSurfaces {
         if mesh.indices.is_empty() {
             self.remove(held.patch.id);
         } else {
+            self.revision += 1;
             self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh));
         }
     }
@@ -159,6 +164,7 @@ impl HeldSurfaces {
     /// Draws single samples of a patch no more.
     pub fn delete(&mut self, id: PatchId, pixels: &[(u16, u16)]) {
         if let Some(patch) = self.patches.get_mut(&id) {
+            self.revision += 1;
             patch.delete(self.gpu.as_ref(), pixels);
         }
     }
@@ -168,25 +174,43 @@ impl HeldSurfaces {
         self.patches.get(&id).is_some_and(|patch| patch.may_be_seen_from(view))
     }
 
+    /// A box around everything held as it was captured; `None` where nothing is. Moving objects may have left it since.
+    pub fn bounds_world(&self) -> Option<WorldBounds> {
+        self.patches.values().map(|patch| patch.bounds_world).reduce(WorldBounds::union)
+    }
+
+    /// A number that grows with every change of what is drawn.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
     /// Forgets a patch.
     pub fn remove(&mut self, id: PatchId) {
-        self.patches.remove(&id);
+        self.revision += u64::from(self.patches.remove(&id).is_some());
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
+        self.revision += 1;
         self.patches.clear();
         self.poses_now.clear();
     }
 
     /// Where the moving objects are now.
     pub fn set_poses(&mut self, poses_now: &BTreeMap<u16, DAffine3>) {
-        self.poses_now.clone_from(poses_now);
+        if self.poses_now != *poses_now {
+            self.revision += 1;
+            self.poses_now.clone_from(poses_now);
+        }
     }
 
     /// What the materials' codes mean: surfaces of one side are not drawn from behind.
     pub fn set_materials(&mut self, materials: &[Material]) {
-        self.double_sided = materials.iter().map(|material| material.double_sided).collect();
+        let double_sided = materials.iter().map(|material| material.double_sided).collect();
+        if self.double_sided != double_sided {
+            self.revision += 1;
+            self.double_sided = double_sided;
+        }
     }
 
     /// Whether a patch shows nothing from behind: all of its surfaces have one side, and none may have been mirrored since.
@@ -258,12 +282,24 @@ fn materials_in(image: &DepthImage) -> Vec<u8> {
 
 /// A ball around the corners of a mesh: around the middle of their box.
 fn ball_eye(camera: &Pinhole, mesh: &PatchMesh) -> (DVec3, f64) {
-    let corner =
-        |vertex: &mesh::Vertex| camera.ray_eye_from_image(vertex.u_px.into(), vertex.v_px.into()) / f64::from(vertex.w);
-    let bounds = |(low, high): (DVec3, DVec3), p: DVec3| (low.min(p), high.max(p));
-    let (low, high) = mesh.vertices.iter().map(corner).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), bounds);
+    let (low, high) = box_around(mesh.vertices.iter().map(|vertex| corner_eye(camera, vertex)));
     let centre = (low + high) / 2.0;
     (centre, high.distance(low) / 2.0)
+}
+
+fn bounds_world(camera: &Pinhole, mesh: &PatchMesh) -> WorldBounds {
+    let world_from_eye = camera.world_from_eye.to_affine();
+    let corners = mesh.vertices.iter().map(|vertex| world_from_eye.transform_point3(corner_eye(camera, vertex)));
+    let (min, max) = box_around(corners);
+    WorldBounds { min, max }
+}
+
+fn corner_eye(camera: &Pinhole, vertex: &mesh::Vertex) -> DVec3 {
+    camera.ray_eye_from_image(vertex.u_px.into(), vertex.v_px.into()) / f64::from(vertex.w)
+}
+
+fn box_around(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
 impl PatchSurface {
@@ -282,6 +318,7 @@ impl PatchSurface {
             ranks: Ranks::new(&held.patch.image.mask),
             built: held.patch.image.mask.clone(),
             ball_eye: ball_eye(&camera, &mesh),
+            bounds_world: bounds_world(&camera, &mesh),
             quads: QuadBuffers::new(gpu, &held.patch.image.mask, mesh),
             materials: materials_in(&held.patch.image),
             stats,
@@ -321,5 +358,15 @@ impl PatchSurface {
         let farthest =
             outside(p.x, high.x).max(-outside(p.x, low.x)).max(outside(p.y, high.y)).max(-outside(p.y, low.y));
         farthest <= radius_m && p.z >= -radius_m
+    }
+
+    /// Whether any of it may lie inside of all of some half-spaces. A patch with moving objects always may.
+    pub(crate) fn may_reach_into(&self, half_spaces: &[HalfSpace]) -> bool {
+        let (centre, radius_m) = self.ball_eye;
+        if !self.objects.is_empty() || !radius_m.is_finite() {
+            return true;
+        }
+        let centre_world = self.camera.world_from_eye.transform_point(centre);
+        half_spaces.iter().all(|half_space| half_space.depth_m(centre_world) >= -radius_m)
     }
 }

@@ -17,6 +17,7 @@ mod gbuffer;
 mod held;
 pub mod mesh;
 mod pass;
+mod points;
 pub mod tiles;
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -26,6 +27,7 @@ pub use gbuffer::GBuffer;
 pub use held::{HeldSurfaces, SurfaceStats};
 pub use mesh::{PatchMesh, ProvokingVertex, Vertex};
 pub use pass::{Smoothing, SurfacePass};
+pub use points::{FRUSTUM_PLANES, PointBuffer, PointPass, Projection};
 
 /// Why surfaces could not be built or drawn.
 #[derive(Debug, thiserror::Error)]

@@ -42,7 +42,7 @@ struct ViewUniform {
 }
 
 /// Texels a moving object takes in the texture of movers: three rows for points, three for normals.
-const MOVER_TEXELS: u32 = 6;
+pub(crate) const MOVER_TEXELS: u32 = 6;
 
 /// A sample is tested against others as if it lay this many of its footprints (what a pixel spans at its depth, where it was captured)
 /// further from the eye. So of overlapping samples of one surface the finer shows, in one pass: their depths differ by less, through
@@ -133,25 +133,7 @@ impl Quads {
             contents: &inputs.views,
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let movers = device.create_texture_with_data(
-            &self.gpu.queue,
-            &wgpu::TextureDescriptor {
-                label: Some("movers"),
-                size: wgpu::Extent3d {
-                    width: MOVER_TEXELS * MOVERS_A_ROW,
-                    height: inputs.movers.len() as u32 / (MOVER_TEXELS * MOVERS_A_ROW),
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Float,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            },
-            wgpu::util::TextureDataOrder::LayerMajor,
-            bytemuck::cast_slice(&inputs.movers),
-        );
+        let movers = movers_texture(&self.gpu, inputs.movers.clone());
         let view_size = wgpu::BufferSize::new(size_of::<ViewUniform>() as u64);
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("surfaces"),
@@ -180,7 +162,7 @@ impl Quads {
 struct Inputs {
     /// A [`ViewUniform`] a patch, `stride` bytes apart.
     views: Vec<u8>,
-    /// [`MOVER_TEXELS`] a moving object of each patch; whole rows, at least one.
+    /// [`MOVER_TEXELS`] a moving object of each patch.
     movers: Vec<[f32; 4]>,
 }
 
@@ -199,10 +181,30 @@ impl Inputs {
                 inputs.movers.extend(mover.turn);
             }
         }
-        let row = (MOVER_TEXELS * MOVERS_A_ROW) as usize;
-        inputs.movers.resize(inputs.movers.len().max(1).next_multiple_of(row), [0.0; 4]);
         inputs
     }
+}
+
+/// The texture of movers: [`MOVER_TEXELS`] a moving object, in whole rows, at least one.
+pub(crate) fn movers_texture(gpu: &Gpu, mut texels: Vec<[f32; 4]>) -> wgpu::Texture {
+    let row = (MOVER_TEXELS * MOVERS_A_ROW) as usize;
+    texels.resize(texels.len().max(1).next_multiple_of(row), [0.0; 4]);
+    let size = wgpu::Extent3d { width: row as u32, height: (texels.len() / row) as u32, depth_or_array_layers: 1 };
+    gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &wgpu::TextureDescriptor {
+            label: Some("movers"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&texels),
+    )
 }
 
 /// Rows of an affine map.

@@ -10,6 +10,8 @@
 @group(0) @binding(3) var colour: texture_2d<f32>;
 @group(0) @binding(4) var normal_ids: texture_2d<u32>;
 @group(0) @binding(5) var w: texture_2d<f32>;
+// The share of the ambient light that arrives; for `light_occluded` alone.
+@group(0) @binding(6) var ambient_shares: texture_2d<f32>;
 
 struct Lit {
     // sRGB-encoded; alpha 1 where there is a surface, else all zero.
@@ -18,9 +20,8 @@ struct Lit {
     @location(1) w: f32,
 }
 
-@fragment
-fn light(@builtin(position) position: vec4f) -> Lit {
-    let pixel = vec2i(position.xy);
+fn lit(position: vec2f, ambient_share: f32) -> Lit {
+    let pixel = vec2i(position);
     let base = textureLoad(colour, pixel, 0);
     if base.a == 0.0 {
         return Lit(vec4f(0.0), 0.0);
@@ -28,17 +29,27 @@ fn light(@builtin(position) position: vec4f) -> Lit {
     let inverse_depth = textureLoad(w, pixel, 0).x;
     let ids = textureLoad(normal_ids, pixel, 0).xy;
     let material = material_table[(ids.y >> 16u) & 0xffu];
-    let p_eye = pinhole_eye_from_image(camera, position.xy, inverse_depth);
+    let p_eye = pinhole_eye_from_image(camera, position, inverse_depth);
     // The rotation's inverse is its transpose.
     let p_world_axes = p_eye * camera.eye_from_world;
     var normal = octahedral_normal_fine(ids.x);
     if (material.flags & MATERIAL_DOUBLE_SIDED) != 0u && dot(normal, p_world_axes) > 0.0 {
         normal = -normal;
     }
-    var arriving = lighting.ambient;
+    var arriving = ambient_share * lighting.ambient;
     for (var index = 0u; index < lighting.light_count; index++) {
         arriving += diffuse_light(lighting.lights[index], lighting.burley, normal, p_world_axes);
     }
     let shown = shade_lit(linear_from_srgb(base.rgb), arriving, material);
     return Lit(vec4f(shown, 1.0), inverse_depth);
+}
+
+@fragment
+fn light(@builtin(position) position: vec4f) -> Lit {
+    return lit(position.xy, 1.0);
+}
+
+@fragment
+fn light_occluded(@builtin(position) position: vec4f) -> Lit {
+    return lit(position.xy, textureLoad(ambient_shares, vec2i(position.xy), 0).x);
 }

@@ -5,6 +5,7 @@
 //! theirs.
 
 mod coverage;
+pub mod occlusion;
 mod output;
 mod reflect;
 mod steps;
@@ -14,6 +15,7 @@ mod times;
 use anyhow::Context;
 use clap::Args;
 use gpu::Gpu;
+use occlusion::StabilityPlan;
 
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
@@ -78,11 +80,23 @@ impl Topic for Impostors {
         }
         if !settings.only_errors {
             coverage::measure(&gpu, run, report)?;
+            steady(&gpu, &settings, report)?;
         }
         output::tables(report);
         output::bars(report);
         Ok(())
     }
+}
+
+/// What ambient occlusion is followed on where an eye goes round it.
+const OCCLUDED: &str = "barrels";
+
+/// Ambient occlusion by both kinds of z-buffers.
+fn steady(gpu: &Gpu, settings: &Settings, report: &mut Report) -> anyhow::Result<()> {
+    let plan = if settings.quick { StabilityPlan::QUICK } else { StabilityPlan::FULL };
+    let table = occlusion::stability(gpu, crate::stage::load_scene(OCCLUDED, 1.0)?, &plan)?;
+    output::occlusion(OCCLUDED, &table, &plan, report);
+    Ok(())
 }
 
 fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {

@@ -1,12 +1,16 @@
 //! Notes, tables, bars and plots of the topic.
 
 use super::Settings;
+use super::occlusion::{StabilityPlan, StabilityTable};
+use client::occlusion::Occlusion;
+
 use super::reflect::{DECIDED, MAPS, METHODS, PINHOLES};
 use super::steps::FINE_PX;
 use super::times::{IMAGE_PX, OUTPUT_PX, SEARCHES};
 use crate::report::plot::{Scatter, Series, draw_scatter};
 use crate::report::table::{Table, number, percent};
 use crate::report::{Bar, Report, Row};
+use crate::spread::Spread;
 use crate::topic::Run;
 
 /// Settings and notes.
@@ -44,6 +48,7 @@ pub(super) fn tables(report: &mut Report) {
         ("Mean steps of a ray (CPU)", steps_table(report)),
         ("A session along the path", sessions(report)),
         ("How much of the teapot an image holds", coverage(report)),
+        ("Ambient occlusion while an eye goes round", occlusion_table(report)),
     ];
     report.tables =
         tables.into_iter().filter(|(_, table)| !table.is_empty()).map(|(t, table)| (t.to_owned(), table)).collect();
@@ -160,6 +165,47 @@ pub(super) fn bars(report: &mut Report) {
         }
     }
     report.bars.extend(bars);
+}
+
+/// The name of a row of ambient occlusion.
+fn occlusion_name(occlusion: Occlusion) -> Option<&'static str> {
+    match occlusion {
+        Occlusion::None => None,
+        Occlusion::Plain => Some("occlusion, view's z-buffer"),
+        Occlusion::Graph => Some("occlusion, graph z-buffers"),
+    }
+}
+
+/// Rows and bars of ambient occlusion while the eye moves.
+pub(super) fn occlusion(scene: &str, found: &StabilityTable, plan: &StabilityPlan, report: &mut Report) {
+    for measured in &found.rows {
+        let Some(name) = occlusion_name(measured.occlusion) else { continue };
+        let mut row = Row::new(scene, name);
+        row.parameters.set("poses", plan.poses);
+        row.error.set("deviation", Spread::single(measured.deviation));
+        row.error.set("traced", Spread::single(measured.error));
+        row.time_ms.set("frame", Spread::single(measured.frame_ms));
+        row.counts.set("points", found.points as f64);
+        report.rows.push(row);
+    }
+    let figure = |wanted: Occlusion| found.rows.iter().find(|row| row.occlusion == wanted);
+    let (plain, graph) = (figure(Occlusion::Plain), figure(Occlusion::Graph));
+    if let (Some(plain), Some(graph)) = (plain, graph) {
+        let half = format!("{scene}: deviation of occlusion by graph cameras, half of the view's own");
+        report.bars.push(Bar::at_most(half, plain.deviation / 2.0, Some(graph.deviation), ""));
+        let nearer = format!("{scene}: error of occlusion by graph cameras, the view's own");
+        report.bars.push(Bar::at_most(nearer, plain.error, Some(graph.error), ""));
+    }
+}
+
+fn occlusion_table(report: &Report) -> Table {
+    let mut table = Table::new(["scene", "occlusion", "deviation over poses", "off traced", "points", "frame ms"]);
+    for row in report.rows.iter().filter(|row| row.method.starts_with("occlusion")) {
+        let figures = ["error.deviation.mean", "error.traced.mean", "counts.points", "time_ms.frame.median"];
+        let cells = figures.map(|path| cell(row.figure(path)));
+        table.row([row.scene.clone(), row.method.clone()].into_iter().chain(cells));
+    }
+    table
 }
 
 /// Error against run time.

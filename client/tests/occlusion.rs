@@ -1,0 +1,209 @@
+//! Ambient occlusion of small held copies, pixel by pixel.
+
+use camera::{Camera, Pinhole, Rigid};
+use glam::DVec3;
+use gpu::{Gpu, Readback};
+use protocol::held::HeldPatch;
+use protocol::image::octahedral_code;
+use protocol::{DepthImage, DepthScale, Held, Lighting, Mask, Material, Patch, PatchId, Purpose};
+use surface::HeldSurfaces;
+use vantage_client::frame::{FrameRenderer, Options};
+use vantage_client::occlusion::{Occlusion, Settings};
+
+const SIDE: u32 = 96;
+
+/// A box, by its least and greatest corner.
+type Block = (DVec3, DVec3);
+
+const FLOOR: Block = (DVec3::new(-4.0, -1.0, -4.0), DVec3::new(4.0, 0.0, 4.0));
+
+/// Where a ray enters a box, in lengths of `along`, and the normal there.
+fn entry((low, high): Block, from: DVec3, along: DVec3) -> Option<(f64, DVec3)> {
+    let (a, b) = ((low - from) / along, (high - from) / along);
+    let (near, far) = (a.min(b), a.max(b));
+    let axis = near.max_position();
+    let t = near[axis];
+    (t > 0.0 && t <= far.min_element()).then(|| (t, DVec3::AXES[axis] * -along[axis].signum()))
+}
+
+fn view(eye: DVec3, at: DVec3) -> Pinhole {
+    Pinhole::symmetric(Rigid::look_at(eye, at), (SIDE, SIDE), 1.0, 0.05)
+}
+
+/// What a camera sees of boxes, all given relative to `origin`.
+fn patch(id: u32, camera: &Pinhole, blocks: &[Block], origin: DVec3) -> HeldPatch {
+    let (mut mask, mut depth, mut normal) = (Mask::empty(SIDE, SIDE), Vec::new(), Vec::new());
+    let depth_scale = DepthScale { w_min: 0.0, w_step: 1.0 / 65535.0 };
+    for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
+        let ray = camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let along = camera.world_from_eye.transform_vector(ray);
+        let from = camera.world_from_eye.translation - origin;
+        let hits = blocks.iter().filter_map(|block| entry(*block, from, along));
+        if let Some((t, towards)) = hits.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            mask.set(x, y, true);
+            depth.push(depth_scale.code((1.0 / t) as f32));
+            normal.push(octahedral_code(towards.as_vec3()));
+        }
+    }
+    let count = mask.count();
+    let image = DepthImage {
+        camera: Camera::Pinhole(*camera),
+        depth_scale,
+        mask,
+        depth,
+        normal,
+        colour: vec![[200, 200, 200]; count],
+        object: vec![1; count],
+        material: vec![0; count],
+    };
+    let patch = Patch { id: PatchId(id), purpose: Purpose::Eye, capture_time_s: 0.0, objects: Vec::new(), image };
+    HeldPatch { patch, trims: Vec::new() }
+}
+
+/// Boxes as seen from around and above, relative to `origin`.
+fn held(blocks: &[Block], origin: DVec3) -> Held {
+    let mut held = Held::default();
+    let eyes = [(0.0, 5.0, 7.0), (7.0, 5.0, 0.0), (0.0, 5.0, -7.0), (-7.0, 5.0, 0.0), (1.0, 9.0, 1.0)];
+    for ((x, y, z), id) in eyes.into_iter().zip(1..) {
+        let camera = view(origin + DVec3::new(x, y, z), origin);
+        held.patches.insert(PatchId(id), patch(id, &camera, blocks, origin));
+    }
+    held.materials = vec![Material::default()];
+    held.lighting = Some(Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false });
+    held
+}
+
+struct Frame {
+    picture: Vec<[u8; 4]>,
+    /// Empty where none was measured.
+    shares: Vec<f32>,
+    camera: Pinhole,
+}
+
+impl Frame {
+    /// The share at the pixel that shows a point.
+    fn share(&self, p_world: DVec3) -> f32 {
+        let image = self.camera.image_from_world(p_world).expect("before the eye");
+        self.shares[(image.v as u32 * SIDE + image.u as u32) as usize]
+    }
+}
+
+/// Draws with each of some settings in turn, by one renderer; the last frame is given.
+fn draw(held: &Held, camera: &Pinhole, settings: &[Settings]) -> Frame {
+    let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+    let mut surfaces = HeldSurfaces::new(&gpu);
+    surfaces.rebuild(held);
+    let mut frame = FrameRenderer::new(&gpu, wgpu::TextureFormat::Rgba8Unorm).expect("the shaders compile");
+    let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let mut read = (Vec::new(), Vec::new());
+    let mut shoot = |frame: &mut FrameRenderer| {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let view = output.create_view(&Default::default());
+        frame.draw(&mut encoder, (&surfaces, held), camera, &view, Options::default());
+        let mut readback = Readback::default();
+        let picture = readback.texture(&output, 0, (SIDE, SIDE));
+        let shares = frame.ambient_shares().map(|shares| readback.texture(shares, 0, (SIDE, SIDE)));
+        let encoded = readback.encode(&gpu, &mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        frame.submitted();
+        let mapped = encoded.map().wait(&gpu).expect("a readback");
+        read = (mapped.values(picture), shares.map_or_else(Vec::new, |shares| mapped.values(shares)));
+    };
+    if settings.is_empty() {
+        shoot(&mut frame);
+    }
+    for settings in settings {
+        frame.set_occlusion(*settings).expect("the shaders compile");
+        shoot(&mut frame);
+    }
+    Frame { picture: read.0, shares: read.1, camera: *camera }
+}
+
+fn by(occlusion: Occlusion) -> Settings {
+    Settings { occlusion, reach_m: 1.0, taps: 128 }
+}
+
+#[test]
+fn an_open_floor_is_light_and_the_foot_of_a_wall_half_dark() {
+    let wall = (DVec3::new(-3.0, 0.0, -2.0), DVec3::new(3.0, 2.0, -1.5));
+    let held = held(&[FLOOR, wall], DVec3::ZERO);
+    let camera = view(DVec3::new(0.0, 3.0, 5.0), DVec3::new(0.0, 0.0, -0.5));
+    for occlusion in [Occlusion::Plain, Occlusion::Graph] {
+        let settings = Settings { reach_m: 2.0, ..by(occlusion) };
+        let frame = draw(&held, &camera, &[settings]);
+        let open = frame.share(DVec3::new(0.0, 0.0, 2.5));
+        let at = |step: u32| frame.share(DVec3::new(0.0, 0.0, -1.4 + 0.1 * f64::from(step)));
+        let shares: Vec<f32> = (0..6).map(at).collect();
+        let foot = shares.iter().copied().fold(1.0, f32::min);
+        assert!(open > 0.97, "{occlusion:?}: open {open}");
+        assert!((0.35..0.75).contains(&foot), "{occlusion:?}: from the foot on {shares:?}");
+    }
+}
+
+#[test]
+fn only_graph_cameras_see_what_a_post_hides() {
+    // The eye, the post and the block stand in line; beside the post it sees the floor to the sides of the block.
+    let post = (DVec3::new(-0.6, 0.0, 1.8), DVec3::new(0.6, 2.6, 2.0));
+    let block = (DVec3::new(-0.88, 0.0, -0.6), DVec3::new(-0.2, 0.8, 0.2));
+    let camera = view(DVec3::new(0.0, 1.4, 5.0), DVec3::new(0.0, 0.4, 0.0));
+    let beside = DVec3::new(-1.15, 0.0, -0.2);
+    let share = |blocks: &[Block], occlusion| draw(&held(blocks, DVec3::ZERO), &camera, &[by(occlusion)]).share(beside);
+    let hidden_from_plain = share(&[FLOOR, post, block], Occlusion::Plain);
+    let seen_by_graph = share(&[FLOOR, post, block], Occlusion::Graph);
+    let without = share(&[FLOOR, post], Occlusion::Graph);
+    assert!(hidden_from_plain > 0.97, "the view does not see the block: {hidden_from_plain}");
+    assert!(without > 0.97, "nothing else is near: {without}");
+    assert!(seen_by_graph < hidden_from_plain - 0.03, "{seen_by_graph} and {hidden_from_plain}");
+}
+
+#[test]
+fn off_changes_no_bit_and_leaves_nothing() {
+    let block = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
+    let held = held(&[FLOOR, block], DVec3::ZERO);
+    let camera = view(DVec3::new(2.0, 3.0, 5.0), DVec3::ZERO);
+    let never = draw(&held, &camera, &[]);
+    let on = draw(&held, &camera, &[by(Occlusion::Graph)]);
+    let off_again = draw(&held, &camera, &[by(Occlusion::Graph), by(Occlusion::None)]);
+    assert!(never.shares.is_empty() && off_again.shares.is_empty());
+    assert_eq!(never.picture, off_again.picture);
+    assert_ne!(never.picture, on.picture);
+}
+
+#[test]
+fn far_from_the_origin_it_is_the_same() {
+    let wall = (DVec3::new(-3.0, 0.0, -2.0), DVec3::new(3.0, 2.0, -1.5));
+    for occlusion in [Occlusion::Plain, Occlusion::Graph] {
+        let shares = [DVec3::ZERO, DVec3::new(1e7, 0.0, -1e7)].map(|origin| {
+            let camera = view(origin + DVec3::new(0.0, 3.0, 5.0), origin);
+            draw(&held(&[FLOOR, wall], origin), &camera, &[by(occlusion)]).shares
+        });
+        let differences = shares[0].iter().zip(&shares[1]).map(|(near, far)| f64::from((near - far).abs()));
+        let mean = differences.sum::<f64>() / f64::from(SIDE * SIDE);
+        // Samples at outlines fall into other pixels by rounding; the rest is equal.
+        assert!(mean < 1e-3, "{occlusion:?}: {mean}");
+    }
+}
+
+#[test]
+fn inside_of_what_is_held_the_graph_camera_goes_with_the_view() {
+    let walls = [
+        FLOOR,
+        (DVec3::new(-4.0, 0.0, -4.0), DVec3::new(4.0, 2.0, -3.5)),
+        (DVec3::new(-0.3, 0.0, -2.0), DVec3::new(0.3, 1.0, -1.6)),
+    ];
+    let held = held(&walls, DVec3::ZERO);
+    let camera = view(DVec3::new(0.0, 1.2, 2.0), DVec3::new(0.0, 0.6, -2.0));
+    let [plain, graph] = [Occlusion::Plain, Occlusion::Graph].map(|by_what| draw(&held, &camera, &[by(by_what)]));
+    let open = DVec3::new(1.0, 0.0, 0.0);
+    assert!(graph.share(open) > 0.97, "{}", graph.share(open));
+    assert_ne!(plain.shares, graph.shares);
+}
