@@ -27,6 +27,8 @@ use crate::topic::Run;
 
 /// Poses of a path follow each other after this time.
 const POSE_S: f64 = 0.1;
+/// Rays of a pixel of the truth, squared: clients average colours over what a pixel shows.
+const TRUTH_RAYS_A_SIDE: u32 = 3;
 const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
 
 /// Where a viewer looks from, and when.
@@ -218,7 +220,7 @@ pub(super) fn measure(
         }
         let Some((_, tracer)) = &truth else { continue };
         let effects = Effects { max_bounces: 2, ..Effects::ONE_BOUNCE };
-        let traced = tracer.picture(&view, &effects, 1);
+        let traced = tracer.picture(&view, &effects, TRUTH_RAYS_A_SIDE);
         let subject = subject_of(&stage, &view);
         let held = held_view(gpu, &stage, &view)?;
         let mut pictures = vec![traced.picture()];

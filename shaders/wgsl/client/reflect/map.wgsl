@@ -1,25 +1,6 @@
 // The papers' baseline: an impostor as an environment map. Directions alone count, as if every ray began where the impostor's
 // camera is and everything were as far away as its middle.
-#import "impostor/pinhole.wgsl"
-#import "client/reflect/walk.wgsl"
-
-@group(0) @binding(8) var<uniform> camera: Pinhole;
-
-fn look_up(ray: PixelRay) -> ImpostorHit {
-    let direction = normalize(placed.capture_from_now * ray.direction);
-    let p_eye = camera.eye_from_world * (direction * placed.middle_m);
-    if p_eye.z < camera.near_m {
-        return impostor_miss(0u);
-    }
-    let there = impostor_image_from_straight(image, pinhole_image_from_eye(camera, p_eye));
-    let pixel = vec2i(floor(there.xy));
-    let texel = impostor_texel(planes, pixel);
-    if texel.x <= 0.0 {
-        return impostor_miss(0u);
-    }
-    let distance_m = length(p_eye) / (p_eye.z * texel.x);
-    return ImpostorHit(distance_m, IMPOSTOR_FRONT, pixel, vec3f(there.xy, texel.x), 1u);
-}
+#import "client/reflect/direction.wgsl"
 
 @fragment
 fn walk(@builtin(position) position: vec4f) -> Walked {
@@ -27,7 +8,7 @@ fn walk(@builtin(position) position: vec4f) -> Walked {
     let ray = walked_ray(pixel);
     // Not by discarding first: some rasterizers go on with the rest then, and only drop what comes of it.
     if looks_here(ray) {
-        let hit = look_up(ray);
+        let hit = look_up(normalize(placed.capture_from_now * ray.direction) * placed.middle_m);
         if hit.side != IMPOSTOR_MISS {
             return walked(pixel, ray, hit);
         }

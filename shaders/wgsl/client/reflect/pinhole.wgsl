@@ -1,8 +1,8 @@
 // Rays in the impostor of a pinhole or a single-pole camera.
-#import "impostor/pinhole.wgsl"
-#import "client/reflect/walk.wgsl"
+#import "client/reflect/direction.wgsl"
 
-@group(0) @binding(8) var<uniform> camera: Pinhole;
+// What is shown for lack of a crossing lies behind every crossing, however far: up to 1e9 m.
+const FOR_LACK = 1e-9;
 
 fn search(ray: PixelRay) -> ImpostorHit {
     var leg = captured_ray(ray);
@@ -27,9 +27,18 @@ fn walk(@builtin(position) position: vec4f) -> Walked {
     let ray = walked_ray(pixel);
     // Not by discarding first: some rasterizers go on with the rest then, and only drop what comes of it.
     if looks_here(ray) {
-        let hit = search(ray);
+        var hit = search(ray);
+        var nearness = 1.0;
+        if hit.side == IMPOSTOR_MISS && placed.kind == PLACED_ENVIRONMENT {
+            // It passed behind an edge, where the camera does not see: what is shown beside the edge is nearer to the truth than nothing.
+            let leg = captured_ray(ray);
+            hit = look_up(ray_at(leg, placed.middle_m / length(leg.direction)));
+            nearness = FOR_LACK;
+        }
         if hit.side != IMPOSTOR_MISS {
-            return walked(pixel, ray, hit);
+            var shown = walked(pixel, ray, hit);
+            shown.depth *= nearness;
+            return shown;
         }
     }
     discard;

@@ -12,6 +12,50 @@
 @group(0) @binding(4) var normal_ids: texture_2d<u32>;
 @group(0) @binding(5) var w: texture_2d<f32>;
 
+// Normals come in 8 + 8 bits, so they stand still over some pixels and then leap by half a degree, which a mirror doubles and shows as
+// facets. Averages over pixels around tell the surface from the rounding.
+const NORMAL_REACH_PX = 2;
+// Cosine of how far a normal may turn within the reach: 15 degrees, 30 times as much as rounding does. Beyond, there is an edge.
+const NORMAL_TURN_COS = 0.966;
+
+// Sine of 15 degrees: see `facing_normal`.
+const GRAZING_SIN = 0.26;
+
+// The normal of a pixel as averages over pairs of pixels on opposite sides have it: those do not shift what bends evenly.
+fn steadied_normal(pixel: vec2i, ids: vec2u) -> vec3f {
+    let own = octahedral_normal_fine(ids.x);
+    var sum = own;
+    for (var y = 0; y <= NORMAL_REACH_PX; y++) {
+        for (var x = -NORMAL_REACH_PX; x <= NORMAL_REACH_PX; x++) {
+            // One of each pair.
+            if y == 0 && x <= 0 {
+                continue;
+            }
+            let a = textureLoad(normal_ids, pixel + vec2i(x, y), 0).xy;
+            let b = textureLoad(normal_ids, pixel - vec2i(x, y), 0).xy;
+            if a.y != ids.y || b.y != ids.y {
+                continue;
+            }
+            let normal_a = octahedral_normal_fine(a.x);
+            let normal_b = octahedral_normal_fine(b.x);
+            if min(dot(normal_a, own), dot(normal_b, own)) >= NORMAL_TURN_COS {
+                sum += normal_a + normal_b;
+            }
+        }
+    }
+    return normalize(sum);
+}
+
+// A normal on the side that light arrives from. At outlines interpolated and rounded normals turn away a little: there light passes
+// along the surface. What turns away by more is the other side of a sheet.
+fn facing_normal(normal: vec3f, arriving: vec3f) -> vec3f {
+    let away = dot(normal, arriving);
+    if away > GRAZING_SIN {
+        return -normal;
+    }
+    return normalize(normal - max(away, 0.0) * arriving);
+}
+
 fn ray_of_pixel(position: vec2f) -> PixelRay {
     let pixel = vec2i(position);
     let base = textureLoad(colour, pixel, 0);
@@ -27,10 +71,10 @@ fn ray_of_pixel(position: vec2f) -> PixelRay {
     ray.object = (ids.y & 0xffffu) + 1u;
     ray.bounces = round.bounces;
     let arriving = normalize(ray.origin);
-    var normal = octahedral_normal_fine(ids.x);
-    if dot(normal, arriving) > 0.0 {
-        normal = -normal;
+    if !(is_mirror(material) || is_glass(material)) {
+        return ray;
     }
+    let normal = facing_normal(steadied_normal(pixel, ids), arriving);
     if is_mirror(material) {
         ray.state = RAY_OUTSIDE;
         ray.bounces -= 1u;
