@@ -35,6 +35,7 @@ fn arguments(topic: &str) -> &'static [&'static str] {
         "sampling" => &["--image-size", "64", "--frames", "3", "--no-convergence"],
         "reconstruction" => &["--eyes", "2", "--only-bars"],
         "novel-views" => &["--frames", "3", "--image-size", "64", "--no-sweeps", "--ffmpeg", "/nowhere/ffmpeg"],
+        "impostors" => &["--poses", "2", "--only-errors"],
         _ => &[],
     }
 }

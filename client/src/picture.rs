@@ -8,6 +8,7 @@ use thiserror::Error;
 use web_time::Instant;
 
 use crate::frame::{self, FrameRenderer, Shown};
+use crate::occlusion::{self, Occlusion};
 use crate::reflect::Impostors;
 use crate::viewer::Follow;
 
@@ -18,6 +19,8 @@ pub struct PictureOptions {
     pub corners: Corners,
     /// How the frame is drawn.
     pub frame: frame::Options,
+    /// How ambient occlusion is measured; not at all by default.
+    pub occlusion: occlusion::Settings,
 }
 
 /// Why nothing can be drawn.
@@ -58,11 +61,15 @@ pub struct Picture {
 impl Picture {
     /// For targets of `format`.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, options: PictureOptions) -> Result<Picture, PictureError> {
+        let mut renderer = FrameRenderer::new(gpu, format)?;
+        if options.occlusion.occlusion != Occlusion::None {
+            renderer.set_occlusion(options.occlusion)?;
+        }
         Ok(Picture {
             gpu: gpu.clone(),
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
             impostors: Impostors::new(gpu),
-            renderer: FrameRenderer::new(gpu, format)?,
+            renderer,
             options,
             build_ms: 0.0,
         })

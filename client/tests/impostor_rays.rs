@@ -5,10 +5,10 @@ extern crate impostor as vantage_impostor;
 #[path = "../../impostor/tests/support/mod.rs"]
 mod support;
 
-use camera::Bounds;
+use camera::{Bounds, Camera};
 use glam::DVec3;
 use gpu::{Gpu, PinholeUniform, Readback};
-use impostor::{FRUSTUM_TEXELS, Hit, Impostor, ImpostorCamera, Method, Ray, Steps};
+use impostor::{FRUSTUM_TEXELS, Hit, Impostor, Method, Ray, Steps};
 use support::{Image, scenes};
 use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, TextureFormat};
@@ -92,9 +92,9 @@ fn by_shader(gpu: &Gpu, impostor: &Impostor, anchor: DVec3, rays: &[Ray]) -> Vec
     let origins = of_rays(&|ray| ray.origin_world - anchor);
     let directions = of_rays(&|ray| ray.direction_world);
     let pinhole = match impostor.camera() {
-        ImpostorCamera::Pinhole(camera) => Some(*camera),
-        ImpostorCamera::Spoc(camera) => Some(camera.pinhole),
-        ImpostorCamera::Graph(_) => None,
+        Camera::Pinhole(camera) => Some(*camera),
+        Camera::Spoc(camera) => Some(camera.pinhole),
+        Camera::Graph(_) => None,
     };
     let pinhole = pinhole.map(|camera| buffer(gpu, bytemuck::bytes_of(&PinholeUniform::new(&camera, anchor))));
     let frusta = impostor.frustum_texels(anchor).map(|texels| {

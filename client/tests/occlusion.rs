@@ -133,7 +133,7 @@ fn by(occlusion: Occlusion) -> Settings {
 }
 
 #[test]
-fn an_open_floor_is_light_and_the_foot_of_a_wall_half_dark() {
+fn an_open_floor_is_light_and_the_foot_of_a_wall_darkens() {
     let wall = (DVec3::new(-3.0, 0.0, -2.0), DVec3::new(3.0, 2.0, -1.5));
     let held = held(&[FLOOR, wall], DVec3::ZERO);
     let camera = view(DVec3::new(0.0, 3.0, 5.0), DVec3::new(0.0, 0.0, -0.5));
@@ -145,7 +145,8 @@ fn an_open_floor_is_light_and_the_foot_of_a_wall_half_dark() {
         let shares: Vec<f32> = (0..6).map(at).collect();
         let foot = shares.iter().copied().fold(1.0, f32::min);
         assert!(open > 0.97, "{occlusion:?}: open {open}");
-        assert!((0.35..0.75).contains(&foot), "{occlusion:?}: from the foot on {shares:?}");
+        // Slices towards the wall hide up to (1 - d/r)^2 = 0.9 of their half of the sky, 0.1 m from it; contacts come out lighter.
+        assert!((0.5..0.8).contains(&foot), "{occlusion:?}: from the foot on {shares:?}");
     }
 }
 

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use camera::{Camera, Pinhole, Rigid, Spoc};
 use glam::{DAffine3, DVec2, DVec3};
 use gpu::{Gpu, Readback};
-use impostor::{ImpostorCamera, Sample};
+use impostor::Sample;
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
@@ -74,12 +74,7 @@ fn held(material: u8, ior: f32) -> Held {
 }
 
 /// An impostor of a plane across z at `z_m`, of one `colour` and material for each place of it.
-fn plane(
-    camera: ImpostorCamera,
-    kind: ImpostorKind,
-    z_m: f64,
-    colour: impl Fn(f64, f64) -> Option<[u8; 4]>,
-) -> ImpostorImage {
+fn plane(camera: Camera, kind: ImpostorKind, z_m: f64, colour: impl Fn(f64, f64) -> Option<[u8; 4]>) -> ImpostorImage {
     let eye = eye(&camera);
     let met = |way: DVec3| {
         let p = eye + way * ((z_m - eye.z) / way.z);
@@ -89,24 +84,20 @@ fn plane(
     image(camera, kind, met)
 }
 
-fn eye(camera: &ImpostorCamera) -> DVec3 {
+fn eye(camera: &Camera) -> DVec3 {
     match camera {
-        ImpostorCamera::Pinhole(camera) => camera.world_from_eye.translation,
-        ImpostorCamera::Spoc(camera) => camera.pinhole.world_from_eye.translation,
-        ImpostorCamera::Graph(_) => panic!("no such camera here"),
+        Camera::Pinhole(camera) => camera.world_from_eye.translation,
+        Camera::Spoc(camera) => camera.pinhole.world_from_eye.translation,
+        Camera::Graph(_) => panic!("no such camera here"),
     }
 }
 
 /// An impostor of what `met` says of the way through each pixel, from the eye: place, normal, and colour with material.
-fn image(
-    camera: ImpostorCamera,
-    kind: ImpostorKind,
-    met: impl Fn(DVec3) -> Option<(DVec3, DVec3, [u8; 4])>,
-) -> ImpostorImage {
+fn image(camera: Camera, kind: ImpostorKind, met: impl Fn(DVec3) -> Option<(DVec3, DVec3, [u8; 4])>) -> ImpostorImage {
     let pinhole = match &camera {
-        ImpostorCamera::Pinhole(camera) => *camera,
-        ImpostorCamera::Spoc(camera) => camera.pinhole,
-        ImpostorCamera::Graph(_) => panic!("no such camera here"),
+        Camera::Pinhole(camera) => *camera,
+        Camera::Spoc(camera) => camera.pinhole,
+        Camera::Graph(_) => panic!("no such camera here"),
     };
     let pixels = (0..pinhole.height_px).flat_map(|y| (0..pinhole.width_px).map(move |x| (x, y)));
     let shown = pixels.map(|(x, y)| {
@@ -121,8 +112,8 @@ fn image(
     ImpostorImage { kind, camera, samples, colour, pose: None }
 }
 
-fn pinhole(eye: DVec3, along: DVec3, side: u32) -> ImpostorCamera {
-    ImpostorCamera::Pinhole(Pinhole::symmetric(Rigid::look_along(eye, along), (side, side), 2.0, 0.05))
+fn pinhole(eye: DVec3, along: DVec3, side: u32) -> Camera {
+    Camera::Pinhole(Pinhole::symmetric(Rigid::look_along(eye, along), (side, side), 2.0, 0.05))
 }
 
 /// Fields of half a metre, each of another colour.
@@ -377,7 +368,7 @@ fn a_reflector_does_not_meet_its_own_impostor() {
 #[test]
 fn samples_that_were_grazed_fade_into_what_lies_behind() {
     let (floor_m, eye) = (-0.6, DVec3::new(0.0, -0.5, -1.0));
-    let ImpostorCamera::Pinhole(camera) = pinhole(eye, DVec3::Z, 512) else { panic!("a pinhole") };
+    let Camera::Pinhole(camera) = pinhole(eye, DVec3::Z, 512) else { panic!("a pinhole") };
     let camera = Spoc {
         pinhole: camera,
         pole_px: camera.centre_px,
@@ -391,7 +382,7 @@ fn samples_that_were_grazed_fade_into_what_lies_behind() {
         let share = (floor_m - eye.y) / way.y;
         (share > 0.0 && share < 6.0).then(|| (eye + way * share, DVec3::Y, red))
     };
-    let floor = image(ImpostorCamera::Spoc(camera), ImpostorKind::Object(9), met);
+    let floor = image(Camera::Spoc(camera), ImpostorKind::Object(9), met);
     let expected = |fade: bool| {
         move |x: u32, y: u32| {
             let way = way(x, y);

@@ -1,9 +1,9 @@
 //! What the shaders of `impostor/` read of an impostor: a uniform, and the texels of three textures.
 
+use ::camera::Camera;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use crate::camera::ImpostorCamera;
 use crate::image::Impostor;
 
 /// `Impostor` of `impostor/image.wgsl`. The camera's own uniform comes beside it.
@@ -78,7 +78,7 @@ impl Impostor {
             ramp_px: 1.0,
             padding: [0.0; 2],
         };
-        let ImpostorCamera::Spoc(camera) = self.camera() else { return Some(without_pole) };
+        let Camera::Spoc(camera) = self.camera() else { return Some(without_pole) };
         Some(ImpostorUniform {
             pole_px: camera.pole_px.as_vec2().to_array(),
             push_from_w: camera.push_from_m.recip() as f32,
@@ -118,7 +118,7 @@ impl Impostor {
     /// `anchor_world`; `impostor/graph.wgsl` says what is where. `None` where the camera has no frusta, or one of them has more planes than
     /// a row has room for.
     pub fn frustum_texels(&self, anchor_world: DVec3) -> Option<Vec<[f32; 4]>> {
-        let ImpostorCamera::Graph(camera) = self.camera() else { return None };
+        let Camera::Graph(camera) = self.camera() else { return None };
         let mut texels = Vec::with_capacity(camera.frusta().len() * FRUSTUM_TEXELS);
         for frustum in camera.frusta() {
             let planes = frustum.half_spaces_world();
@@ -157,7 +157,7 @@ mod tests {
     use ::camera::{Pinhole, Rigid};
 
     use super::*;
-    use crate::{ImpostorCamera, Sample};
+    use crate::Sample;
 
     #[test]
     fn the_uniform_is_laid_out_as_in_wgsl() {
@@ -193,7 +193,7 @@ mod tests {
         let sample =
             |place: u32| Sample { w: 0.1 + f64::from(place % 4) / 7.0, normal_world: DVec3::new(0.1, 0.2, -1.0) };
         let samples: Vec<Sample> = (0..15).map(sample).collect();
-        let impostor = Impostor::new(ImpostorCamera::Pinhole(camera), &samples).expect("15 samples");
+        let impostor = Impostor::new(Camera::Pinhole(camera), &samples).expect("15 samples");
         let texels = impostor.range_texels();
         let at = |x: usize, y: usize| texels.ranges[y * 12 + x];
         assert_eq!((texels.width, texels.height, texels.ranges.len()), (12, 8, 96));

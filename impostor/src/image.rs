@@ -1,8 +1,8 @@
-use ::camera::{Bounds, ImagePoint};
+use ::camera::{Bounds, Camera, ImagePoint};
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
-use crate::camera::{Around, ImpostorCamera};
+use crate::camera::Around;
 use crate::pyramid::{Pyramid, Range};
 
 /// What a pixel's centre shows.
@@ -47,7 +47,7 @@ pub enum ImpostorError {
 /// smaller than a pixel is wide is not told from a surface by its samples.
 #[derive(Debug, Clone)]
 pub struct Impostor {
-    camera: ImpostorCamera,
+    camera: Camera,
     width: usize,
     height: usize,
     texels: Vec<Texel>,
@@ -84,7 +84,7 @@ impl Impostor {
     ///
     /// # Errors
     /// [`ImpostorError::Size`] where there is not one for each pixel.
-    pub fn new(camera: ImpostorCamera, samples: &[Sample]) -> Result<Impostor, ImpostorError> {
+    pub fn new(camera: Camera, samples: &[Sample]) -> Result<Impostor, ImpostorError> {
         let (width_px, height_px) = camera.size_px();
         let (width, height) = (width_px as usize, height_px as usize);
         if samples.is_empty() || width.checked_mul(height) != Some(samples.len()) {
@@ -104,7 +104,7 @@ impl Impostor {
     }
 
     /// The camera that it was taken by.
-    pub fn camera(&self) -> &ImpostorCamera {
+    pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
@@ -178,13 +178,13 @@ impl Texel {
     };
 
     /// A sample's plane, and a box around its part in the pixel.
-    fn new(camera: &ImpostorCamera, centre_px: DVec2, sample: &Sample) -> Option<(Texel, Bounds)> {
+    fn new(camera: &Camera, centre_px: DVec2, sample: &Sample) -> Option<(Texel, Bounds)> {
         let point = |px: DVec2, w: f64| ImagePoint { u: px.x, v: px.y, w };
         let w = sample.w;
         if !(w > 0.0 && w.is_finite() && sample.normal_world.is_finite()) {
             return None;
         }
-        let around = camera.around(point(centre_px, w))?;
+        let around = Around::new(camera, point(centre_px, w))?;
         let per_px = |axis: DVec2| {
             let world = |px| around.world_from_image(point(px, w));
             world(centre_px + axis / 2.0) - world(centre_px - axis / 2.0)
@@ -242,7 +242,7 @@ mod tests {
     fn is_one_surface(a: (f64, DVec3), b: (f64, DVec3)) -> bool {
         let camera = Pinhole { focal_px: 100.0, ..Pinhole::symmetric(Rigid::IDENTITY, (2, 1), 1.0, 0.1) };
         let samples = [a, b].map(|(z_m, normal_world)| Sample { w: 1.0 / z_m, normal_world });
-        let impostor = Impostor::new(ImpostorCamera::Pinhole(camera), &samples).expect("two samples");
+        let impostor = Impostor::new(Camera::Pinhole(camera), &samples).expect("two samples");
         assert_eq!(impostor.is_one_surface(0, 1), impostor.is_one_surface(1, 0));
         impostor.is_one_surface(0, 1)
     }
@@ -272,7 +272,7 @@ mod tests {
         let camera = Pinhole { focal_px: 100.0, ..Pinhole::symmetric(Rigid::IDENTITY, (1, 1), 1.0, 0.1) };
         for normal_world in [DVec3::X, DVec3::new(1e9, 1.0, -1.0), DVec3::new(1.0, 1.0, 1e-300)] {
             let sample = Sample { w: 0.5, normal_world };
-            let impostor = Impostor::new(ImpostorCamera::Pinhole(camera), &[sample]).expect("one sample");
+            let impostor = Impostor::new(Camera::Pinhole(camera), &[sample]).expect("one sample");
             let bounds = impostor.bounds_world().expect("a sample");
             assert!(bounds.min.z > 1.0 && bounds.max.z < 4.1 && bounds.max.x < 0.1, "{bounds:?}");
         }

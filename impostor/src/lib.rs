@@ -45,7 +45,6 @@ mod ray;
 mod search;
 mod walk;
 
-pub use camera::ImpostorCamera;
 pub use crossing::Side;
 pub use gpu::{FRUSTUM_TEXELS, ImpostorUniform, RangeTexels};
 pub use image::{Impostor, ImpostorError, Sample, SampleShape};

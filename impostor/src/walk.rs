@@ -1,5 +1,6 @@
 //! The walks along a ray's projection.
 
+use crate::camera::curves;
 use crate::crossing::{Crossing, Probe};
 use crate::curve::Curve;
 use crate::image::Impostor;
@@ -32,7 +33,7 @@ impl<'a> Walk<'a> {
     pub fn first_crossing(&mut self, ray: &Ray, method: Method) -> Option<Crossing> {
         let impostor = self.impostor;
         let within = |curve: Curve<'a>| curve.clip(impostor.size_px(), impostor.pyramid().whole());
-        let curves: Vec<_> = impostor.camera().curves(ray).into_iter().filter_map(within).collect();
+        let curves: Vec<_> = curves(impostor.camera(), ray).into_iter().filter_map(within).collect();
         self.count.curves = curves.len() as u32;
         if method == Method::Points {
             return self.points(ray, &curves);

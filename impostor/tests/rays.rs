@@ -2,11 +2,11 @@
 
 mod support;
 
-use camera::{ImagePoint, Pinhole, Rigid, Spoc};
+use camera::{Camera, ImagePoint, Pinhole, Rigid, Spoc};
 use glam::DVec3;
 use proptest::prelude::*;
 use support::{Image, scenes};
-use vantage_impostor::{Impostor, ImpostorCamera, ImpostorError, Method, Ray, Sample, Search, Side, Steps};
+use vantage_impostor::{Impostor, ImpostorError, Method, Ray, Sample, Search, Side, Steps};
 
 const METHODS: [Method; 4] = [Method::Points, Method::Fine, Method::Coarse { coarse_px: 6.0 }, Method::Hierarchy];
 
@@ -117,7 +117,7 @@ fn rays_behind_the_camera_without_length_or_missing_numbers_meet_nothing() {
 #[test]
 fn rays_along_the_axes_and_along_pixel_borders_hit_as_others_do() {
     let image = &scenes::IMAGES[0];
-    let ImpostorCamera::Pinhole(camera) = image.impostor.camera() else { panic!("the first is a pinhole's") };
+    let Camera::Pinhole(camera) = image.impostor.camera() else { panic!("the first is a pinhole's") };
     for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
         for sign in [1.0, -1.0] {
             search(image, Ray::endless(-axis * sign * 4.0, axis * sign));
@@ -159,10 +159,10 @@ fn a_ray_that_passes_between_two_surfaces_clear_of_both_meets_nothing() {
 /// A push of many images over a thousandth of a pixel is beyond what steps follow, but they end.
 #[test]
 fn a_push_without_measure_ends() {
-    let ImpostorCamera::Spoc(camera) = scenes::IMAGES[1].impostor.camera() else { panic!("the second is a pole's") };
+    let Camera::Spoc(camera) = scenes::IMAGES[1].impostor.camera() else { panic!("the second is a pole's") };
     let camera = Spoc { push_max_px: 1e5, ramp_px: 1e-3, ..*camera };
     let image = Image::take(
-        ImpostorCamera::Spoc(Spoc { pinhole: Pinhole { width_px: 64, height_px: 64, ..camera.pinhole }, ..camera }),
+        Camera::Spoc(Spoc { pinhole: Pinhole { width_px: 64, height_px: 64, ..camera.pinhole }, ..camera }),
         scenes::pot(),
     );
     let (eye, axis) = eye_and_axis();
@@ -172,7 +172,7 @@ fn a_push_without_measure_ends() {
 
 #[test]
 fn samples_that_are_missing_or_no_numbers_are_empty() {
-    let camera = ImpostorCamera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (3, 1), 1.0, 0.1));
+    let camera = Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (3, 1), 1.0, 0.1));
     let sample = |w: f64| Sample { w, normal_world: DVec3::Z };
     let refused = Impostor::new(camera.clone(), &[sample(1.0)]).map(|_| ());
     assert_eq!(refused, Err(ImpostorError::Size { samples: 1, width_px: 3, height_px: 1 }));

@@ -3,7 +3,6 @@
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
-use impostor::ImpostorCamera;
 use protocol::{DepthImage, Lighting, Material};
 use scene::{Scene, Snapshot};
 use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
@@ -132,8 +131,8 @@ impl Imager for GpuImager {
             None => self.impostors.insert(ImpostorDrawer::new(&self.renderer)?),
         };
         let subject = Subject { objects: &|object| wanted.drawn.contains(object), faces: wanted.faces };
-        let capture = drawer.draw(&self.renderer, &ImpostorCamera::from(&wanted.camera), subject)?;
-        Ok(Some(capture.depth_image(wanted.camera.clone(), DepthPrecision::Finest)))
+        let capture = drawer.draw(&self.renderer, &wanted.camera, subject)?;
+        Ok(Some(capture.depth_image(DepthPrecision::Finest)))
     }
 
     fn new_surfaces(&self) -> Option<HeldSurfaces> {

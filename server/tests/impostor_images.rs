@@ -2,10 +2,9 @@
 
 mod common;
 
-use camera::{CorridorMap, GraphCamera, Heading, ImagePoint, Pinhole, Rigid, Spoc};
+use camera::{Camera, CorridorMap, GraphCamera, Heading, ImagePoint, Pinhole, Rigid, Spoc};
 use common::*;
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
-use impostor::ImpostorCamera;
 use scene::{Material, Scene};
 use vantage_server::discretize::Discretization;
 use vantage_server::impostors::Faces;
@@ -13,7 +12,7 @@ use vantage_server::impostors::draw::coverage::{covered_share, surface_points, w
 use vantage_server::impostors::draw::{ImpostorCapture, ImpostorDrawer, Subject};
 use vantage_server::render::SceneRenderer;
 
-fn draw(renderer: &SceneRenderer, camera: &ImpostorCamera, subject: Subject<'_>) -> ImpostorCapture {
+fn draw(renderer: &SceneRenderer, camera: &Camera, subject: Subject<'_>) -> ImpostorCapture {
     ImpostorDrawer::new(renderer).expect("a GPU").draw(renderer, camera, subject).expect("drawn")
 }
 
@@ -92,10 +91,10 @@ fn samples_lie_on_the_triangles_that_they_name() {
     let gpu = gpu();
     let (scene, _, spoc) = teapot(96, 1.0);
     let renderer = renderer(&gpu, &scene, &spoc.pinhole);
-    let pinhole = draw(&renderer, &ImpostorCamera::Pinhole(spoc.pinhole), Subject::ALL);
+    let pinhole = draw(&renderer, &Camera::Pinhole(spoc.pinhole), Subject::ALL);
     let (most, worst) = worst_distances(&scene, &pinhole);
     assert!(occupied(&pinhole) > 3000 && most < 0.01 && worst < 0.5, "pinhole: {most}, {worst} footprints");
-    let pushed = draw(&renderer, &ImpostorCamera::Spoc(spoc), Subject::ALL);
+    let pushed = draw(&renderer, &Camera::Spoc(spoc), Subject::ALL);
     let (most, worst) = worst_distances(&scene, &pushed);
     // A quarter of a pixel at edges, a third inside.
     assert!(occupied(&pushed) > 3000 && most < 0.3 && worst < 0.5, "single pole: {most}, {worst} footprints");
@@ -109,8 +108,8 @@ fn a_single_pole_image_holds_more_of_a_surface() {
         let renderer = renderer(&gpu, &scene, &spoc.pinhole);
         let subject = Subject { objects: &|id| id == object, faces: Faces::Front };
         let points = surface_points(&scene, &scene.at(0.0), object, 20_000);
-        let share = |camera: ImpostorCamera| covered_share(&points, &draw(&renderer, &camera, subject));
-        let (by_pinhole, by_spoc) = (share(ImpostorCamera::Pinhole(spoc.pinhole)), share(ImpostorCamera::Spoc(spoc)));
+        let share = |camera: Camera| covered_share(&points, &draw(&renderer, &camera, subject));
+        let (by_pinhole, by_spoc) = (share(Camera::Pinhole(spoc.pinhole)), share(Camera::Spoc(spoc)));
         assert!(by_pinhole > 0.3 && by_pinhole < 0.4, "{by_pinhole}");
         assert!(by_spoc > least_gain * by_pinhole, "{by_spoc} against {by_pinhole} with a ring of {ring} radii");
     }
@@ -132,7 +131,7 @@ fn sides_are_told_by_the_rays_of_the_camera_itself() {
     let eye_world = spoc.pinhole.world_from_eye.translation;
     for (faces, sign) in [(Faces::Front, -1.0), (Faces::Back, 1.0)] {
         let subject = Subject { faces, ..Subject::ALL };
-        let capture = draw(&renderer, &ImpostorCamera::Spoc(spoc), subject);
+        let capture = draw(&renderer, &Camera::Spoc(spoc), subject);
         let mut behind_silhouette = 0;
         for index in (0..capture.ids.len()).filter(|&index| capture.is_occupied(index)) {
             let normal = capture.normal_world(index);
@@ -203,7 +202,7 @@ fn large_triangles_across_the_pole_have_no_cracks_and_bow_as_they_should() {
     let gpu = gpu();
     let (scene, spoc) = slanted();
     let renderer = renderer(&gpu, &scene, &spoc.pinhole);
-    let capture = draw(&renderer, &ImpostorCamera::Spoc(spoc), Subject::ALL);
+    let capture = draw(&renderer, &Camera::Spoc(spoc), Subject::ALL);
     let (most, worst) = worst_distances(&scene, &capture);
     assert!(most <= worst && worst < 0.3, "{worst} footprints");
     let triangles = triangles(&scene);
@@ -234,7 +233,7 @@ fn a_floor_from_behind_the_eye_is_clipped_at_the_near_plane() {
     let scene = scene(vec![square(10, 0)], vec![Material::default()], &[(0, floor)]);
     let (_, spoc) = slanted();
     let renderer = renderer(&gpu, &scene, &spoc.pinhole);
-    let capture = draw(&renderer, &ImpostorCamera::Spoc(spoc), Subject::ALL);
+    let capture = draw(&renderer, &Camera::Spoc(spoc), Subject::ALL);
     assert!((0..128).all(|x| capture.is_occupied(127 * 128 + x)), "the lowest row shows the floor");
     assert!(!capture.is_occupied(0), "the highest one does not");
     let (most, worst) = worst_distances(&scene, &capture);
@@ -249,14 +248,14 @@ fn a_pinhole_draws_what_the_discretizer_does() {
     let gpu = gpu();
     let (scene, _, spoc) = teapot(96, 1.0);
     let renderer = renderer(&gpu, &scene, &spoc.pinhole);
-    let ours = draw(&renderer, &ImpostorCamera::Pinhole(spoc.pinhole), Subject::ALL);
+    let ours = draw(&renderer, &Camera::Pinhole(spoc.pinhole), Subject::ALL);
     let theirs = captures(&renderer, &[spoc.pinhole], Discretization::Conventional).remove(0);
     assert_eq!((&ours.ids, &ours.colour), (&theirs.ids, &theirs.colour));
     assert!((0..ours.w.len()).all(|index| ours.w[index] == theirs.w(index)));
-    assert_eq!(ours.depth_image(camera::Camera::Pinhole(spoc.pinhole), precision()), theirs.depth_image(precision()));
+    assert_eq!(ours.depth_image(precision()), theirs.depth_image(precision()));
     // A push of nothing is a pinhole too.
     let without = Spoc { push_max_px: 0.0, ..spoc };
-    let unpushed = draw(&renderer, &ImpostorCamera::Spoc(without), Subject::ALL);
+    let unpushed = draw(&renderer, &Camera::Spoc(without), Subject::ALL);
     let same = ours.ids.iter().zip(&unpushed.ids).filter(|(a, b)| a == b).count();
     assert!(same * 1000 >= ours.ids.len() * 995, "{same} of {} pixels", ours.ids.len());
 }
@@ -315,7 +314,7 @@ fn a_graph_camera_sees_round_corners_without_holes() {
     let (scene, camera) = corridor();
     assert!(camera.frusta().len() >= 5, "{} frusta", camera.frusta().len());
     let renderer = renderer(&gpu, &scene, camera.root());
-    let capture = draw(&renderer, &ImpostorCamera::Graph(camera.clone()), Subject::ALL);
+    let capture = draw(&renderer, &Camera::Graph(std::sync::Arc::new(camera.clone())), Subject::ALL);
     let mut frusta_seen = std::collections::HashSet::new();
     for index in 0..capture.ids.len() {
         let (u, v) = ((index % 128) as f64 + 0.5, (index / 128) as f64 + 0.5);
@@ -341,9 +340,9 @@ fn both_ways_of_telling_triangles_draw_the_same() {
     let (pots, _, spoc) = teapot(64, 1.0);
     let (halls, graph) = corridor();
     let cases = [
-        (&pots, ImpostorCamera::Pinhole(spoc.pinhole)),
-        (&pots, ImpostorCamera::Spoc(spoc)),
-        (&halls, ImpostorCamera::Graph(graph)),
+        (&pots, Camera::Pinhole(spoc.pinhole)),
+        (&pots, Camera::Spoc(spoc)),
+        (&halls, Camera::Graph(std::sync::Arc::new(graph))),
     ];
     for (scene, camera) in cases {
         let native = SceneRenderer::new(&gpu, scene).expect("the scene uploads");
@@ -367,7 +366,7 @@ fn only_the_objects_asked_for_are_drawn_and_where_they_are_now() {
     let subject = Subject { objects: &|id| id == 1, faces: Faces::Front };
     for (time_s, x) in [(0.0, 0.0), (1.0, 1.0), (3.0, -1.0)] {
         renderer.update(&scene.at(time_s), DVec3::ZERO).expect("same scene");
-        let capture = drawer.draw(&renderer, &ImpostorCamera::Spoc(spoc), subject).expect("drawn");
+        let capture = drawer.draw(&renderer, &Camera::Spoc(spoc), subject).expect("drawn");
         assert!(occupied(&capture) > 100);
         for index in (0..capture.ids.len()).filter(|&index| capture.is_occupied(index)) {
             let sample = world_sample(&capture, index).expect("occupied");

@@ -6,6 +6,8 @@ use std::rc::Rc;
 
 use camera::Rigid;
 use client::controls::{Controls, Mode};
+use client::occlusion::{self, Occlusion};
+use client::picture::PictureOptions;
 use client::viewer::{SocketCommand, Viewer};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
@@ -40,6 +42,7 @@ thread_local! {
 struct Wishes {
     url: String,
     renderer: Option<Renderer>,
+    picture: PictureOptions,
 }
 
 struct App {
@@ -53,6 +56,7 @@ struct App {
     /// `None` while a lost device is being replaced.
     screen: Option<Screen>,
     wished: Option<Renderer>,
+    picture: PictureOptions,
     losses: u32,
     loss_asked: bool,
     drawn: Drawn,
@@ -77,7 +81,7 @@ pub async fn start() -> Result<(), String> {
     let wishes = wishes()?;
     // It starts while the graphics do.
     let decoder = worker::decoder();
-    let screen = open_screen(wishes.renderer, true).await?;
+    let screen = open_screen(wishes.renderer, wishes.picture, true).await?;
     let (width_px, height_px) = screen.size_px();
     let view = ViewSize { width_px, height_px, fov_y_rad: FOV_Y_RAD };
     let app = App {
@@ -90,6 +94,7 @@ pub async fn start() -> Result<(), String> {
         actions: Rc::default(),
         screen: Some(screen),
         wished: wishes.renderer,
+        picture: wishes.picture,
         losses: 0,
         loss_asked: false,
         drawn: Drawn { stale: true, ..Drawn::default() },
@@ -117,6 +122,13 @@ fn wishes() -> Result<Wishes, String> {
         Some("webgl2") => Some(Renderer::WebGl2),
         Some(other) => return Err(format!("?renderer={other}: use webgpu or webgl2")),
     };
+    let occlusion = match query.get("occlusion").as_deref() {
+        None => Occlusion::None,
+        Some("plain") => Occlusion::Plain,
+        Some("graph") => Occlusion::Graph,
+        Some(other) => return Err(format!("?occlusion={other}: use plain or graph")),
+    };
+    let occlusion = occlusion::Settings { occlusion, ..occlusion::Settings::default() };
     let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
     let url = match query.get("server") {
         Some(server) if server.contains("://") => server,
@@ -127,11 +139,11 @@ fn wishes() -> Result<Wishes, String> {
             format!("{scheme}://{}/ws{token}", part(location.host())?)
         }
     };
-    Ok(Wishes { url, renderer })
+    Ok(Wishes { url, renderer, picture: PictureOptions { occlusion, ..PictureOptions::default() } })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
-async fn open_screen(wished: Option<Renderer>, first: bool) -> Result<Screen, String> {
+async fn open_screen(wished: Option<Renderer>, picture: PictureOptions, first: bool) -> Result<Screen, String> {
     let candidates: &[Renderer] = match wished {
         Some(Renderer::WebGpu) => &[Renderer::WebGpu],
         Some(Renderer::WebGl2) => &[Renderer::WebGl2],
@@ -143,7 +155,7 @@ async fn open_screen(wished: Option<Renderer>, first: bool) -> Result<Screen, St
     for &renderer in candidates {
         let canvas = if fresh { page::canvas()? } else { page::fresh_canvas()? };
         fresh = false;
-        match Screen::open(canvas, renderer).await {
+        match Screen::open(canvas, renderer, picture).await {
             Ok(screen) => return Ok(screen),
             Err(why) => refused.push(format!("{}: {why}", renderer.name())),
         }
@@ -333,16 +345,16 @@ impl App {
 
     /// Makes a new device after one was lost.
     async fn recover(app: Rc<RefCell<App>>) {
-        let (losses, wished) = {
+        let (losses, wished, picture) = {
             let this = app.borrow();
-            (this.losses, this.wished)
+            (this.losses, this.wished, this.picture)
         };
         if losses > LOSSES_BEFORE_GIVING_UP {
             app.borrow_mut().trouble = Some("the graphics device is lost again and again; reload the page".to_owned());
             return;
         }
         let wished = if losses > LOSSES_BEFORE_CHANGE { Some(Renderer::WebGl2) } else { wished };
-        let opened = open_screen(wished, false).await;
+        let opened = open_screen(wished, picture, false).await;
         let mut this = app.borrow_mut();
         match opened {
             Ok(mut screen) => {

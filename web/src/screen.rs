@@ -45,7 +45,11 @@ pub struct Screen {
 
 impl Screen {
     /// Opens a canvas that no other graphics interface has used yet.
-    pub async fn open(canvas: HtmlCanvasElement, renderer: Renderer) -> Result<Screen, String> {
+    pub async fn open(
+        canvas: HtmlCanvasElement,
+        renderer: Renderer,
+        options: PictureOptions,
+    ) -> Result<Screen, String> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         descriptor.backends = match renderer {
             Renderer::WebGpu => Backends::BROWSER_WEBGPU,
@@ -71,7 +75,7 @@ impl Screen {
             .find(|format| formats.contains(format))
             .ok_or_else(|| "the canvas has no format of plain 8-bit colours".to_owned())?;
         let gpu = Gpu::from_adapter(instance, adapter).await.map_err(|error| error.to_string())?;
-        let picture = Picture::new(&gpu, format, PictureOptions::default()).map_err(|error| error.to_string())?;
+        let picture = Picture::new(&gpu, format, options).map_err(|error| error.to_string())?;
         let config = wgpu::SurfaceConfiguration {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             format,

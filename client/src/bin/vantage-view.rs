@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Parser, ValueEnum};
 use client::frame;
 use client::headless::{self, HeadlessError, Way};
+use client::occlusion::{self, Occlusion};
 use client::picture::PictureOptions;
 use client::window::{self, Renderer, WindowError};
 use gpu::GpuError;
@@ -48,6 +49,12 @@ struct Arguments {
     /// Show what no sample covers in magenta
     #[arg(long)]
     mark_uncovered: bool,
+    /// Darken what little ambient light reaches
+    #[arg(long, value_enum, default_value_t)]
+    occlusion: OcclusionName,
+    /// How far away what takes ambient light may be, in metres
+    #[arg(long, value_name = "M", default_value_t = occlusion::Settings::default().reach_m)]
+    occlusion_reach: f64,
     /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS, each as needed
     #[arg(long, value_name = "LINK")]
     network: Option<Link>,
@@ -108,6 +115,17 @@ enum ClockName {
     Virtual,
 }
 
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum OcclusionName {
+    /// Not at all.
+    #[default]
+    None,
+    /// By what the view itself shows.
+    Plain,
+    /// By what cameras around see as well: steadier while the eye moves.
+    Graph,
+}
+
 impl Arguments {
     fn picture(&self) -> PictureOptions {
         let corners = match self.corners {
@@ -117,7 +135,13 @@ impl Arguments {
         };
         let frame =
             frame::Options { fill: !self.no_fill, mark_uncovered: self.mark_uncovered, ..frame::Options::default() };
-        PictureOptions { corners, frame }
+        let occlusion = match self.occlusion {
+            OcclusionName::None => Occlusion::None,
+            OcclusionName::Plain => Occlusion::Plain,
+            OcclusionName::Graph => Occlusion::Graph,
+        };
+        let reach_m = self.occlusion_reach.max(0.0);
+        PictureOptions { corners, frame, occlusion: occlusion::Settings { occlusion, reach_m, ..Default::default() } }
     }
 
     fn budget_bytes(&self) -> u64 {

@@ -1,6 +1,6 @@
 //! From what is held to impostors.
 
-use impostor::{ImpostorCamera, Sample};
+use impostor::Sample;
 use protocol::image::octahedral_normal;
 use protocol::{Edit, Held, Patch, Purpose, Update};
 
@@ -29,7 +29,7 @@ impl ImpostorImage {
         }
         let pose = patch.objects.iter().find(|pose| Some(pose.object) == object);
         let pose = pose.map(|pose| (pose.object, pose.world_from_object));
-        Some(ImpostorImage { kind, camera: ImpostorCamera::from(&image.camera), samples, colour, pose })
+        Some(ImpostorImage { kind, camera: image.camera.clone(), samples, colour, pose })
     }
 }
 

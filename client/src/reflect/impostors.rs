@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use camera::Bounds;
+use camera::{Bounds, Camera};
 use glam::{DAffine3, DVec3};
 use gpu::uniforms::columns;
 use gpu::{Gpu, PinholeUniform};
-use impostor::{FRUSTUM_TEXELS, Impostor, ImpostorCamera, ImpostorError, ImpostorUniform};
+use impostor::{FRUSTUM_TEXELS, Impostor, ImpostorError, ImpostorUniform};
 use thiserror::Error;
 use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, TextureFormat, TextureView};
@@ -193,11 +193,11 @@ impl Placed {
 }
 
 /// Where its samples are nearest to, so that f32 tells them apart: the eye, or the middle of what has many.
-fn anchor(camera: &ImpostorCamera, bounds: &Bounds) -> DVec3 {
+fn anchor(camera: &Camera, bounds: &Bounds) -> DVec3 {
     match camera {
-        ImpostorCamera::Pinhole(camera) => camera.world_from_eye.translation,
-        ImpostorCamera::Spoc(camera) => camera.pinhole.world_from_eye.translation,
-        ImpostorCamera::Graph(_) => bounds.middle(),
+        Camera::Pinhole(camera) => camera.world_from_eye.translation,
+        Camera::Spoc(camera) => camera.pinhole.world_from_eye.translation,
+        Camera::Graph(_) => bounds.middle(),
     }
 }
 
@@ -207,9 +207,9 @@ fn placed_camera(gpu: &Gpu, impostor: &Impostor, anchor_world: DVec3) -> Result<
         uniform(gpu, "impostor camera", bytemuck::bytes_of(&contents))
     };
     Ok(match impostor.camera() {
-        ImpostorCamera::Pinhole(camera) => PlacedCamera::Pinhole(pinhole(camera)),
-        ImpostorCamera::Spoc(camera) => PlacedCamera::Spoc(pinhole(&camera.pinhole)),
-        ImpostorCamera::Graph(_) => {
+        Camera::Pinhole(camera) => PlacedCamera::Pinhole(pinhole(camera)),
+        Camera::Spoc(camera) => PlacedCamera::Spoc(pinhole(&camera.pinhole)),
+        Camera::Graph(_) => {
             let frusta = impostor.frustum_texels(anchor_world).ok_or(ReflectError::Planes)?;
             let size = (FRUSTUM_TEXELS as u32, (frusta.len() / FRUSTUM_TEXELS) as u32);
             PlacedCamera::Graph(texture(gpu, size, TextureFormat::Rgba32Float, bytemuck::cast_slice(&frusta)))

@@ -30,8 +30,9 @@ mod impostors;
 mod pass;
 mod uniforms;
 
+use camera::Camera;
 use glam::DAffine3;
-use impostor::{ImpostorCamera, Sample};
+use impostor::Sample;
 use protocol::{Effect, Material};
 
 pub use impostors::{Impostors, ReflectError};
@@ -58,7 +59,7 @@ pub struct ImpostorImage {
     /// What it shows.
     pub kind: ImpostorKind,
     /// What took it, where it was at capture.
-    pub camera: ImpostorCamera,
+    pub camera: Camera,
     /// One for each pixel, row by row.
     pub samples: Vec<Sample>,
     /// One for each pixel: base colour as sRGB bytes, and the material's code.

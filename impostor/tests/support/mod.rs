@@ -3,9 +3,9 @@
 
 pub mod scenes;
 
-use camera::{GraphCamera, ImagePoint, Pinhole, Spoc};
+use camera::{Camera, GraphCamera, ImagePoint, Pinhole, Spoc};
 use glam::DVec3;
-use vantage_impostor::{Impostor, ImpostorCamera, Sample};
+use vantage_impostor::{Impostor, Sample};
 
 #[derive(Debug, Clone, Copy)]
 pub enum Solid {
@@ -125,7 +125,7 @@ pub struct Image {
 }
 
 impl Image {
-    pub fn take(camera: ImpostorCamera, scene: Scene) -> Image {
+    pub fn take(camera: Camera, scene: Scene) -> Image {
         let (width, height) = camera.size_px();
         let size = (width as usize, height as usize);
         let centre = |place: usize| ((place % size.0) as f64 + 0.5, (place / size.0) as f64 + 0.5);
@@ -133,9 +133,9 @@ impl Image {
             .map(|place| {
                 let (u, v) = centre(place);
                 match &camera {
-                    ImpostorCamera::Pinhole(camera) => by_pinhole(camera, &scene, u, v),
-                    ImpostorCamera::Spoc(camera) => by_spoc(camera, &scene, u, v),
-                    ImpostorCamera::Graph(camera) => by_graph(camera, &scene, u, v),
+                    Camera::Pinhole(camera) => by_pinhole(camera, &scene, u, v),
+                    Camera::Spoc(camera) => by_spoc(camera, &scene, u, v),
+                    Camera::Graph(camera) => by_graph(camera, &scene, u, v),
                 }
             })
             .collect();

@@ -2,9 +2,8 @@
 
 use std::sync::LazyLock;
 
-use camera::{Bounds, CorridorMap, GraphCamera, Heading, Pinhole, Rigid, Spoc};
+use camera::{Bounds, Camera, CorridorMap, GraphCamera, Heading, Pinhole, Rigid, Spoc};
 use glam::DVec3;
-use vantage_impostor::ImpostorCamera;
 
 use super::{Image, Scene, Solid};
 
@@ -34,19 +33,19 @@ pub const POT_BOUNDS: Bounds = Bounds { min: DVec3::new(-1.0, -0.75, -0.7), max:
 
 pub fn pot_by_pinhole(size: u32) -> Image {
     let pose = Rigid::look_at(POT_EYE, POT_BOUNDS.middle());
-    Image::take(ImpostorCamera::Pinhole(Pinhole::symmetric(pose, (size, size), 0.7, 0.5)), pot())
+    Image::take(Camera::Pinhole(Pinhole::symmetric(pose, (size, size), 0.7, 0.5)), pot())
 }
 
 pub fn pot_by_spoc(size: u32) -> Image {
     let camera = Spoc::around(&POT_BOUNDS, POT_EYE, (size, size), 1.0).expect("outside of the pot");
-    Image::take(ImpostorCamera::Spoc(camera), pot())
+    Image::take(Camera::Spoc(camera), pot())
 }
 
 /// A plate two metres before a wall, and an eye four metres before it.
 pub fn plate_by_pinhole(size: u32) -> Image {
     let scene = Scene(vec![block((-1.0, -1.0, -0.1), (1.0, 1.0, 0.0)), block((-4.0, -4.0, -2.2), (4.0, 4.0, -2.0))]);
     let pose = Rigid::look_along(DVec3::Z * 4.0, DVec3::NEG_Z);
-    Image::take(ImpostorCamera::Pinhole(Pinhole::symmetric(pose, (size, size), 1.0, 0.5)), scene)
+    Image::take(Camera::Pinhole(Pinhole::symmetric(pose, (size, size), 1.0, 0.5)), scene)
 }
 
 /// A maze of 4 m cells with two balls in it.
@@ -81,13 +80,13 @@ pub fn maze() -> Scene {
 pub fn maze_by_graph(size: (u32, u32)) -> Image {
     let description = maze_map().describe((5, 0), Heading::PlusZ, 32.0, size, 2.0).expect("the entrance is free");
     let camera = GraphCamera::from_description(&description).unwrap_or_else(|error| panic!("{error}"));
-    Image::take(ImpostorCamera::Graph(camera), maze())
+    Image::take(Camera::Graph(std::sync::Arc::new(camera)), maze())
 }
 
 /// From within the maze, so that rays come from behind the camera and go there.
 pub fn maze_by_pinhole(size: u32) -> Image {
     let pose = Rigid::look_along(DVec3::new(0.0, 1.5, 6.5), DVec3::new(1.0, -0.1, -0.1));
-    Image::take(ImpostorCamera::Pinhole(Pinhole::symmetric(pose, (size, size), 1.4, 0.1)), maze())
+    Image::take(Camera::Pinhole(Pinhole::symmetric(pose, (size, size), 1.4, 0.1)), maze())
 }
 
 /// Two of the pot and two of the maze, made once for all tests.

@@ -1,9 +1,8 @@
 //! How much of an object's surface an image holds: a single-pole camera beside the pinhole of the same place, size and field.
 
-use camera::{Bounds, Spoc};
+use camera::{Bounds, Camera, Spoc};
 use glam::DVec3;
 use gpu::Gpu;
-use impostor::ImpostorCamera;
 use protocol::Look;
 use server::impostors::Faces;
 use server::impostors::draw::coverage::{SurfacePoint, covered_share, is_covered, surface_points};
@@ -41,7 +40,7 @@ pub(super) fn measure(gpu: &Gpu, run: &Run, report: &mut Report) -> anyhow::Resu
     for ring in RINGS {
         let Some(spoc) = Spoc::around(&bounds, eye_world, SIZE_PX, ring * radius_m) else { continue };
         let mut draw = |camera| drawer.draw(&stage.renderer, &camera, subject);
-        let [straight, pushed] = [draw(ImpostorCamera::Pinhole(spoc.pinhole))?, draw(ImpostorCamera::Spoc(spoc))?];
+        let [straight, pushed] = [draw(Camera::Pinhole(spoc.pinhole))?, draw(Camera::Spoc(spoc))?];
         let shares = [covered_share(&points, &straight), covered_share(&points, &pushed)];
         let mut row = Row::new(SCENE, &format!("coverage, ring of {ring} radii"));
         row.counts.set("covered_by_pinhole", shares[0]);

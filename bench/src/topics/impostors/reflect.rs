@@ -5,7 +5,6 @@ use std::time::Instant;
 use camera::{Camera, Pinhole, Rigid, Trace};
 use client::reflect::{ImpostorImage, ImpostorKind, Impostors, Search, Settings as Drawing};
 use gpu::Gpu;
-use impostor::ImpostorCamera;
 use protocol::codec::{Coding, encode_patch};
 use protocol::held::{ObjectPose, Patch, PatchId};
 use protocol::{Effect, Look};
@@ -134,9 +133,9 @@ impl Maker {
             let camera = by(&wanted.camera);
             let started = Instant::now();
             let subject = Subject { objects: &|object| wanted.drawn.contains(object), faces: wanted.faces };
-            let capture = self.drawer.draw(&stage.renderer, &ImpostorCamera::from(&camera), subject)?;
+            let capture = self.drawer.draw(&stage.renderer, &camera, subject)?;
             made.draw_ms += started.elapsed().as_secs_f64() * 1e3;
-            let image = capture.depth_image(camera, DepthPrecision::Finest);
+            let image = capture.depth_image(DepthPrecision::Finest);
             let objects = wanted.key.shown.filter(|&object| stage.scene.instances[usize::from(object)].moves);
             let pose = |object: u16| ObjectPose {
                 object,

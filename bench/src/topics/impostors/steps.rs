@@ -2,7 +2,7 @@
 
 use camera::{Camera, Pinhole};
 use gpu::Gpu;
-use impostor::{Impostor, ImpostorCamera, Method, Ray, Steps};
+use impostor::{Impostor, Method, Ray, Steps};
 use protocol::Look;
 use rayon::prelude::*;
 use scene::Scene;
@@ -46,7 +46,7 @@ pub(super) fn measure(
     let kinds = [("single pole", is_spoc as fn(&Camera) -> bool), ("graph", is_graph)];
     for (kind, is_kind) in kinds {
         let Some((_, image)) = made.images.iter().find(|(wanted, _)| is_kind(&wanted.camera)) else { continue };
-        let impostor = Impostor::new(ImpostorCamera::clone(&image.camera), &image.samples)?;
+        let impostor = Impostor::new(image.camera.clone(), &image.samples)?;
         let methods = [Method::Points, Method::Fine, Method::Hierarchy];
         let coarse = COARSE_PX.map(|coarse_px| Method::Coarse { coarse_px });
         for method in methods.into_iter().chain(coarse) {

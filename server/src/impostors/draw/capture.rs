@@ -1,6 +1,6 @@
 use camera::Camera;
 use glam::DVec3;
-use impostor::{ImpostorCamera, Sample};
+use impostor::Sample;
 use protocol::{DepthImage, Mask};
 
 use crate::discretize::{DepthPrecision, Planes, normal_code, object};
@@ -10,7 +10,7 @@ use crate::discretize::{DepthPrecision, Planes, normal_code, object};
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImpostorCapture {
     /// What captured it.
-    pub camera: ImpostorCamera,
+    pub camera: Camera,
     /// Triangle id (0 where there is no sample); object id (low 16 bits) and octahedral normal (high 16 bits).
     pub ids: Vec<[u32; 2]>,
     /// sRGB-encoded base colour, and the material code as alpha.
@@ -57,9 +57,9 @@ impl ImpostorCapture {
         mask
     }
 
-    /// All samples, packed; `camera` is this image's as messages name it.
-    pub fn depth_image(&self, camera: Camera, precision: DepthPrecision) -> DepthImage {
+    /// All samples, packed.
+    pub fn depth_image(&self, precision: DepthPrecision) -> DepthImage {
         let planes = Planes { ids: &self.ids, colour: &self.colour, w: &|index| self.w[index] };
-        planes.depth_image(camera, self.mask(), precision)
+        planes.depth_image(self.camera.clone(), self.mask(), precision)
     }
 }

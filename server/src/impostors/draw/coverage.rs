@@ -6,8 +6,8 @@
 //! area: a point is held if a sample lies within its footprint, the width of a pixel at its depth, and faces the same
 //! way within 45 degrees, to either side.
 
+use camera::Camera;
 use glam::{DVec2, DVec3};
-use impostor::ImpostorCamera;
 use scene::{Scene, Snapshot};
 
 use super::ImpostorCapture;
@@ -117,12 +117,12 @@ pub fn world_sample(capture: &ImpostorCapture, index: usize) -> Option<WorldSamp
 }
 
 /// What takes image points around one, at its `w`, to world space.
-fn unprojection(camera: &ImpostorCamera, px: DVec2, w: f64) -> Option<Box<dyn Fn(DVec2) -> DVec3 + '_>> {
+fn unprojection(camera: &Camera, px: DVec2, w: f64) -> Option<Box<dyn Fn(DVec2) -> DVec3 + '_>> {
     let at = move |px: DVec2| camera::ImagePoint { u: px.x, v: px.y, w };
     Some(match camera {
-        ImpostorCamera::Pinhole(camera) => Box::new(move |px| camera.world_from_image(at(px))),
-        ImpostorCamera::Spoc(camera) => Box::new(move |px| camera.world_from_image(at(px))),
-        ImpostorCamera::Graph(camera) => {
+        Camera::Pinhole(camera) => Box::new(move |px| camera.world_from_image(at(px))),
+        Camera::Spoc(camera) => Box::new(move |px| camera.world_from_image(at(px))),
+        Camera::Graph(camera) => {
             let frustum = camera.frustum(camera.frustum_at(at(px))?)?;
             Box::new(move |px| frustum.world_from_image(at(px)))
         }

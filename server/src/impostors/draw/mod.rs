@@ -18,10 +18,10 @@ pub mod spoc;
 pub use crate::render::Faces;
 pub use capture::ImpostorCapture;
 
+use camera::Camera;
 use std::time::Instant;
 
 use gpu::{Gpu, Readback};
-use impostor::ImpostorCamera;
 
 use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
 use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, planes};
@@ -63,11 +63,11 @@ enum Kind {
 }
 
 impl Kind {
-    fn of(camera: &ImpostorCamera) -> Kind {
+    fn of(camera: &Camera) -> Kind {
         match camera {
-            ImpostorCamera::Pinhole(_) => Kind::Pinhole,
-            ImpostorCamera::Spoc(_) => Kind::Spoc,
-            ImpostorCamera::Graph(_) => Kind::Graph,
+            Camera::Pinhole(_) => Kind::Pinhole,
+            Camera::Spoc(_) => Kind::Spoc,
+            Camera::Graph(_) => Kind::Graph,
         }
     }
 }
@@ -91,7 +91,7 @@ impl ImpostorDrawer {
     pub fn draw(
         &mut self,
         scene: &SceneRenderer,
-        camera: &ImpostorCamera,
+        camera: &Camera,
         subject: Subject<'_>,
     ) -> Result<ImpostorCapture, RenderError> {
         let started = Instant::now();
@@ -113,10 +113,10 @@ impl ImpostorDrawer {
             subject,
         };
         match (camera, &self.spoc) {
-            (ImpostorCamera::Pinhole(camera), _) => frame.draw_pinhole(camera),
-            (ImpostorCamera::Spoc(camera), Some(pass)) => pass.draw(&mut frame, camera)?,
-            (ImpostorCamera::Spoc(_), None) => unreachable!("prepared"),
-            (ImpostorCamera::Graph(camera), _) => self.graph.draw(&mut frame, camera)?,
+            (Camera::Pinhole(camera), _) => frame.draw_pinhole(camera),
+            (Camera::Spoc(camera), Some(pass)) => pass.draw(&mut frame, camera)?,
+            (Camera::Spoc(_), None) => unreachable!("prepared"),
+            (Camera::Graph(camera), _) => self.graph.draw(&mut frame, camera)?,
         }
         let Frame { mut encoder, timer, attachments, .. } = frame;
         let mut readback = Readback::default();
@@ -141,15 +141,15 @@ impl ImpostorDrawer {
     }
 
     /// Where the image's greatest `w` lies: the depth buffer holds `near_m * w` of every camera.
-    fn check(&self, camera: &ImpostorCamera) -> Result<f32, RenderError> {
+    fn check(&self, camera: &Camera) -> Result<f32, RenderError> {
         let (width_px, height_px) = camera.size_px();
         let pinhole = match camera {
-            ImpostorCamera::Pinhole(camera) => camera,
-            ImpostorCamera::Spoc(camera) if !camera.is_valid() => {
+            Camera::Pinhole(camera) => camera,
+            Camera::Spoc(camera) if !camera.is_valid() => {
                 return Err(RenderError::Camera { width_px, height_px });
             }
-            ImpostorCamera::Spoc(camera) => &camera.pinhole,
-            ImpostorCamera::Graph(camera) => camera.root(),
+            Camera::Spoc(camera) => &camera.pinhole,
+            Camera::Graph(camera) => camera.root(),
         };
         check_camera(&self.gpu, pinhole)?;
         Ok(pinhole.near_m as f32)
