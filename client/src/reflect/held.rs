@@ -2,9 +2,9 @@
 
 use impostor::Sample;
 use protocol::image::octahedral_normal;
-use protocol::{Edit, Held, Patch, Purpose, Update};
+use protocol::{Edit, Held, Patch, PatchId, Purpose, Update};
 
-use super::{ImpostorImage, ImpostorKind, Impostors};
+use super::{ImpostorImage, ImpostorKind, Impostors, ReflectError};
 use crate::viewer::Follow;
 
 impl ImpostorImage {
@@ -44,11 +44,19 @@ impl Impostors {
         let Some(image) = ImpostorImage::of_patch(patch) else { return };
         if let Err(error) = self.insert(patch.id.0.into(), &image) {
             // The rest of the picture is as good as it was.
-            tracing::warn!("{:?} reflects nothing: {error}", patch.id);
+            say(patch.id, &error);
             self.remove(patch.id.0.into());
         }
     }
 }
+
+#[cfg(not(target_arch = "wasm32"))]
+fn say(id: PatchId, error: &ReflectError) {
+    tracing::warn!("nothing reflects {id:?}: {error}");
+}
+
+#[cfg(target_arch = "wasm32")]
+fn say(_: PatchId, _: &ReflectError) {}
 
 impl Follow for Impostors {
     fn follow(&mut self, held: &Held, update: &Update, anew: bool) {

@@ -119,7 +119,10 @@ impl Needs {
             let (metallic, roughness) = (material.metallic, material.roughness);
             Material { metallic, roughness, transmission: material.transmission, ..Material::default() }.effect()
         };
-        let of_mesh = |mesh: u32| effect(&scene.materials[scene.meshes[mesh as usize].material as usize]);
+        let of_mesh = |mesh: u32| {
+            let material = scene.meshes.get(mesh as usize)?.material;
+            effect(scene.materials.get(material as usize)?)
+        };
         let reflectors = scene.instances.iter().zip(0_u16..);
         Needs { reflectors: reflectors.filter_map(|(instance, id)| Some((id, of_mesh(instance.mesh)?))).collect() }
     }
