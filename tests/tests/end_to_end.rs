@@ -4,11 +4,14 @@
 //! passed, where `VANTAGE_ASSETS` is not set.
 
 use anyhow::{Context, ensure};
-use camera::Rigid;
+use bench::raytrace::{self, Effects, RayTruth};
+use camera::{Pinhole, Rigid};
 use glam::DVec3;
 use libtest_mimic::{Arguments, Failed, Trial};
 use network::Link;
+use protocol::Look;
 use scene::Scene;
+use server::look::SceneLook;
 use vantage_tests::system::{Shown, System, moved, trace};
 
 /// Files outside of the repository, with the scale at which they are looked at: the kit's city is modelled four times too
@@ -43,6 +46,9 @@ fn main() {
     for rtt_ms in [0, 100, 500] {
         let name = format!("a walking figure is as old as the way it came, at {rtt_ms} ms");
         trials.push(test(name, move || age_is_bounded(rtt_ms)));
+    }
+    for name in ["mirror-teapots", "glass-teapots", "mirror-maze"] {
+        trials.push(test(format!("{name} shows what is around"), move || reflects(built_in(name)?)));
     }
     trials.push(test("every pose gets its picture at 500 ms".into(), every_pose_gets_its_picture));
     trials.push(test("a scene far from the origin looks as at the origin".into(), far_looks_as_near));
@@ -82,6 +88,30 @@ fn novel_view(scene: Scene) -> anyhow::Result<()> {
         ensure!(holes <= MOST_HOLES, "holes {holes:.4} > {MOST_HOLES}");
         ensure!(flip <= MOST_FLIP, "FLIP {flip:.4} > {MOST_FLIP}");
     }
+    Ok(())
+}
+
+/// What a mirror or glass shows, sent over a socket, is far nearer to the traced truth than the plain surface is.
+fn reflects(scene: Scene) -> anyhow::Result<()> {
+    let path = scene::builtin::reflection_path(&scene.name).context("it reflects")?;
+    let eye = path.poses[path.poses.len() / 3].world_from_eye;
+    let system = System::start(scene, |_| {})?;
+    let shown = system.view(trace([eye; 3]), |_| {})?;
+    let Shown { row, picture } = shown.last().context("three poses")?;
+    let scene = &*system.scene;
+    let (size_px, near_m) = ((picture.width_px, picture.height_px), server::start::near_m(scene));
+    let camera = Pinhole::symmetric(row.world_from_eye, size_px, 60_f64.to_radians(), near_m);
+    let snapshot = scene.at(row.scene_time_s);
+    let truth = RayTruth::new(scene, &snapshot, &SceneLook::new(scene, Look::Default).lighting(&snapshot));
+    let traced = truth.picture(&camera, &Effects { max_bounces: 2, ..Effects::ONE_BOUNCE }, 2);
+    let plain = truth.picture(&camera, &Effects::PLAIN, 2);
+    let mask = traced.mask(&raytrace::reflectors(scene));
+    let error = |rgb: &[[u8; 3]]| -> anyhow::Result<f64> {
+        Ok(raytrace::masked_errors(&traced.rgb, rgb, &mask, &mask)?.context("the reflector is in view")?.mean)
+    };
+    let (ours, without) = (error(picture.rgb.as_chunks().0)?, error(&plain.rgb)?);
+    println!("{}: error {ours:.4}, of plain surfaces {without:.4}", scene.name);
+    ensure!(ours < 0.5 * without, "error {ours:.4}, of plain surfaces {without:.4}");
     Ok(())
 }
 
