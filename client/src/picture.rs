@@ -120,6 +120,11 @@ impl Picture {
         self.impostors.rebuild(held);
     }
 
+    /// How many impostors there are for what mirrors and glass show.
+    pub fn impostors(&self) -> usize {
+        self.impostors.len()
+    }
+
     /// Share of pixels without a surface in the newest picture that was counted; `None` before the first.
     pub fn uncovered_share(&mut self) -> Option<f64> {
         self.renderer.uncovered_share()

@@ -181,6 +181,23 @@ function tests(renderer) {
         await page.close();
       }
     }],
+    ['shows what a mirror reflects, and occlusion where asked for', async () => {
+      const server = await startServer({ bin, web, port: await freePort(), scene: 'mirror-teapots', log: at.log });
+      const pictures = [];
+      for (const wish of ['', '&occlusion=graph']) {
+        const page = await at.page.context().newPage();
+        page.on('console', (message) => at.log(`console ${message.type()}: ${message.text()}`));
+        await page.goto(`${server.origin}/?renderer=${renderer}${wish}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+        // The other pot, and six sides of what is around.
+        await until(page, 'impostors', (now) => now.picture && now.impostors === 7);
+        await settled(page);
+        pictures.push(await canvasPixels(page, join(shots, `${renderer}-9-mirror${wish.replace(/\W/g, '-')}.png`)));
+        await page.close();
+      }
+      await server.stop();
+      assert.ok(colours(pictures[0]) >= 8, `only ${colours(pictures[0])} colours`);
+      assert.ok(difference(...pictures) > 0.01, 'occlusion darkens nothing');
+    }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))
         // The browser itself reports the sockets that the restart broke.

@@ -399,6 +399,7 @@ pub fn snapshot() -> String {
         "frames": stats.frames,
         "samples": stats.samples,
         "updates": stats.updates,
+        "impostors": app.screen.as_ref().map(|screen| screen.picture.impostors()),
         "uncovered": app.drawn.uncovered,
         "age_ms": stats.age_ms,
         "status": app.status(now_s),

@@ -78,6 +78,11 @@ impl Impostors {
         self.placed.clear();
     }
 
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.placed.len()
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.placed.is_empty()
