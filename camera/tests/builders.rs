@@ -38,6 +38,17 @@ fn reached(map: &CorridorMap) -> Vec<bool> {
 }
 
 proptest! {
+    /// What is too small in the image is left out of the description too, and the rest makes the same camera.
+    #[test]
+    fn a_description_less_what_is_cut_makes_the_same_camera((_, description) in corridors(), min_face_px in 0.0..40.0_f64) {
+        let whole = GraphDescription { min_face_px, ..description };
+        let camera = GraphCamera::from_description(&whole).expect("a camera");
+        let kept = camera.description();
+        let names: Vec<&str> = camera.frusta().iter().map(|frustum| frustum.name()).collect();
+        prop_assert!(kept.frusta.iter().all(|frustum| names.contains(&frustum.name.as_str())));
+        prop_assert!(GraphCamera::from_description(kept).expect("a camera") == camera);
+    }
+
     /// Every point of a free cell that can be reached has an image, and no point of any other cell has one.
     #[test]
     fn corridors_are_seen_whole((map, description) in corridors(), inside in prop::array::uniform3(0.001..0.999_f64)) {

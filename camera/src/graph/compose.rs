@@ -32,8 +32,19 @@ impl GraphCamera {
         }
         let index = Index::new(&composer.frusta);
         check_disjoint(&composer.frusta, &index)?;
-        Ok(GraphCamera::new(description.clone(), composer.frusta, index))
+        Ok(GraphCamera::new(without_cut(description, &composer.frusta), composer.frusta, index))
     }
+}
+
+/// The description less what is too small in the image: it makes the same camera, and is short to send.
+fn without_cut(description: &GraphDescription, made: &[Frustum]) -> GraphDescription {
+    let names: HashSet<&str> = made.iter().map(|frustum| frustum.name.as_str()).collect();
+    let mut kept = description.clone();
+    kept.frusta.retain(|frustum| names.contains(frustum.name.as_str()));
+    for frustum in &mut kept.frusta {
+        frustum.faces.retain(|face| names.contains(face.parent.as_str()));
+    }
+    kept
 }
 
 impl TryFrom<GraphDescription> for GraphCamera {

@@ -103,7 +103,7 @@ impl GraphCamera {
         (self.root().width_px, self.root().height_px)
     }
 
-    /// What it was made of.
+    /// What it is made of: as it was given, less what [`GraphDescription::min_face_px`] leaves out.
     pub fn description(&self) -> &GraphDescription {
         &self.description
     }

@@ -53,11 +53,13 @@ impl GraphCamera {
                 (speed > 0.0).then(|| limit.depth_m(frustum.centre_world) / speed)
             };
             let z_to = limits.iter().filter_map(leaves).fold(f64::INFINITY, f64::min);
-            if !(z_to > z_from && z_to.is_finite()) {
+            // Compared as `w`: two depths that differ by a rounding may have one `w`.
+            let (w_from, w_to) = (1.0 / z_from, 1.0 / z_to);
+            if !(w_to < w_from && z_to.is_finite()) {
                 return pieces;
             }
             let (from_world, to_world) = (at(z_from), at(z_to));
-            pieces.push(RayPiece { frustum: id, from_world, to_world, w_from: 1.0 / z_from, w_to: 1.0 / z_to });
+            pieces.push(RayPiece { frustum: id, from_world, to_world, w_from, w_to });
             let Some(child) = self.child_at(frustum, to_world) else { return pieces };
             (id, z_from) = (child, z_to);
         }

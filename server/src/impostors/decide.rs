@@ -23,11 +23,11 @@ const FLAT: f64 = 0.05;
 /// The sides of images, in pixels.
 const OBJECT_PX: u32 = 256;
 const FACE_PX: u32 = 128;
-const GRAPH_PX: (u32, u32) = (640, 480);
+const GRAPH_PX: (u32, u32) = (320, 240);
 /// Graph cameras stand this many cells before their first face; see [`CorridorMap::describe`].
 const SETBACK_CELLS: f64 = 8.0;
 /// Corridors that would be fewer pixels wide are left out.
-const LEAST_FACE_PX: f64 = 4.0;
+const LEAST_FACE_PX: f64 = 8.0;
 
 /// Which objects an impostor shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -317,10 +317,10 @@ impl Reflector<'_> {
         let setback_m = SETBACK_CELLS * map.cell_m;
         let cameras = headings.into_iter().filter_map(|heading| {
             let description = map.describe(cell, heading, setback_m, GRAPH_PX, LEAST_FACE_PX).ok()?;
+            let camera = GraphCamera::from_description(&description).ok()?;
             // A client takes no more.
-            let is_sendable = description.frusta.len() < GRAPH_MAX_FRUSTA;
-            let camera = is_sendable.then(|| GraphCamera::from_description(&description).ok())??;
-            Some(Camera::Graph(Arc::new(camera)))
+            let is_sendable = camera.description().frusta.len() < GRAPH_MAX_FRUSTA;
+            is_sendable.then(|| Camera::Graph(Arc::new(camera)))
         });
         cameras.collect()
     }

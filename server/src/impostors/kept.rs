@@ -10,7 +10,7 @@ const TURNED_RAD: f64 = 0.1;
 /// Or when the eye came nearer or went further by more than this share: then its pixels are too coarse, or too fine.
 const DISTANCE_SHARE: f64 = 0.2;
 /// What moves in an image of surroundings, or deforms, is followed this often.
-const FOLLOWED_EVERY_S: f64 = 0.2;
+const FOLLOWED_EVERY_S: f64 = 0.5;
 
 /// The impostors that a client holds.
 #[derive(Debug, Clone, Default)]
