@@ -3,9 +3,17 @@
 use naga::back::glsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// Functions of GLSL ES 3.10 that naga writes for 3.00 without a word.
-const LATER: [&str; 6] =
-    ["findLSB(", "findMSB(", "bitCount(", "bitfieldReverse(", "bitfieldExtract(", "bitfieldInsert("];
+/// Functions of GLSL ES 3.10 that naga writes for 3.00 without a word; `mix` of integers is what becomes of `select` of vectors.
+const LATER: [&str; 8] = [
+    "findLSB(",
+    "findMSB(",
+    "bitCount(",
+    "bitfieldReverse(",
+    "bitfieldExtract(",
+    "bitfieldInsert(",
+    "mix(ivec",
+    "mix(uvec",
+];
 
 /// The GLSL of every entry point of a file.
 fn glsl(path: &str) -> Result<Vec<String>, String> {
@@ -41,4 +49,13 @@ fn what_the_client_lights_and_reflects_with_is_glsl_es_3() {
         }
     }
     assert!(entries > 20, "{entries} entry points, vertex and fragment");
+}
+
+/// `discard` does not end a function in WGSL: browsers refuse one that has something to return and does not. Naga takes it.
+#[test]
+fn no_function_ends_by_discarding() {
+    for path in vantage_shaders::entry_files() {
+        let text = vantage_shaders::source(path).expect("composed before");
+        assert!(!text.contains("\n    discard;\n}"), "{path}");
+    }
 }

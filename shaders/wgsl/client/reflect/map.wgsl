@@ -6,14 +6,18 @@
 fn walk(@builtin(position) position: vec4f) -> Walked {
     let pixel = vec2i(position.xy);
     let ray = walked_ray(pixel);
+    var found = Walked(vec4u(0u), 0.0);
     // Not by discarding first: some rasterizers go on with the rest then, and only drop what comes of it.
     if looks_here(ray) {
         let hit = look_up(normalize(placed.capture_from_now * ray.direction) * placed.middle_m);
         if hit.side != IMPOSTOR_MISS {
-            return walked(pixel, ray, hit);
+            found = walked(pixel, ray, hit);
         }
     }
-    discard;
+    if found.depth <= 0.0 {
+        discard;
+    }
+    return found;
 }
 
 // (look-ups, rays)

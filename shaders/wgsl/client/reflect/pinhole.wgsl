@@ -25,6 +25,7 @@ fn search(ray: PixelRay) -> ImpostorHit {
 fn walk(@builtin(position) position: vec4f) -> Walked {
     let pixel = vec2i(position.xy);
     let ray = walked_ray(pixel);
+    var found = Walked(vec4u(0u), 0.0);
     // Not by discarding first: some rasterizers go on with the rest then, and only drop what comes of it.
     if looks_here(ray) {
         var hit = search(ray);
@@ -36,12 +37,14 @@ fn walk(@builtin(position) position: vec4f) -> Walked {
             nearness = FOR_LACK;
         }
         if hit.side != IMPOSTOR_MISS {
-            var shown = walked(pixel, ray, hit);
-            shown.depth *= nearness;
-            return shown;
+            found = walked(pixel, ray, hit);
+            found.depth *= nearness;
         }
     }
-    discard;
+    if found.depth <= 0.0 {
+        discard;
+    }
+    return found;
 }
 
 // (stretches and steps, rays)

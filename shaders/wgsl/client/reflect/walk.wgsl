@@ -97,7 +97,7 @@ fn spread_m(ray: PixelRay, t: f32, pixel: vec2i) -> f32 {
 fn shown_m(ray: PixelRay, t: f32, pixel: vec2i) -> f32 {
     let last = vec2i(textureDimensions(first)) - 1;
     // To the left and above at the right and lower border.
-    let step = select(vec2i(1), vec2i(-1), pixel >= last);
+    let step = vec2i(select(1, -1, pixel.x >= last.x), select(1, -1, pixel.y >= last.y));
     let across = spread_m(ray, t, max(pixel + vec2i(step.x, 0), vec2i(0)));
     let down = spread_m(ray, t, max(pixel + vec2i(0, step.y), vec2i(0)));
     return max(max(across, down), 0.0);
