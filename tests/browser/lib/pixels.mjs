@@ -44,6 +44,13 @@ export function difference(a, b) {
   return differing / (a.width * a.height);
 }
 
+/** Mean brightness, 0 to 255. */
+export function brightness({ data }) {
+  let sum = 0;
+  for (let i = 0; i < data.length; i += 4) sum += 0.299 * data[i] + 0.587 * data[i + 1] + 0.114 * data[i + 2];
+  return sum / (data.length / 4);
+}
+
 /** Variance of brightness over the picture, 0 for a blank one. */
 export function contrast({ data }) {
   let [sum, squares] = [0, 0];
