@@ -13,7 +13,7 @@ use gpu::{Gpu, Readback};
 use impostor::Sample;
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
+use protocol::{DepthImage, DepthScale, Edit, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use support::scenes;
 use surface::HeldSurfaces;
 use vantage_client::frame::{FrameRenderer, Options};
@@ -468,4 +468,35 @@ fn images_that_are_none_are_refused_and_empty_ones_are_not_held() {
     assert!(!impostors.is_empty());
     impostors.insert(1, &empty).expect("an empty one takes its place");
     assert!(impostors.is_empty());
+}
+
+/// A patch of surroundings whose image has `side` times `side` pixels and one sample.
+fn surroundings(side: u32) -> Patch {
+    let mut mask = Mask::empty(side, side);
+    mask.set(0, 0, true);
+    let camera = Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (side, side), 1.0, 0.1));
+    let image = DepthImage {
+        camera,
+        depth_scale: DepthScale { w_min: 0.5, w_step: 0.0 },
+        mask,
+        depth: vec![0],
+        normal: vec![[127, 127]],
+        colour: vec![[9, 9, 9]],
+        object: vec![1],
+        material: vec![0],
+    };
+    let (id, purpose) = (PatchId(1), Purpose::Environment);
+    Patch { id, purpose, capture_time_s: 0.0, objects: Vec::new(), image }
+}
+
+#[test]
+fn more_pixels_than_a_client_holds_are_left_out() {
+    let gpu = least_gpu();
+    for (side, count) in [(64, 1), (4096, 0)] {
+        let mut held = Held::default();
+        held.commit(vec![Edit::Add(Box::new(surroundings(side)))], 0.0, 0).expect("it fits");
+        let mut impostors = Impostors::new(&gpu);
+        impostors.rebuild(&held);
+        assert_eq!(impostors.len(), count, "{side} pixels wide");
+    }
 }

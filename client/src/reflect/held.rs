@@ -7,6 +7,9 @@ use protocol::{Edit, Held, Patch, PatchId, Purpose, Update};
 use super::{ImpostorImage, ImpostorKind, Impostors, ReflectError};
 use crate::viewer::Follow;
 
+/// Pixels of all impostors together: 350 MB of textures, and twenty times what a server sends for a reflector.
+const MOST_PIXELS: u64 = 1 << 23;
+
 impl ImpostorImage {
     /// Of a patch; `None` of one that is no impostor.
     pub fn of_patch(patch: &Patch) -> Option<ImpostorImage> {
@@ -41,11 +44,20 @@ impl Impostors {
     }
 
     fn hold(&mut self, patch: &Patch) {
+        if patch.purpose == Purpose::Eye {
+            return;
+        }
+        self.remove(patch.id.0.into());
+        // Before anything is allocated: a mask costs a bit a pixel, an impostor hundreds.
+        let (width, height) = patch.image.mask.size_px();
+        let pixels = self.pixels() + u64::from(width) * u64::from(height);
+        if pixels > MOST_PIXELS {
+            return say(patch.id, &ReflectError::TooMany { pixels });
+        }
         let Some(image) = ImpostorImage::of_patch(patch) else { return };
         if let Err(error) = self.insert(patch.id.0.into(), &image) {
             // The rest of the picture is as good as it was.
             say(patch.id, &error);
-            self.remove(patch.id.0.into());
         }
     }
 }

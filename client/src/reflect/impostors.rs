@@ -38,6 +38,12 @@ pub enum ReflectError {
         /// The device's limit.
         limit_px: u32,
     },
+    /// With it, impostors would have more pixels together than a client holds.
+    #[error("impostors of {pixels} pixels are more than are held")]
+    TooMany {
+        /// How many there would be.
+        pixels: u64,
+    },
     /// A frustum of its graph camera has more planes than a shader reads.
     #[error("a frustum of the impostor's camera has too many planes")]
     Planes,
@@ -78,6 +84,11 @@ impl Impostors {
         self.placed.clear();
     }
 
+    /// Pixels of all of them.
+    pub(crate) fn pixels(&self) -> u64 {
+        self.placed.values().map(|placed| placed.pixels).sum()
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.placed.len()
@@ -104,6 +115,7 @@ pub(crate) struct Placed {
     pub camera: PlacedCamera,
     /// Planes, ranges, shapes and colours, in the order of the shaders' bindings.
     textures: [TextureView; 4],
+    pixels: u64,
     middle_m: f32,
 }
 
@@ -147,6 +159,7 @@ impl Placed {
             image: uniform,
             camera: placed_camera(gpu, &impostor, anchor_world)?,
             textures: textures(gpu, &impostor, image),
+            pixels: samples as u64,
             middle_m: bounds.middle().distance(anchor_world).max(bounds.min.distance(bounds.max) / 2.0) as f32,
         }))
     }
