@@ -74,7 +74,7 @@ fn errors(report: &Report) -> Table {
 }
 
 fn times(report: &Report) -> Table {
-    let steps = SEARCHES.map(|(name, _)| format!("steps of {name} px"));
+    let steps = SEARCHES.map(|(name, _)| format!("steps of a {name} pixel"));
     let mut table = Table::new(
         ["scene", "what"]
             .map(str::to_owned)

@@ -15,9 +15,9 @@ use crate::stage::Stage;
 
 /// Sides of outputs in pixels; the papers measure from 256 to 1,024.
 pub(super) const OUTPUT_PX: [u32; 3] = [256, 512, 1024];
-/// Fine steps by their names in columns.
+/// Fine steps, as shares of a pixel, by their names in columns.
 pub(super) const SEARCHES: [(&str, Search); 3] =
-    [("0.25", Search::Quarter), ("0.5", Search::Half), ("1", Search::Whole)];
+    [("quarter", Search::Quarter), ("half", Search::Half), ("whole", Search::Whole)];
 /// Frames that a time is the median of.
 const REPEATS: usize = 5;
 
