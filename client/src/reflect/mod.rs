@@ -18,6 +18,11 @@
 //! they fade, and the rest of the ray goes on behind. The papers blend "with greater transparency"; here a sample has its full
 //! weight from a grazing angle of [`FULL_FACING_DEG`] degrees on, and less in proportion to the sine of it.
 //!
+//! **Behind edges** (ours). A ray that meets nothing in an image of the surroundings passed where its camera does not see; it shows what the
+//! image has in its direction, behind all that is met.
+//!
+//! **Normals** (ours) come in 8 + 8 bits; rays leave by averages over pairs of pixels on opposite sides, or mirrors would have facets.
+//!
 //! **Minification** (ours). The rays of two neighbouring pixels tell how much of the impostor a pixel shows, whatever lies between;
 //! colours are averages over as much.
 //!

@@ -287,7 +287,7 @@ impl Reflector<'_> {
         let world_from_object = &self.snapshot.world_from_mesh[usize::from(object)];
         let middle = self.bounds[usize::from(object)].map_or(DVec3::ZERO, |bounds| bounds.middle());
         Wanted {
-            key: Key { reflector: self.id, shown: Some(object), part: faces as u8 },
+            key: Key { reflector: self.id, shown: Some(object), part: 0 },
             purpose,
             basis: Basis::Object(turned_back(world_from_object, camera.eye_world() - middle)),
             camera,
