@@ -30,7 +30,7 @@ pub enum Purpose {
     Impostor(u16),
     /// An impostor of the surroundings.
     Environment,
-    /// Relief shared by the instances of object `.0`.
+    /// A relief, taken of object `.0`: objects of the same shape are drawn by rays against it, see [`Edit::Place`].
     Relief(u16),
     /// The back faces of glass object `.0`, where rays leave it.
     Inside(u16),
@@ -45,6 +45,16 @@ pub struct ObjectPose {
     pub world_from_object: DAffine3,
 }
 
+/// An object that is drawn by rays against a relief, instead of from samples of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instance {
+    /// Where the object is, as long as no [`Edit::Move`] says otherwise; the relief's own object has its pose at capture in
+    /// [`Patch::objects`].
+    pub pose: ObjectPose,
+    /// What its colours are multiplied by: linear RGB, 255 for all of it.
+    pub tint: [u8; 3],
+}
+
 /// One depth image, or the residual part of one, with what is needed to place it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -54,7 +64,7 @@ pub struct Patch {
     pub purpose: Purpose,
     /// Scene time of the capture, in seconds.
     pub capture_time_s: f64,
-    /// The moving rigid objects in it, at capture; ids ascend.
+    /// The moving rigid objects in it, at capture, and in a relief the one that it was taken of; ids ascend.
     pub objects: Vec<ObjectPose>,
     /// The samples.
     pub image: DepthImage,
@@ -68,7 +78,7 @@ pub enum Edit {
     Clear,
     /// Holds a new patch.
     Add(Box<Patch>),
-    /// Forgets a patch.
+    /// Forgets a patch, which no object is shown by.
     Remove(PatchId),
     /// Forgets single samples of a patch; addresses `(x, y)` of held samples, ascending row by row. A patch without samples
     /// stays until it is removed.
@@ -78,6 +88,10 @@ pub enum Edit {
     Trim(PatchId, Vec<(u16, u16, u8)>),
     /// Moves rigid objects to where they are now; ids ascend.
     Move(Vec<ObjectPose>),
+    /// Shows objects by a held relief from now on; ids ascend.
+    Place(PatchId, Vec<Instance>),
+    /// Shows objects by no relief any more.
+    Withdraw(Vec<u16>),
     /// Replaces the material table.
     Materials(Vec<Material>),
     /// Replaces the lights.
@@ -126,6 +140,17 @@ pub struct HeldPatch {
     pub trims: Vec<u8>,
 }
 
+/// An [`Instance`], with what it is drawn by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldInstance {
+    /// A held patch of [`Purpose::Relief`].
+    pub relief: PatchId,
+    /// See [`Instance::pose`].
+    pub world_from_object: DAffine3,
+    /// See [`Instance::tint`].
+    pub tint: [u8; 3],
+}
+
 /// The copy of the client, as both ends keep it.
 #[derive(Debug, Clone, Default)]
 pub struct Held {
@@ -133,6 +158,8 @@ pub struct Held {
     pub patches: BTreeMap<PatchId, HeldPatch>,
     /// Where the moving rigid objects are now.
     pub poses_now: BTreeMap<u16, DAffine3>,
+    /// The objects that are shown by reliefs.
+    pub instances: BTreeMap<u16, HeldInstance>,
     /// Indexed by the samples.
     pub materials: Vec<Material>,
     /// `None` before the first update.
@@ -205,6 +232,15 @@ pub enum HeldError {
     /// [`crate::wire::GRAPH_MAX_FRUSTA`] frusta.
     #[error("{0:?} has a camera that does not fit its purpose")]
     CameraUnfit(PatchId),
+    /// An object is to be shown by a patch that is none.
+    #[error("{0:?} is no relief")]
+    NoRelief(PatchId),
+    /// A patch is to be forgotten that objects are shown by.
+    #[error("{0:?} is still shown")]
+    StillShown(PatchId),
+    /// An object is to be withdrawn that no relief shows.
+    #[error("object {0} is shown by no relief")]
+    NoInstance(u16),
     /// A number that is infinite, not a number, or out of its range.
     #[error("{0} is not finite or out of range")]
     NotFinite(&'static str),

@@ -19,7 +19,7 @@ pub mod plain;
 pub mod session;
 pub mod wire;
 
-pub use held::{Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
+pub use held::{Edit, Held, HeldError, HeldInstance, Instance, ObjectPose, Patch, PatchId, Purpose, Update};
 pub use image::{DepthImage, DepthScale, Mask};
 pub use limits::Limits;
 pub use look::{Effect, Light, Lighting, Look, Material};

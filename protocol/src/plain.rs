@@ -21,6 +21,8 @@ const TRIM: u8 = 4;
 const MOVE: u8 = 5;
 const MATERIALS: u8 = 6;
 const LIGHT: u8 = 7;
+const PLACE: u8 = 8;
+const WITHDRAW: u8 = 9;
 
 /// Appends an update whose masks have the size of their cameras, as those that were decoded do.
 pub fn write_update(update: &Update, out: &mut Vec<u8>) {
@@ -82,6 +84,14 @@ fn write_edit(edit: &Edit, out: &mut Writer) {
             out.u8(MOVE);
             codec::write_objects(poses, out);
         }
+        Edit::Place(relief, instances) => {
+            out.u8(PLACE);
+            codec::write_instances(*relief, instances, out);
+        }
+        Edit::Withdraw(objects) => {
+            out.u8(WITHDRAW);
+            codec::write_ids(objects, out);
+        }
         Edit::Materials(materials) => {
             out.u8(MATERIALS);
             out.block(&encode_table(materials));
@@ -110,6 +120,11 @@ fn read_edit(reader: &mut Reader) -> Result<Edit, WireError> {
             Edit::Trim(id, addresses.into_iter().zip(extents).map(|([x, y], extent)| (x, y, extent)).collect())
         }
         MOVE => Edit::Move(codec::read_objects(reader)?),
+        PLACE => {
+            let (relief, instances) = codec::read_instances(reader)?;
+            Edit::Place(relief, instances)
+        }
+        WITHDRAW => Edit::Withdraw(codec::read_ids(reader)?),
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
         _ => return Err(CodecError::Damaged("kind of edit").into()),

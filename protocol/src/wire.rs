@@ -280,6 +280,8 @@ const TRIM: u8 = 4;
 const MOVE: u8 = 5;
 const MATERIALS: u8 = 6;
 const LIGHT: u8 = 7;
+const PLACE: u8 = 8;
+const WITHDRAW: u8 = 9;
 
 /// The bytes of an update, before they are split; colours must be settled by `coding`. Pure: it may run on any thread.
 pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
@@ -374,6 +376,14 @@ fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {
             out.u8(MOVE);
             codec::write_objects(poses, out);
         }
+        Edit::Place(relief, instances) => {
+            out.u8(PLACE);
+            codec::write_instances(*relief, instances, out);
+        }
+        Edit::Withdraw(objects) => {
+            out.u8(WITHDRAW);
+            codec::write_ids(objects, out);
+        }
         Edit::Materials(materials) => table(out, MATERIALS, encode_table(materials)),
         Edit::Light(lighting) => table(out, LIGHT, encode_table(lighting)),
     }
@@ -404,6 +414,11 @@ fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) ->
             Edit::Trim(id, addresses.iter().zip(extents).map(|(&(x, y), extent)| (x, y, extent)).collect())
         }
         MOVE => Edit::Move(codec::read_objects(reader)?),
+        PLACE => {
+            let (relief, instances) = codec::read_instances(reader)?;
+            Edit::Place(relief, instances)
+        }
+        WITHDRAW => Edit::Withdraw(codec::read_ids(reader)?),
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
         _ => return Err(CodecError::Damaged("kind of edit").into()),

@@ -9,7 +9,8 @@ use glam::{DAffine3, DVec3};
 use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
 use vantage_protocol::{
-    DepthImage, DepthScale, Edit, Held, HeldError, Limits, Mask, Material, ObjectPose, Patch, PatchId, Update,
+    DepthImage, DepthScale, Edit, Held, HeldError, Instance, Limits, Mask, Material, ObjectPose, Patch, PatchId,
+    Purpose, Update,
 };
 
 fn image() -> DepthImage {
@@ -26,6 +27,14 @@ fn addresses(image: &DepthImage) -> Vec<(u16, u16)> {
 
 fn moved(object: u16, x_m: f64) -> ObjectPose {
     ObjectPose { object, world_from_object: DAffine3::from_translation(DVec3::new(x_m, 0.0, 0.0)) }
+}
+
+fn relief(id: u32) -> Edit {
+    Edit::Add(Box::new(Patch { purpose: Purpose::Relief(3), ..patch(id, image()) }))
+}
+
+fn instance(object: u16) -> Instance {
+    Instance { pose: moved(object, f64::from(object)), tint: [255, 128, object as u8] }
 }
 
 /// What the client does with what the server made.
@@ -45,19 +54,22 @@ fn both_ends_agree_after_every_kind_of_edit() {
         vec![Edit::Delete(PatchId(1), held.iter().copied().step_by(2).collect())],
         vec![Edit::Trim(PatchId(1), held.iter().skip(1).step_by(2).map(|&(x, y)| (x, y, 3)).collect())],
         vec![Edit::Move(vec![moved(2, 1.0), moved(7, 2.0)]), Edit::Remove(PatchId(2)), add(5)],
+        vec![relief(6), Edit::Place(PatchId(6), vec![instance(3), instance(9)])],
+        vec![Edit::Withdraw(vec![9])],
         vec![],
-        vec![Edit::Clear, add(6)],
+        vec![Edit::Clear, add(7)],
     ];
     for (index, edits) in steps.into_iter().enumerate() {
         let update = server.commit(edits, index as f64, 0).unwrap();
         send(&mut client, &update);
         assert_eq!((client.digest(), client.number), (server.digest(), server.number));
         assert!(client.patches == server.patches && client.poses_now == server.poses_now);
+        assert!(client.instances == server.instances);
         let counted: usize = client.patches.values().map(|held| held.patch.image.sample_count()).sum();
         assert_eq!(client.sample_count(), counted);
     }
-    assert_eq!(client.patches.keys().copied().collect::<Vec<_>>(), [PatchId(6)]);
-    assert!(client.materials.is_empty() && client.poses_now.is_empty(), "cleared");
+    assert_eq!(client.patches.keys().copied().collect::<Vec<_>>(), [PatchId(7)]);
+    assert!(client.materials.is_empty() && client.poses_now.is_empty() && client.instances.is_empty(), "cleared");
 }
 
 #[test]
@@ -100,6 +112,9 @@ fn a_refused_update_changes_nothing() {
         ramp_px: 1.0,
     });
     let nan = ObjectPose { object: 1, world_from_object: DAffine3::from_translation(DVec3::NAN) };
+    let flat = ObjectPose { object: 1, world_from_object: DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)) };
+    let flat = Instance { pose: flat, tint: [255; 3] };
+    let still_shown = HeldError::StillShown(PatchId(5));
     let id = PatchId(4);
     let refused = [
         (vec![add(4)], HeldError::PatchIdUsed(id)),
@@ -115,6 +130,12 @@ fn a_refused_update_changes_nothing() {
         (vec![Edit::Add(Box::new(patch(5, short)))], HeldError::PlanesDiffer(PatchId(5))),
         (vec![Edit::Add(Box::new(patch(5, broken_camera)))], HeldError::NotFinite("camera")),
         (vec![Edit::Add(Box::new(patch(5, pushed)))], HeldError::CameraUnfit(PatchId(5))),
+        (vec![Edit::Place(id, vec![instance(1)])], HeldError::NoRelief(id)),
+        (vec![Edit::Place(PatchId(9), vec![instance(1)])], HeldError::UnknownPatch(PatchId(9))),
+        (vec![relief(5), Edit::Place(PatchId(5), vec![instance(2), instance(1)])], HeldError::ObjectsNotAscending),
+        (vec![relief(5), Edit::Place(PatchId(5), vec![flat])], HeldError::NotFinite("inverse of an instance's pose")),
+        (vec![relief(5), Edit::Place(PatchId(5), vec![instance(1)]), Edit::Remove(PatchId(5))], still_shown),
+        (vec![Edit::Withdraw(vec![1])], HeldError::NoInstance(1)),
         (vec![Edit::Materials(vec![Material::default(); 257])], HeldError::TooMuch("materials")),
         (vec![add(5), Edit::Clear], HeldError::LateClear),
     ];

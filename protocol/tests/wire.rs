@@ -16,7 +16,9 @@ use vantage_protocol::wire::{
     decode_client, decode_server, decode_update, encode_client, encode_server, encode_update, fragments as split,
     server_message_kind,
 };
-use vantage_protocol::{ClientMessage, Edit, Held, Light, Lighting, Limits, Look, Material, PatchId, Update};
+use vantage_protocol::{
+    ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, ObjectPose, PatchId, Update,
+};
 
 const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
 
@@ -65,6 +67,8 @@ fn update_of(size_px: (u32, u32)) -> Update {
         range_m: f32::INFINITY,
     };
     let lighting = Lighting { ambient: [0.1; 3], lights: vec![light; 16], background: [1, 2, 3], burley: true };
+    let pose =
+        ObjectPose { object: 7, world_from_object: glam::DAffine3::from_translation(glam::DVec3::new(1e7, 0.0, 0.5)) };
     let edits = vec![
         Edit::Clear,
         Edit::Materials(vec![Material::default(); 256]),
@@ -74,6 +78,8 @@ fn update_of(size_px: (u32, u32)) -> Update {
         Edit::Delete(PatchId(1), vec![(0, 0), (65535, 0), (0, 65535), (3, 65535)]),
         Edit::Trim(PatchId(2), vec![(4, 4, 1), (5, 4, 4)]),
         Edit::Move(vec![]),
+        Edit::Place(PatchId(9), vec![Instance { pose, tint: [1, 2, 255] }]),
+        Edit::Withdraw(vec![7, 65535]),
     ];
     Update { number: 1 << 40, scene_time_s: 0.5, pose_seq: 3, edits, digest: 0xfeed }
 }

@@ -110,7 +110,8 @@ impl HeldSurfaces {
                 }
                 Edit::Delete(id, pixels) => self.delete(*id, pixels),
                 Edit::Clear => changed.extend(self.patches.keys().copied()),
-                Edit::Move(_) | Edit::Materials(_) | Edit::Light(_) => {}
+                // Instances are drawn by rays.
+                Edit::Move(_) | Edit::Place(..) | Edit::Withdraw(_) | Edit::Materials(_) | Edit::Light(_) => {}
             }
         }
         self.set_poses(&held.poses_now);

@@ -80,7 +80,8 @@ impl Follow for Impostors {
                 Edit::Clear => self.clear(),
                 Edit::Add(patch) => self.hold(patch),
                 Edit::Remove(id) => self.remove(id.0.into()),
-                Edit::Delete(..) | Edit::Trim(..) | Edit::Move(_) | Edit::Materials(_) | Edit::Light(_) => {}
+                Edit::Delete(..) | Edit::Trim(..) | Edit::Move(_) | Edit::Place(..) | Edit::Withdraw(_) => {}
+                Edit::Materials(_) | Edit::Light(_) => {}
             }
         }
     }

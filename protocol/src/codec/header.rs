@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::CodecError;
 use crate::bytes::{EndsEarly, Reader, Writer};
-use crate::held::{ObjectPose, Patch, PatchId, Purpose};
+use crate::held::{Instance, ObjectPose, Patch, PatchId, Purpose};
 use crate::image::DepthScale;
 use crate::limits::Limits;
 use crate::wire;
@@ -157,4 +157,34 @@ pub(crate) fn read_objects(bytes: &mut Reader) -> Result<Vec<ObjectPose>, CodecE
         Ok(ObjectPose { object, world_from_object })
     };
     (0..count).map(|_| pose(bytes)).collect()
+}
+
+/// Appends what objects a relief shows: its id, their poses, and a tint each.
+pub(crate) fn write_instances(relief: PatchId, instances: &[Instance], out: &mut Writer) {
+    out.u32(relief.0);
+    write_objects(&instances.iter().map(|instance| instance.pose).collect::<Vec<_>>(), out);
+    instances.iter().flat_map(|instance| instance.tint).for_each(|byte| out.u8(byte));
+}
+
+/// Reads what [`write_instances`] wrote.
+pub(crate) fn read_instances(bytes: &mut Reader) -> Result<(PatchId, Vec<Instance>), CodecError> {
+    let relief = PatchId(bytes.u32()?);
+    let poses = read_objects(bytes)?;
+    let tints = bytes.take(poses.len() * 3)?.as_chunks::<3>().0;
+    Ok((relief, poses.into_iter().zip(tints).map(|(pose, &tint)| Instance { pose, tint }).collect()))
+}
+
+/// Appends object ids and their count.
+pub(crate) fn write_ids(objects: &[u16], out: &mut Writer) {
+    out.u32(u32::try_from(objects.len()).expect("at most 65,536 object ids"));
+    objects.iter().for_each(|&object| out.u16(object));
+}
+
+/// Reads what [`write_ids`] wrote.
+pub(crate) fn read_ids(bytes: &mut Reader) -> Result<Vec<u16>, CodecError> {
+    let count = bytes.u32()? as usize;
+    if count > bytes.remaining() / size_of::<u16>() {
+        return Err(EndsEarly.into());
+    }
+    (0..count).map(|_| Ok(bytes.u16()?)).collect()
 }

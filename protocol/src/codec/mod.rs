@@ -18,7 +18,8 @@ mod segments;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
 pub use colour::ColourSteps;
-pub(crate) use header::{Header, read as read_header, read_objects, write as write_header, write_objects};
+pub(crate) use header::{Header, read as read_header, read_ids, read_instances, read_objects};
+pub(crate) use header::{write as write_header, write_ids, write_instances, write_objects};
 pub(crate) use pack::{Packer, Unpacker};
 
 use thiserror::Error;

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use camera::Camera;
 
 use super::digest::{Digest, EMPTY};
-use super::{Draft, Edit, Held, HeldError, HeldPatch, ObjectPose, Patch, PatchId, Purpose, Update};
+use super::{
+    Draft, Edit, Held, HeldError, HeldInstance, HeldPatch, Instance, ObjectPose, Patch, PatchId, Purpose, Update,
+};
 use crate::image::{DepthImage, Mask, Ranks};
 use crate::limits::Limits;
 use crate::wire::is_graph_encodable;
@@ -19,6 +21,8 @@ struct Staged<'a> {
     /// Patches that differ from `base`; `None` where one was removed.
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
     poses: Vec<ObjectPose>,
+    /// Instances that differ from `base`; `None` where one was withdrawn.
+    instances: BTreeMap<u16, Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
     lighting: Option<crate::look::Lighting>,
     last_patch: Option<PatchId>,
@@ -98,6 +102,7 @@ impl Held {
             cleared: staged.cleared,
             patches: staged.patches,
             poses: staged.poses,
+            instances: staged.instances,
             materials: staged.materials,
             lighting: staged.lighting,
             last_patch: staged.last_patch,
@@ -118,6 +123,12 @@ impl Held {
             };
         }
         self.poses_now.extend(changes.poses.iter().map(|pose| (pose.object, pose.world_from_object)));
+        for (object, instance) in changes.instances {
+            match instance {
+                Some(instance) => self.instances.insert(object, instance),
+                None => self.instances.remove(&object),
+            };
+        }
         if let Some(materials) = changes.materials {
             self.materials = materials;
         }
@@ -159,6 +170,7 @@ struct Changes {
     cleared: bool,
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
     poses: Vec<ObjectPose>,
+    instances: BTreeMap<u16, Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
     lighting: Option<crate::look::Lighting>,
     last_patch: Option<PatchId>,
@@ -175,6 +187,7 @@ impl<'a> Staged<'a> {
             cleared: false,
             patches: BTreeMap::new(),
             poses: Vec::new(),
+            instances: BTreeMap::new(),
             materials: None,
             lighting: None,
             last_patch: base.last_patch,
@@ -194,6 +207,9 @@ impl<'a> Staged<'a> {
             Edit::Add(patch) => self.add(patch)?,
             Edit::Remove(id) => {
                 let held = self.held(*id).ok_or(HeldError::UnknownPatch(*id))?;
+                if matches!(held.patch.purpose, Purpose::Relief(_)) && self.shows(*id) {
+                    return Err(HeldError::StillShown(*id));
+                }
                 let (samples, pixels) = (held.patch.image.sample_count(), pixels(&held.patch.image.mask));
                 self.patches.insert(*id, None);
                 self.count -= 1;
@@ -213,6 +229,13 @@ impl<'a> Staged<'a> {
             Edit::Move(poses) => {
                 check_poses(poses)?;
                 self.poses.extend_from_slice(poses);
+            }
+            Edit::Place(relief, instances) => self.place(*relief, instances)?,
+            Edit::Withdraw(objects) => {
+                for &object in objects {
+                    self.instance(object).ok_or(HeldError::NoInstance(object))?;
+                    self.instances.insert(object, None);
+                }
             }
             Edit::Materials(materials) => {
                 if materials.len() > self.limits.materials {
@@ -251,6 +274,36 @@ impl<'a> Staged<'a> {
         self.last_patch = Some(patch.id);
         self.patches.insert(patch.id, Some(HeldPatch { patch: patch.clone(), trims: Vec::new() }));
         Ok(())
+    }
+
+    fn place(&mut self, relief: PatchId, instances: &[Instance]) -> Result<(), HeldError> {
+        let held = self.held(relief).ok_or(HeldError::UnknownPatch(relief))?;
+        let Purpose::Relief(_) = held.patch.purpose else { return Err(HeldError::NoRelief(relief)) };
+        let poses: Vec<ObjectPose> = instances.iter().map(|instance| instance.pose).collect();
+        check_poses(&poses)?;
+        // Rays go into the object's space.
+        if !poses.iter().all(|pose| pose.world_from_object.inverse().is_finite()) {
+            return Err(HeldError::NotFinite("inverse of an instance's pose"));
+        }
+        self.instances.extend(instances.iter().map(|&Instance { pose, tint }| {
+            let instance = HeldInstance { relief, world_from_object: pose.world_from_object, tint };
+            (pose.object, Some(instance))
+        }));
+        Ok(())
+    }
+
+    fn instance(&self, object: u16) -> Option<&HeldInstance> {
+        match self.instances.get(&object) {
+            Some(staged) => staged.as_ref(),
+            None if self.cleared => None,
+            None => self.base.instances.get(&object),
+        }
+    }
+
+    /// Whether an object is shown by a relief.
+    fn shows(&self, relief: PatchId) -> bool {
+        let objects = self.instances.keys().chain(self.base.instances.keys());
+        objects.copied().filter_map(|object| self.instance(object)).any(|instance| instance.relief == relief)
     }
 
     fn held(&self, id: PatchId) -> Option<&HeldPatch> {
@@ -349,7 +402,10 @@ fn check_patch(patch: &Patch) -> Result<(), HeldError> {
     let is_fit = match camera {
         Camera::Pinhole(_) => true,
         Camera::Spoc(_) => patch.purpose != Purpose::Eye,
-        Camera::Graph(camera) => patch.purpose != Purpose::Eye && is_graph_encodable(camera),
+        Camera::Graph(camera) => {
+            let fits = !matches!(patch.purpose, Purpose::Eye | Purpose::Relief(_));
+            fits && is_graph_encodable(camera)
+        }
     };
     if !is_fit {
         return Err(HeldError::CameraUnfit(patch.id));

@@ -7,7 +7,7 @@
 //! Mixing: `state = (state ^ value) * K`, then the high half is folded onto the low one; `K` is odd (the golden ratio in 64
 //! bits, Knuth, TAOCP 3, 6.4), so every step is a bijection of the state and a single different value can never cancel out.
 
-use super::{Edit, ObjectPose, Patch, Purpose};
+use super::{Edit, Instance, ObjectPose, Patch, Purpose};
 
 /// The digest of an empty copy.
 pub(super) const EMPTY: u64 = 0x5641_4e54_4147_4501;
@@ -73,6 +73,18 @@ impl Digest {
             Edit::Move(poses) => {
                 self.number(5);
                 self.objects(poses);
+            }
+            Edit::Place(relief, instances) => {
+                self.number(8 | u64::from(relief.0) << 8);
+                self.number(instances.len() as u64);
+                for Instance { pose, tint: [red, green, blue] } in instances {
+                    let tint = u32::from_le_bytes([*red, *green, *blue, 0]);
+                    self.number(u64::from(pose.object) | u64::from(tint) << 16);
+                }
+            }
+            Edit::Withdraw(objects) => {
+                self.number(9);
+                self.shorts(objects);
             }
             Edit::Materials(materials) => self.number(6 | (materials.len() as u64) << 8),
             Edit::Light(lighting) => self.number(7 | (lighting.lights.len() as u64) << 8),

@@ -203,7 +203,8 @@ fn assert_finite(update: &Update, near_m: f64) {
                 let text = format!("{edit:?}");
                 !text.contains("NaN") && !text.contains("inf")
             }
-            Edit::Clear | Edit::Remove(_) | Edit::Delete(..) | Edit::Trim(..) => true,
+            Edit::Place(_, instances) => instances.iter().all(|instance| finite(&[instance.pose])),
+            Edit::Clear | Edit::Remove(_) | Edit::Delete(..) | Edit::Trim(..) | Edit::Withdraw(_) => true,
         };
         assert!(sound, "a number that is not finite: {edit:?}");
     }
