@@ -115,6 +115,8 @@ pub struct Instance {
     pub moves: bool,
     /// Whether its vertices change over time (skin, morph targets).
     pub deforms: bool,
+    /// What its base colours are multiplied by: linear RGB, 255 for all of it. So one mesh serves things of many colours.
+    pub tint: [u8; 3],
 }
 
 /// A light of a scene, in the file's units (lux, candela), at its place in world space at the snapshot's time.

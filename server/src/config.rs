@@ -22,6 +22,8 @@ pub struct Config {
     pub discretization: Discretization,
     /// Where a set's images are taken from.
     pub placement: Placement,
+    /// Whether objects that many share the shape of are shown by one image for all, see [`crate::impostors::relief`].
+    pub relief: bool,
     /// Images a set, 1 to [`Config::MAX_IMAGES`].
     pub images: usize,
     /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
@@ -56,6 +58,7 @@ impl Default for Config {
             port: 8080,
             discretization: Discretization::default(),
             placement: Placement::default(),
+            relief: true,
             images: 4,
             image_size_px: 512,
             coding: CodingRule::default(),

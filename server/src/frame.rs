@@ -19,6 +19,7 @@ use crate::config::Config;
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::imager::{Imager, ImagerError};
+use crate::impostors::relief::{self, Eye, KeptReliefs, Reliefs};
 use crate::impostors::{Kept, Needs};
 use crate::pace::Pace;
 use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, region_views};
@@ -56,6 +57,7 @@ pub struct Stage {
     materials: Vec<Material>,
     deforms: Vec<bool>,
     needs: Needs,
+    reliefs: Reliefs,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
 }
@@ -73,6 +75,8 @@ pub struct Client {
     pub has_picture: bool,
     /// The impostors it was sent.
     pub impostors: Kept,
+    /// The reliefs it was sent.
+    pub reliefs: KeptReliefs,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
 }
@@ -85,6 +89,7 @@ impl Default for Client {
             pace: Pace::default(),
             has_picture: false,
             impostors: Kept::default(),
+            reliefs: KeptReliefs::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
     }
@@ -123,6 +128,7 @@ impl Stage {
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
         Stage {
             needs: Needs::new(&scene),
+            reliefs: Reliefs::default(),
             scene,
             rules,
             account_rules,
@@ -150,6 +156,12 @@ impl Stage {
     /// The same, whose clients get one coarse image before their first set.
     pub fn coarse_first(self, coarse_first: bool) -> Stage {
         Stage { coarse_first, ..self }
+    }
+
+    /// The same, which shows many objects of a shape by one image. Not where views are made by rays, which meet everything.
+    pub fn with_reliefs(self) -> Stage {
+        let reliefs = if self.method.needs_rays() { Reliefs::default() } else { Reliefs::new(&self.scene) };
+        Stage { reliefs, ..self }
     }
 
     /// The same, whose samples are coded by a rule.
@@ -208,11 +220,15 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
+        client.account.begin(now)?;
+        // Nothing is held that would stand for anything: a set of images by itself (2016 paper, Alg. 1 and 3).
+        let anew = self.method == Discretization::Conventional || plan.reason == Reason::First;
+        if anew {
+            client.account.forget()?;
+        }
+        self.send_reliefs(plan, snapshot, now, client, viewer)?;
         let account = &mut client.account;
-        account.begin(now)?;
-        if self.method == Discretization::Conventional || plan.reason == Reason::First {
-            // Nothing is held that would stand for anything: a set of images by itself (2016 paper, Alg. 1 and 3).
-            account.forget()?;
+        if anew {
             let views = self.set_views(plan, snapshot)?;
             for capture in &self.imager.captures(snapshot, &views, self.method)? {
                 account.count_anew(capture);
@@ -304,6 +320,28 @@ impl Stage {
         Ok(account.supersede(&superseded)?)
     }
 
+    /// Decides which objects a client is shown by reliefs, before it is looked at what it lacks of all others.
+    fn send_reliefs(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: &Viewer,
+    ) -> Result<(), StageError> {
+        if self.reliefs.is_nothing() {
+            return Ok(());
+        }
+        let eye_world = plan.coverage.world_from_eye.translation;
+        let focal_px = f64::from(viewer.view.height_px) / 2.0 / (viewer.view.fov_y_rad / 2.0).tan();
+        // One coarse image is there sooner than reliefs.
+        let eye = (!self.begins_coarsely(client)).then_some(Eye { eye_world, focal_px });
+        let held = (&mut client.account, &mut client.reliefs);
+        relief::serve(&mut self.reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
+        self.imager.leave_out(client.account.held().instances.keys().copied().collect());
+        Ok(())
+    }
+
     /// Sends the impostors that a client needs and does not hold as they are now.
     fn send_impostors(
         &mut self,
@@ -318,7 +356,7 @@ impl Stage {
             tracing::info!("impostors: {news}");
         }
         for wanted in client.impostors.lacking(&decision, client.account.held()) {
-            let Some(image) = self.imager.impostor(snapshot, wanted)? else { continue };
+            let Some(image) = self.imager.impostor(snapshot, &wanted.shot())? else { continue };
             let id = client.account.add_impostor(image, wanted.purpose, now)?;
             if let Some(old) = client.impostors.replace(wanted, id) {
                 client.account.remove_impostor(old)?;

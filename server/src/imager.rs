@@ -1,5 +1,7 @@
 //! What a server needs from whatever makes depth images: the seam between sessions and the GPU.
 
+use std::collections::BTreeSet;
+
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
@@ -11,8 +13,8 @@ use thiserror::Error;
 use crate::account::Account;
 use crate::config::Config;
 use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer};
-use crate::impostors::Wanted;
 use crate::impostors::draw::{ImpostorDrawer, Subject};
+use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
 use crate::render::{RenderError, SceneRenderer};
 
@@ -46,8 +48,11 @@ pub trait Imager: Send {
         method: Discretization,
     ) -> Result<Vec<Capture>, ImagerError>;
 
-    /// An impostor, as it is now; `None` where this imager draws none.
-    fn impostor(&mut self, _: &Snapshot, _: &Wanted) -> Result<Option<DepthImage>, ImagerError> {
+    /// Leaves objects out of [`Imager::captures`] from now on.
+    fn leave_out(&mut self, _: BTreeSet<u16>) {}
+
+    /// A picture for rays, of what is there now; `None` where this imager draws none.
+    fn impostor(&mut self, _: &Snapshot, _: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
         Ok(None)
     }
 
@@ -124,15 +129,27 @@ impl Imager for GpuImager {
         Ok(self.discretizer.run(&self.renderer, views, method)?.wait()?)
     }
 
-    fn impostor(&mut self, snapshot: &Snapshot, wanted: &Wanted) -> Result<Option<DepthImage>, ImagerError> {
-        self.place(snapshot, wanted.camera.eye_world())?;
+    fn leave_out(&mut self, objects: BTreeSet<u16>) {
+        self.renderer.leave_out(objects);
+    }
+
+    fn impostor(&mut self, snapshot: &Snapshot, shot: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
+        self.place(snapshot, shot.camera.eye_world())?;
         let drawer = match &mut self.impostors {
             Some(drawer) => drawer,
             None => self.impostors.insert(ImpostorDrawer::new(&self.renderer)?),
         };
-        let subject = Subject { objects: &|object| wanted.drawn.contains(object), faces: wanted.faces };
-        let capture = drawer.draw(&self.renderer, &wanted.camera, subject)?;
-        Ok(Some(capture.depth_image(DepthPrecision::Finest)))
+        let subject = Subject { objects: &|object| shot.drawn.contains(object), faces: shot.faces };
+        let untinted = match shot.drawn {
+            Drawn::Only(object) if !shot.is_tinted => Some(*object),
+            _ => None,
+        };
+        let tint = untinted.map(|object| self.renderer.set_tint(object, [255; 3]));
+        let capture = drawer.draw(&self.renderer, shot.camera, subject);
+        if let (Some(object), Some(tint)) = (untinted, tint) {
+            self.renderer.set_tint(object, tint);
+        }
+        Ok(Some(capture?.depth_image(DepthPrecision::Finest)))
     }
 
     fn new_surfaces(&self) -> Option<HeldSurfaces> {

@@ -38,6 +38,9 @@ pub struct Options {
     /// Where the images of a set are taken from; probes: as many as are of use, at most --images
     #[arg(long, value_enum, default_value_t)]
     pub placement: Placement,
+    /// Whether objects that many share the shape of are shown by one image for all
+    #[arg(long, value_enum, default_value_t)]
+    pub relief: ReliefName,
     /// Images a set
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
     pub images: u64,
@@ -73,6 +76,16 @@ pub struct Options {
 
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
     Logging: RUST_LOG=debug also shows why each set of images is made.";
+
+/// `--relief`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum ReliefName {
+    /// Where one image holds nearly all of a shape, and of viewers that are far enough.
+    #[default]
+    Auto,
+    /// Every object is sampled by itself.
+    Off,
+}
 
 /// `--profile`.
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
@@ -176,6 +189,7 @@ impl Options {
             port: self.port,
             discretization: self.discretization,
             placement: self.placement,
+            relief: self.relief == ReliefName::Auto,
             images: self.images as usize,
             image_size_px: self.image_size,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },

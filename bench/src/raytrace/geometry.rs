@@ -157,7 +157,9 @@ fn rounded_up(t: f64) -> f32 {
 
 /// The triangles of one object in world space.
 fn placed(scene: &Scene, snapshot: &Snapshot, object: usize) -> Vec<(Facet, Corners)> {
-    let mesh = &scene.meshes[scene.instances[object].mesh as usize];
+    let instance = &scene.instances[object];
+    let mesh = &scene.meshes[instance.mesh as usize];
+    let tint = [instance.tint[0], instance.tint[1], instance.tint[2], 255].map(|code| f64::from(code) / 255.0);
     let material = &scene.materials[mesh.material as usize];
     let deformed = snapshot.deformed.iter().find(|deformed| deformed.instance as usize == object);
     let vertices = deformed.map_or(&mesh.vertices, |deformed| &deformed.vertices);
@@ -180,7 +182,7 @@ fn placed(scene: &Scene, snapshot: &Snapshot, object: usize) -> Vec<(Facet, Corn
         let corners = Corners {
             normals_world: of.map(|vertex| normal_from_mesh * Vec3::from(vertex.normal).as_dvec3()),
             uvs: of.map(|vertex| DVec2::new(vertex.uv[0].into(), vertex.uv[1].into())),
-            colours: of.map(|vertex: &Vertex| vertex.colour.map(|code| f64::from(code) / 255.0)),
+            colours: of.map(|vertex: &Vertex| [0, 1, 2, 3].map(|k| f64::from(vertex.colour[k]) / 255.0 * tint[k])),
             material: mesh.material,
         };
         (facet, corners)

@@ -28,7 +28,7 @@ pub(super) fn scene(parts: Vec<(Mesh, Material, DVec3)>) -> Scene {
         .enumerate()
         .map(|(k, (mesh, material, _))| (Mesh { material: k as u32, ..mesh }, material))
         .unzip();
-    let instance = |mesh| Instance { mesh, name: String::new(), moves: false, deforms: false };
+    let instance = |mesh| Instance { mesh, name: String::new(), moves: false, deforms: false, tint: [255; 3] };
     Scene {
         name: "test".into(),
         instances: (0..meshes.len() as u32).map(instance).collect(),

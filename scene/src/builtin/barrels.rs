@@ -26,7 +26,8 @@ pub(super) fn build() -> Kit {
     let yard = kit.mesh(yard, paving);
     kit.place("yard", yard, DAffine3::IDENTITY);
     let staves = kit.textured("staves", texture::planks(0xffffff, 8));
-    let barrels = [0xa9783f, 0x8d5f33, 0x5d7f92, 0x9c4a38].map(|tone| barrel(&mut kit, staves, tone));
+    let barrel = barrel(&mut kit, staves);
+    let tones = [0xa9783f, 0x8d5f33, 0x5d7f92, 0x9c4a38];
 
     let mut rng = Rng::new(60);
     for k in 0..STANDING + STACKED {
@@ -37,32 +38,36 @@ pub(super) fn build() -> Kit {
         let z = (j as f64 - 3.2) * 0.92 + shift + f64::from(rng.range(-0.06, 0.06));
         let at = dvec3(x, layer as f64 * HEIGHT_M, z);
         let (start, turns) = (f64::from(rng.unit()), if k % 4 == 0 { 1.0 } else { 0.0 });
-        kit.drive("barrel", barrels[rng.index(barrels.len())], move |share| {
+        let tone = tones[rng.index(tones.len())];
+        kit.drive("barrel", barrel, move |share| {
             DAffine3::from_rotation_translation(DQuat::from_rotation_y(TAU * (start + turns * share)), at)
         });
+        kit.tint(tone);
     }
     for k in 0..ROLLING {
         let x = (k as f64 - (ROLLING as f64 - 1.0) / 2.0) * 0.8;
         let phase = f64::from(rng.unit());
         let middle = 2.3 + 0.5 * (k % 3) as f64;
-        kit.drive("rolling barrel", barrels[k % barrels.len()], move |share| {
+        kit.drive("rolling barrel", barrel, move |share| {
             let gone = 1.0 * (TAU * (2.0 * share + phase)).sin();
             let lying = DQuat::from_rotation_x(gone / RADIUS_M) * DQuat::from_rotation_z(FRAC_PI_2);
             let centred = DAffine3::from_translation(dvec3(0.0, -HEIGHT_M / 2.0, 0.0));
             DAffine3::from_rotation_translation(lying, dvec3(x * 1.22, RADIUS_M, middle + gone)) * centred
         });
+        kit.tint(tones[k % tones.len()]);
     }
     kit
 }
 
-fn barrel(kit: &mut Kit, staves: u32, tone: u32) -> u32 {
+/// White, for every barrel has a tone of its own.
+fn barrel(kit: &mut Kit, staves: u32) -> u32 {
     let (radius, height) = (RADIUS_M as f32, HEIGHT_M as f32);
     let side = |t: f32| vec2(radius * (0.80 + 0.16 * (t * std::f32::consts::PI).sin()), t * height);
     let mut mesher = Mesher::new();
     let mut profile = vec![vec2(0.0, 0.04), vec2(radius * 0.74, 0.04), vec2(radius * 0.74, 0.0)];
     profile.extend((0..=10).map(|k| side(k as f32 / 10.0)));
     profile.extend([vec2(radius * 0.74, height), vec2(radius * 0.74, height - 0.04), vec2(0.0, height - 0.04)]);
-    mesher.paint(tone).uv_per_m(1.0).lathe(&profile, 18, 2.0);
+    mesher.paint(0xffffff).uv_per_m(1.0).lathe(&profile, 18, 2.0);
     mesher.paint(0x4a4a4e);
     for t in [0.08f32, 0.30, 0.70, 0.92] {
         let (a, b) = (side(t - 0.03), side(t + 0.03));

@@ -31,6 +31,7 @@ pub(super) enum Shape {
 pub(super) struct Car {
     body: u32,
     wheel: u32,
+    tone: u32,
 }
 
 /// A car's place and the metres its wheels have rolled, after a share of the scene's period.
@@ -63,7 +64,12 @@ impl Car {
         }
         mesher.paint(0x23252a).cuboid(vec3(-0.80, 0.30, 1.9), vec3(0.80, 0.46, 2.2));
         mesher.cuboid(vec3(-0.80, 0.30, -2.2), vec3(0.80, 0.46, -1.9));
-        Car { body: kit.mesh(mesher, material), wheel }
+        Car { body: kit.mesh(mesher, material), wheel, tone: 0xffffff }
+    }
+
+    /// The same car, white until now, in another colour.
+    pub fn in_tone(self, tone: u32) -> Car {
+        Car { tone, ..self }
     }
 
     /// The wheel that all cars share.
@@ -88,6 +94,7 @@ impl Car {
     pub fn drive(&self, kit: &mut Kit, drive: &Drive) {
         let body = Arc::clone(drive);
         kit.drive("car", self.body, move |share| body(share).0);
+        kit.tint(self.tone);
         for (z, side) in AXLES_M.into_iter().flat_map(|z| [(z, -1.0), (z, 1.0)]) {
             let drive = Arc::clone(drive);
             // The hub cap faces outwards on both sides.

@@ -6,7 +6,7 @@ use camera::CorridorMap;
 use glam::{DAffine3, DVec3, dvec3};
 use rayon::prelude::*;
 
-use super::mesher::Mesher;
+use super::mesher::{Mesher, linear};
 use crate::model::{
     Animation, Bounds, Deformed, Instance, Material, Mesh, Scene, SceneCamera, SceneLight, Snapshot, Texture, Vertex,
 };
@@ -94,7 +94,7 @@ impl Kit {
     fn add(&mut self, name: &str, mesh: u32, motion: Motion) {
         let moves = matches!(motion, Motion::Rigid(_));
         let deforms = matches!(motion, Motion::Bending(..));
-        self.instances.push(Instance { mesh, name: name.into(), moves, deforms });
+        self.instances.push(Instance { mesh, name: name.into(), moves, deforms, tint: [255; 3] });
         self.motions.push(motion);
     }
 
@@ -117,6 +117,12 @@ impl Kit {
         bend: impl Fn(f64, &[Vertex]) -> Vec<Vertex> + Send + Sync + 'static,
     ) {
         self.add(name, mesh, Motion::Bending(world_from_mesh, Box::new(bend)));
+    }
+
+    /// Colours the thing added last, where its mesh is white.
+    pub fn tint(&mut self, srgb: u32) {
+        let [red, green, blue, _] = linear(srgb);
+        self.instances.iter_mut().next_back().into_iter().for_each(|last| last.tint = [red, green, blue]);
     }
 
     pub fn light(&mut self, towards: DVec3, colour: [f32; 3]) {

@@ -31,9 +31,9 @@ pub(super) fn build() -> Kit {
     let wheel = Car::wheel(&mut kit, paint);
     let shapes = [Shape::Saloon, Shape::Hatchback, Shape::Van];
     let tones = [0xb3262a, 0x2f5f9e, 0xd9d7d0, 0x33363b, 0xd2a021, 0x4f7d5a, 0x8d9aa6];
-    let models: Vec<Car> = (0..shapes.len() * tones.len())
-        .map(|k| Car::new(&mut kit, paint, shapes[k % shapes.len()], tones[k % tones.len()], wheel))
-        .collect();
+    let bodies = shapes.map(|shape| Car::new(&mut kit, paint, shape, 0xffffff, wheel));
+    let models: Vec<Car> =
+        (0..bodies.len() * tones.len()).map(|k| bodies[k % bodies.len()].in_tone(tones[k % tones.len()])).collect();
     let mut rng = Rng::new(40);
     lines(&mut kit, paint);
     for k in 0..PARKED_A_ROW * ROWS {

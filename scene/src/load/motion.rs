@@ -60,7 +60,7 @@ pub(super) fn still_scene(
     for (index, part) in parts.into_iter().enumerate() {
         still.world_from_mesh.push(DAffine3::from_translation(part.built.centre));
         meshes.push(part.built.mesh);
-        instances.push(Instance { mesh: index as u32, name: part.name, moves: false, deforms: false });
+        instances.push(Instance { mesh: index as u32, name: part.name, moves: false, deforms: false, tint: [255; 3] });
     }
     let snapshot = still.snapshot(0.0);
     let bounds = summary::bounds(&meshes, &instances, &snapshot);

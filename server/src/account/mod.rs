@@ -26,7 +26,7 @@ use camera::{Camera, ImagePoint, Pinhole};
 use glam::DVec3;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
-use protocol::{DepthImage, Lighting, Mask, Material};
+use protocol::{DepthImage, Instance, Lighting, Mask, Material};
 use rayon::prelude::*;
 use surface::{AddressView, HeldSurfaces};
 
@@ -159,6 +159,7 @@ impl Account {
 
     /// Removes everything, to be sent anew.
     pub fn forget(&mut self) -> Result<(), HeldError> {
+        self.withdraw(self.held.instances.keys().copied().collect())?;
         for id in self.held.patches.keys().copied().collect::<Vec<_>>() {
             self.held.edit(Edit::Remove(id), &mut self.draft)?;
         }
@@ -229,15 +230,54 @@ impl Account {
     /// Adds an impostor. It is no surface: it is neither drawn nor looked at again, and stays until it is removed.
     pub fn add_impostor(
         &mut self,
+        image: DepthImage,
+        purpose: Purpose,
+        now: &Surroundings<'_>,
+    ) -> Result<PatchId, HeldError> {
+        let objects = objects_in(&image, now.moving);
+        self.add_for_rays(image, purpose, objects, now)
+    }
+
+    /// Adds a relief, taken of an object at a place; it shows nothing until objects are [placed](Account::place).
+    pub fn add_relief(
+        &mut self,
+        image: DepthImage,
+        pose: ObjectPose,
+        now: &Surroundings<'_>,
+    ) -> Result<PatchId, HeldError> {
+        self.add_for_rays(image, Purpose::Relief(pose.object), vec![pose], now)
+    }
+
+    /// Shows objects by a relief from now on, and deletes their samples; ids ascend.
+    pub fn place(&mut self, relief: PatchId, instances: Vec<Instance>) -> Result<(), HeldError> {
+        let is_placed = |object: &u16| instances.binary_search_by_key(object, |instance| instance.pose.object).is_ok();
+        let mut replaced = Vec::new();
+        for (id, held) in self.held.patches.iter().filter(|(id, _)| self.records.contains_key(id)) {
+            let samples = held.patch.image.mask.occupied().zip(&held.patch.image.object);
+            let of_these = samples.filter(|(_, object)| is_placed(object));
+            replaced.extend(of_these.map(|((x, y), _)| (*id, x as u16, y as u16)));
+        }
+        self.counts.deleted += replaced.len();
+        self.delete(&replaced)?;
+        self.held.edit(Edit::Place(relief, instances), &mut self.draft)
+    }
+
+    /// Shows objects by no relief any more; they are sampled as everything else.
+    pub fn withdraw(&mut self, objects: Vec<u16>) -> Result<(), HeldError> {
+        if objects.is_empty() { Ok(()) } else { self.held.edit(Edit::Withdraw(objects), &mut self.draft) }
+    }
+
+    fn add_for_rays(
+        &mut self,
         mut image: DepthImage,
         purpose: Purpose,
+        objects: Vec<ObjectPose>,
         now: &Surroundings<'_>,
     ) -> Result<PatchId, HeldError> {
         now.colour.settle_all(&mut image.colour);
         self.last_patch += 1;
         let id = PatchId(self.last_patch);
         self.counts.impostor += image.sample_count();
-        let objects = objects_in(&image, now.moving);
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects, image };
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
         Ok(id)

@@ -48,6 +48,19 @@ impl Drawn {
     }
 }
 
+/// A picture of some objects.
+#[derive(Debug, Clone, Copy)]
+pub struct Shot<'a> {
+    /// Takes it.
+    pub camera: &'a Camera,
+    /// What it shows.
+    pub drawn: &'a Drawn,
+    /// Of these, which sides.
+    pub faces: Faces,
+    /// Whether a single object has its tint.
+    pub is_tinted: bool,
+}
+
 /// Names an impostor of a client; a newer image takes the place of the older one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key {
@@ -97,6 +110,13 @@ pub struct Wanted {
     pub changes_at_s: Option<f64>,
 }
 
+impl Wanted {
+    /// The picture of it.
+    pub fn shot(&self) -> Shot<'_> {
+        Shot { camera: &self.camera, drawn: &self.drawn, faces: self.faces, is_tinted: true }
+    }
+}
+
 /// What is to be held, and why.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Decision {
@@ -115,16 +135,9 @@ pub struct Needs {
 impl Needs {
     /// Of a scene: the objects whose materials are mirrors or glass.
     pub fn new(scene: &Scene) -> Needs {
-        let effect = |material: &scene::Material| {
-            let (metallic, roughness) = (material.metallic, material.roughness);
-            Material { metallic, roughness, transmission: material.transmission, ..Material::default() }.effect()
-        };
-        let of_mesh = |mesh: u32| {
-            let material = scene.meshes.get(mesh as usize)?.material;
-            effect(scene.materials.get(material as usize)?)
-        };
         let reflectors = scene.instances.iter().zip(0_u16..);
-        Needs { reflectors: reflectors.filter_map(|(instance, id)| Some((id, of_mesh(instance.mesh)?))).collect() }
+        let with_effect = |(instance, id): (&scene::Instance, u16)| Some((id, effect_of_mesh(scene, instance.mesh)?));
+        Needs { reflectors: reflectors.filter_map(with_effect).collect() }
     }
 
     /// Whether the scene has no reflector at all.
@@ -166,6 +179,13 @@ impl Needs {
     }
 }
 
+/// What a mesh shows of others.
+pub(super) fn effect_of_mesh(scene: &Scene, mesh: u32) -> Option<Effect> {
+    let material = scene.materials.get(scene.meshes.get(mesh as usize)?.material as usize)?;
+    let (metallic, roughness) = (material.metallic, material.roughness);
+    Material { metallic, roughness, transmission: material.transmission, ..Material::default() }.effect()
+}
+
 /// A ball around a box.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
@@ -179,7 +199,8 @@ impl Ball {
     }
 }
 
-fn bounds_of(scene: &Scene, snapshot: &Snapshot, object: usize) -> Option<Bounds> {
+/// The box around an object at a time, along the axes of world space; `None` where it has no triangle.
+pub(super) fn bounds_of(scene: &Scene, snapshot: &Snapshot, object: usize) -> Option<Bounds> {
     let world_from_mesh = &snapshot.world_from_mesh[object];
     let [low, high] =
         scene.meshes[scene.instances[object].mesh as usize].bounds.map(|p| glam::Vec3::from(p).as_dvec3());

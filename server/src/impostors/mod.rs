@@ -11,11 +11,13 @@
 //! | another object near a reflector | an image by a single-pole occlusion camera |
 //! | all else around a reflector | an image by graph cameras where corridors are known, else six by pinholes |
 //! | the inside of a glass object | an image of its back faces |
+//! | many objects of a shape | one image for all, see [`relief`] |
 
 mod decide;
 pub mod draw;
 mod kept;
+pub mod relief;
 
 pub use crate::render::Faces;
-pub use decide::{Basis, Decision, Drawn, Key, Needs, Wanted};
+pub use decide::{Basis, Decision, Drawn, Key, Needs, Shot, Wanted};
 pub use kept::Kept;

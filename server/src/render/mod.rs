@@ -22,6 +22,8 @@ pub use pipelines::{Faces, Layouts, Pass, Pipelines};
 pub(crate) use rays::RayBuffers;
 pub use rays::{FirstHit, RayScene};
 
+use std::collections::BTreeSet;
+
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -108,7 +110,8 @@ pub(crate) struct InstanceRecord {
     pub mirrored: u32,
     pub first_vertex: u32,
     pub first_index: u32,
-    pub padding: [u32; 2],
+    pub tint: [u8; 4],
+    pub padding: u32,
 }
 
 /// Instances that share buffers, texture and pipeline, and follow each other in the instance buffer.
@@ -165,6 +168,8 @@ pub struct SceneRenderer {
     material_table: Vec<protocol::Material>,
     anchor_world: DVec3,
     rays: Option<RayScene>,
+    /// What [`SceneRenderer::draw`] passes over.
+    left_out: BTreeSet<u16>,
 }
 
 impl SceneRenderer {
@@ -205,6 +210,20 @@ impl SceneRenderer {
             rays.update(snapshot, anchor_world);
         }
         Ok(())
+    }
+
+    /// Passes over some objects from now on, where views of the scene are drawn: a client shows them by reliefs. Rays still meet them.
+    pub fn leave_out(&mut self, objects: BTreeSet<u16>) {
+        self.left_out = objects;
+    }
+
+    /// Shows an object's base colours multiplied by `tint` from now on, see [`scene::Instance::tint`]; the tint until now.
+    pub(crate) fn set_tint(&mut self, object: u16, tint: [u8; 3]) -> [u8; 3] {
+        let Some(slot) = self.slots.iter().position(|slot| slot.object == u32::from(object)) else { return tint };
+        let [red, green, blue, _] = std::mem::replace(&mut self.records[slot].tint, upload::rgba(tint));
+        let offset = (slot * size_of::<InstanceRecord>()) as u64;
+        self.gpu.queue.write_buffer(&self.instances, offset, bytemuck::bytes_of(&self.records[slot]));
+        [red, green, blue]
     }
 
     /// The scene for rays, where it was asked for.
@@ -272,7 +291,7 @@ impl SceneRenderer {
         view: &wgpu::BindGroup,
     ) {
         self.begin(pass, (camera.width_px, camera.height_px), view);
-        for run in self.visible_runs(camera, &|_| true) {
+        for run in self.visible_runs(camera, &|object| !self.left_out.contains(&object)) {
             self.set_run(pass, pipelines, &run);
             self.draw_run(pass, &run);
         }
@@ -430,7 +449,8 @@ mod tests {
             material,
             mirrored,
             first_vertex,
-            first_index
+            first_index,
+            tint
         );
     }
 

@@ -1,6 +1,6 @@
 //! From a [`Scene`] to buffers, textures and batches.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use bytemuck::Zeroable;
 use gpu::Gpu;
@@ -99,6 +99,7 @@ fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<In
             material: mesh.material,
             first_vertex: placed.first_vertex,
             first_index: placed.first_index,
+            tint: rgba(instance.tint),
             ..InstanceRecord::zeroed()
         });
         if let Some(batch) = batches.last_mut() {
@@ -106,6 +107,10 @@ fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<In
         }
     }
     (batches, slots, records)
+}
+
+pub(super) fn rgba([red, green, blue]: [u8; 3]) -> [u8; 4] {
+    [red, green, blue, 255]
 }
 
 /// The id of each instance's first triangle.
@@ -179,6 +184,7 @@ impl SceneRenderer {
             material_table,
             anchor_world: glam::DVec3::ZERO,
             rays: None,
+            left_out: BTreeSet::new(),
         };
         renderer.update(&scene.at(0.0), scene.bounds.centre())?;
         Ok(renderer)

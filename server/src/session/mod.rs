@@ -81,6 +81,7 @@ impl Shared {
             .coded_by(config.coding)
             .placed(config.placement)
             .coarse_first(config.clock == Clock::Wall);
+        let stage = if config.relief { stage.with_reliefs() } else { stage };
         let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
         Ok(Shared { config, scene, adapter, stats, worker, places, rules, welcome, stopped, started: Instant::now() })

@@ -101,7 +101,13 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, placed: &[(u32, DAffin
         world_from_mesh: placed.iter().map(|(_, world_from_mesh)| *world_from_mesh).collect(),
         deformed: Vec::new(),
     };
-    let instance = |&(mesh, _): &(u32, DAffine3)| Instance { mesh, name: String::new(), moves: false, deforms: false };
+    let instance = |&(mesh, _): &(u32, DAffine3)| Instance {
+        mesh,
+        name: String::new(),
+        moves: false,
+        deforms: false,
+        tint: [255; 3],
+    };
     Scene {
         name: "test".into(),
         meshes,
@@ -153,7 +159,7 @@ impl<F: Fn(&mut Snapshot) + Send + Sync> Animation for Changing<F> {
 pub fn with_ball(mut scene: Scene, world_from_rest: impl Fn(f64) -> DAffine3 + Send + Sync + 'static) -> Scene {
     let mesh = scene.meshes.len() as u32;
     scene.meshes.push(sphere(24, 0));
-    scene.instances.push(Instance { mesh, name: String::new(), moves: true, deforms: false });
+    scene.instances.push(Instance { mesh, name: String::new(), moves: true, deforms: false, tint: [255; 3] });
     let at_rest = DAffine3::from_translation(DVec3::Z * -2.5) * DAffine3::from_scale(DVec3::splat(0.4));
     animated(scene, move |snapshot| snapshot.world_from_mesh.push(world_from_rest(snapshot.time_s) * at_rest))
 }

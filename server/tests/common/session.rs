@@ -99,6 +99,11 @@ impl Session {
         }
     }
 
+    /// The same by a server that shows many objects of a shape by one image.
+    pub fn with_reliefs(self) -> Session {
+        Session { stage: self.stage.with_reliefs(), ..self }
+    }
+
     /// One update, where there is one, and an interval's time.
     pub fn tick(&mut self) -> Option<Made> {
         let made = self.stage.update(&self.viewer, &mut self.client, self.now_s).expect("an update");
@@ -118,6 +123,7 @@ impl Session {
         let account = self.client.account.held();
         assert_eq!((self.held.digest(), self.held.number), (account.digest(), account.number));
         assert!(self.held.patches == account.patches && self.held.poses_now == account.poses_now);
+        assert!(self.held.instances == account.instances);
     }
 
     /// Some ticks; what those that made an update did.

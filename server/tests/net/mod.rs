@@ -40,7 +40,7 @@ pub fn room(moves: bool) -> Scene {
         meshes: Vec::new(),
         materials: vec![scene::Material::default()],
         textures: Vec::new(),
-        instances: vec![Instance { mesh: 0, name: "box".into(), moves, deforms: false }],
+        instances: vec![Instance { mesh: 0, name: "box".into(), moves, deforms: false, tint: [255; 3] }],
         cameras: Vec::new(),
         bounds: Bounds { min: DVec3::splat(-10.0), max: DVec3::splat(10.0) },
         walk: true,

@@ -21,8 +21,9 @@ struct Instance {
     // Where its mesh begins in the buffers.
     first_vertex: u32,
     first_index: u32,
+    // What base colours are multiplied by: linear RGB, 8 bits each.
+    tint: u32,
     padding_0: u32,
-    padding_1: u32,
 }
 
 struct SurfaceMaterial {
@@ -109,7 +110,7 @@ fn scene_triangle(v: Varying, triangle_of_mesh: u32) -> u32 {
 fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4f) -> Surface {
     let instance = instances[v.instance];
     let material = materials[instance.material];
-    let base = texel * material.base_colour * v.colour;
+    let base = texel * material.base_colour * v.colour * unpack4x8unorm(instance.tint);
     let squared = dot(v.normal_world, v.normal_world);
     var normal = v.normal_world * inverseSqrt(max(squared, 1e-30));
     if material.double_sided != 0u && front_facing == (instance.mirrored != 0u) {

@@ -12,11 +12,12 @@ use super::clip::{Clips, Pose};
 use super::deform::Deform;
 use super::document::Document;
 use super::hierarchy::Hierarchy;
+use super::instancing::{self, Offset};
 use super::light::{self, NodeLight};
 use super::material::Materials;
 use super::motion::{DeformSource, Motion, Skin, Source, invertible};
 use super::primitive::{Place, Primitive};
-use super::{Request, Stage, Warnings, instancing};
+use super::{Request, Stage, Warnings};
 use crate::load::geometry::bounds_of;
 use crate::load::motion::Still;
 use crate::load::source::shorten;
@@ -263,12 +264,12 @@ impl Assembly<'_> {
         node: usize,
         id: PrimitiveId,
         primitive: &Primitive,
-        offset: &DAffine3,
+        offset: &Offset,
         name: &str,
     ) -> Result<bool, LoadError> {
         let source = &self.place.document.nodes[node];
         let skin = source.skin.filter(|_| primitive.influences.is_some());
-        let node_from_mesh = *offset * DAffine3::from_translation(primitive.built.centre);
+        let node_from_mesh = offset.node_from_instance * DAffine3::from_translation(primitive.built.centre);
         let place = self.worlds[node] * node_from_mesh;
         let moves = self.moving[node] && skin.is_none();
         if skin.is_none() && !moves && invertible(place, DAffine3::IDENTITY) != place {
@@ -284,7 +285,13 @@ impl Assembly<'_> {
         } else {
             (self.shared_mesh(id, primitive, place.matrix3.determinant() < 0.0), place)
         };
-        self.instances.push(Instance { mesh, name: name.to_owned(), moves: moves || joints_move, deforms });
+        self.instances.push(Instance {
+            mesh,
+            name: name.to_owned(),
+            moves: moves || joints_move,
+            deforms,
+            tint: offset.tint,
+        });
         self.sources.push(Source { node, node_from_mesh, moves });
         self.rest.push(invertible(place, DAffine3::from_translation(self.worlds[node].translation)));
         Ok(true)

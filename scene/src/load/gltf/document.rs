@@ -147,6 +147,9 @@ pub(super) struct InstancingAttributes {
     pub translation: Option<usize>,
     pub rotation: Option<usize>,
     pub scale: Option<usize>,
+    /// By what exporters agree on: the extension leaves names that begin so to applications.
+    #[serde(rename = "_COLOR_0")]
+    pub colour: Option<usize>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -232,14 +232,18 @@ fn instancing_makes_objects_up_to_the_limit() {
         let mut builder = Builder::of_positions(&TRIANGLE);
         let places: Vec<f32> = (0..count).flat_map(|i| [i as f32, 0.0, 0.0]).collect();
         let accessor = builder.floats(&places, "VEC3");
+        let colours: Vec<f32> = (0..count).flat_map(|i| [1.0, i as f32 * 0.2, 0.0]).collect();
+        let colours = builder.floats(&colours, "VEC3");
         builder.json["nodes"][0]["extensions"] =
-            json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": accessor}}});
+            json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": accessor, "_COLOR_0": colours}}});
         builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
         load_gltf(&builder.glb())
     };
     let scene = build(5).unwrap();
     assert_eq!((scene.instances.len(), scene.meshes.len()), (5, 1));
     assert_eq!(scene.bounds.max.x, 5.0);
+    let tints: Vec<[u8; 3]> = scene.instances.iter().map(|instance| instance.tint).collect();
+    assert_eq!(tints, [[255, 0, 0], [255, 51, 0], [255, 102, 0], [255, 153, 0], [255, 204, 0]]);
     let error = refusal(build(65_536));
     assert!(error.contains("instances") && error.contains("65535"), "{error}");
 }

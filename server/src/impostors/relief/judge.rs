@@ -1,0 +1,169 @@
+//! Whether images of a shape hold what viewers see of it: views from all around are laid beside rays against the images, as a
+//! client will follow them.
+
+use camera::{Camera, Pinhole, Rigid};
+use glam::DVec3;
+use impostor::{Impostor, Method, Ray, Sample, Steps};
+use protocol::DepthImage;
+use protocol::image::octahedral_normal;
+use rayon::prelude::*;
+use scene::{Scene, Snapshot};
+
+use super::{DISTANCE_RADII, End, PAST_HALF, bounds_of, camera, picture, turned_back};
+use crate::imager::{Imager, ImagerError};
+
+/// An image serves a shape where at most this share of the pixels that show it are wrong, over all views of its half of space.
+const MOST_WRONG: f64 = 0.05;
+/// Sides of the images that are judged and of the views, in pixels.
+const IMAGE_PX: u32 = 128;
+const VIEW_PX: u32 = 32;
+/// How far a ray may end from what the view shows around its pixel, in pixels of the view: half for where in its pixel each lies, one for
+/// the image's own, and as much again for surfaces seen aslant.
+const OFF_PX: f64 = 3.0;
+
+/// What was found about a shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Verdict {
+    /// In mesh space, unit length.
+    pub axis: DVec3,
+    /// Share of wrong pixels by the image from either end.
+    pub wrong: [f64; 2],
+}
+
+impl Verdict {
+    fn is_fit(&self, end: End) -> bool {
+        self.wrong[end as usize] <= MOST_WRONG
+    }
+
+    /// The end whose image shows it to a viewer in a direction (in mesh space, unit length), who is shown the one from `now`.
+    pub fn end_for(&self, to_eye: DVec3, now: Option<End>) -> Option<End> {
+        let height = to_eye.dot(self.axis);
+        let stays = |end: &End| height * end.sign() > -PAST_HALF;
+        let nearer = if height < 0.0 { End::Lower } else { End::Upper };
+        Some(now.filter(stays).unwrap_or(nearer)).filter(|&end| self.is_fit(end))
+    }
+}
+
+/// A view of the object, and its rays.
+struct View {
+    /// From the object to the eye, in mesh space.
+    towards: DVec3,
+    camera: Pinhole,
+    /// By pixel; `None` where it shows nothing.
+    points_world: Vec<Option<DVec3>>,
+}
+
+/// Tries the mesh's axes, the one that points upwards most first, until images from both ends serve; the best of them otherwise.
+pub(super) fn judge(
+    scene: &Scene,
+    snapshot: &Snapshot,
+    object: u16,
+    imager: &mut dyn Imager,
+) -> Result<Verdict, ImagerError> {
+    let views = views(scene, snapshot, object, imager)?;
+    let up = turned_back(&snapshot.world_from_mesh[usize::from(object)], DVec3::Y);
+    let mut axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * up.dot(axis).signum());
+    axes.sort_by(|a, b| up.dot(*b).total_cmp(&up.dot(*a)));
+    let mut best: Option<Verdict> = None;
+    for axis in axes {
+        let mut wrong = [1.0; 2];
+        for end in End::BOTH {
+            let Some(camera) = camera(scene, snapshot, object, axis * end.sign(), IMAGE_PX) else { continue };
+            let Some(image) = picture(imager, snapshot, object, &camera)? else { continue };
+            wrong[end as usize] = wrong_share(&image, axis * end.sign(), &views);
+        }
+        let verdict = Verdict { axis, wrong };
+        if best.is_none_or(|best| wrong.iter().sum::<f64>() < best.wrong.iter().sum::<f64>()) {
+            best = Some(verdict);
+        }
+        if End::BOTH.iter().all(|&end| verdict.is_fit(end)) {
+            break;
+        }
+    }
+    let verdict = best.unwrap_or(Verdict { axis: DVec3::Y, wrong: [1.0; 2] });
+    let instance = &scene.instances[usize::from(object)];
+    let [upper, lower] = verdict.wrong.map(|wrong| (100.0 * wrong).round());
+    let kind = match End::BOTH.map(|end| verdict.is_fit(end)) {
+        [true, true] => "a relief",
+        [false, false] => "no relief",
+        _ => "a relief from one side",
+    };
+    tracing::info!("{:?} is {kind}: images from both ends miss {upper} % and {lower} % of it", instance.name);
+    Ok(verdict)
+}
+
+/// From the 26 directions of a cube's faces, edges and corners.
+fn views(scene: &Scene, snapshot: &Snapshot, object: u16, imager: &mut dyn Imager) -> Result<Vec<View>, ImagerError> {
+    let Some(bounds) = bounds_of(scene, snapshot, object.into()) else { return Ok(Vec::new()) };
+    let world_from_object = &snapshot.world_from_mesh[usize::from(object)];
+    let radius_m = bounds.min.distance(bounds.max) / 2.0;
+    let fov_rad = 2.0 * (1.0 / DISTANCE_RADII).asin();
+    let mut views = Vec::new();
+    for index in (0..27).filter(|&index| index != 13) {
+        let direction = DVec3::new(f64::from(index % 3), f64::from(index / 3 % 3), f64::from(index / 9)) - 1.0;
+        let towards_world = (world_from_object.matrix3 * direction).normalize_or_zero();
+        let eye_world = bounds.middle() + towards_world * DISTANCE_RADII * radius_m;
+        let world_from_eye = Rigid::look_at(eye_world, bounds.middle());
+        let camera = Pinhole::symmetric(world_from_eye, (VIEW_PX, VIEW_PX), fov_rad, radius_m);
+        let Some(image) = picture(imager, snapshot, object, &Camera::Pinhole(camera))? else { continue };
+        let mut points_world = vec![None; (VIEW_PX * VIEW_PX) as usize];
+        for (index, (x, y)) in image.mask.occupied().enumerate() {
+            let w = image.depth_scale.w(image.depth[index]).into();
+            let point = camera::ImagePoint { u: f64::from(x) + 0.5, v: f64::from(y) + 0.5, w };
+            points_world[(y * VIEW_PX + x) as usize] = Some(camera.world_from_image(point));
+        }
+        views.push(View { towards: direction.normalize(), camera, points_world });
+    }
+    Ok(views)
+}
+
+/// Of the pixels that show the object in views from an image's half of space, the share that rays against the image get wrong.
+fn wrong_share(image: &DepthImage, axis: DVec3, views: &[View]) -> f64 {
+    let Ok(impostor) = Impostor::new(image.camera.clone(), &samples(image)) else { return 1.0 };
+    let seen = views.par_iter().filter(|view| view.towards.dot(axis) > -PAST_HALF);
+    let counts = seen.map(|view| view.wrong_and_shown(&impostor)).reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+    counts[0] as f64 / counts[1].max(1) as f64
+}
+
+impl View {
+    /// Pixels that rays get wrong, and pixels that show the object.
+    fn wrong_and_shown(&self, impostor: &Impostor) -> [usize; 2] {
+        let side = VIEW_PX as i32;
+        let point = |x: i32, y: i32| {
+            let inside = (0..side).contains(&x) && (0..side).contains(&y);
+            if inside { self.points_world[(y * side + x) as usize] } else { None }
+        };
+        let eye_world = self.camera.world_from_eye.translation;
+        let (mut wrong, mut shown) = (0, 0);
+        for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+            let direction_eye = self.camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let ray = Ray::endless(eye_world, self.camera.world_from_eye.transform_vector(direction_eye));
+            let hit = impostor.hit(&ray, Steps { method: Method::Hierarchy, fine_px: 1.0 }).hit;
+            let around =
+                || (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).map(|(dx, dy)| point(x + dx, y + dy));
+            let is_wrong = match hit {
+                // Within an outline nothing may be missing.
+                None => around().all(|point| point.is_some()),
+                Some(hit) => {
+                    let met = ray.at(hit.t);
+                    let off_m = OFF_PX * met.distance(eye_world) / self.camera.focal_px;
+                    !around().flatten().any(|point| point.distance(met) <= off_m)
+                }
+            };
+            wrong += usize::from(is_wrong);
+            shown += usize::from(point(x, y).is_some());
+        }
+        [wrong, shown]
+    }
+}
+
+/// A depth image as rays meet it.
+fn samples(image: &DepthImage) -> Vec<Sample> {
+    let (width, height) = image.mask.size_px();
+    let mut samples = vec![Sample::EMPTY; width as usize * height as usize];
+    for (index, (x, y)) in image.mask.occupied().enumerate() {
+        let normal_world = octahedral_normal(image.normal[index]).as_dvec3();
+        samples[(y * width + x) as usize] = Sample { w: image.depth_scale.w(image.depth[index]).into(), normal_world };
+    }
+    samples
+}

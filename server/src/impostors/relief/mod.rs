@@ -1,0 +1,227 @@
+//! Relief: one image of an object serves all objects of its shape, wherever they stand, in colours of their own. A client draws them
+//! by rays against it, and gets no other samples of them.
+//!
+//! Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.2. The papers choose what
+//! becomes relief by hand, and look at it from above. Here the server decides for each object and viewer:
+//!
+//! - **which shapes**: a mesh that [`LEAST_OBJECTS`] objects and more have, rigid, neither mirror nor glass, and of which one image
+//!   holds nearly all that viewers see ([`judge`]);
+//! - **which side**: an image is taken from each end of an axis of the mesh, and serves viewers on its half of space;
+//! - **how fine**: as fine as the nearest object that it shows needs for the viewer's output; what is nearer than the finest
+//!   image serves is sampled as everything else.
+//!
+//! Images depend on the shape alone, so they are drawn once a scene, for all clients.
+
+mod judge;
+mod kept;
+mod serve;
+
+use std::collections::BTreeMap;
+
+use camera::{Bounds, Camera, Spoc};
+use glam::{DAffine3, DVec3};
+use protocol::{DepthImage, ObjectPose};
+use scene::{Scene, Snapshot};
+
+use super::decide::{bounds_of, effect_of_mesh};
+use super::{Drawn, Faces, Shot};
+use crate::imager::{Imager, ImagerError};
+pub use kept::KeptReliefs;
+pub use serve::serve;
+
+/// Fewer objects of a shape are not worth images of it from all sides.
+const LEAST_OBJECTS: usize = 8;
+/// The sides of images, in pixels: powers of two between these.
+const SIDE_PX: [u32; 2] = [32, 256];
+/// An object that is shown so stays it until it is nearer by this factor, so that who walks to and fro is not sent it again and again.
+const SLACK: f64 = 1.25;
+/// Images are taken from this many radii away.
+const DISTANCE_RADII: f64 = 3.0;
+/// From how far beside they see: half of a ball and more, see [`Spoc::around`].
+const RING_RADII: f64 = 1.0;
+/// A viewer may be so far in the other half of space before an object is shown by the other image: the sine of ten degrees.
+const PAST_HALF: f64 = 0.17;
+
+/// One of the two images of a shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Key {
+    /// The shape: its mesh.
+    pub mesh: u32,
+    /// Which end of the shape's axis it is taken from.
+    pub end: End,
+}
+
+/// An end of an axis of a shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum End {
+    /// Where the axis points.
+    Upper,
+    /// The other one.
+    Lower,
+}
+
+impl End {
+    const BOTH: [End; 2] = [End::Upper, End::Lower];
+
+    fn sign(self) -> f64 {
+        match self {
+            End::Upper => 1.0,
+            End::Lower => -1.0,
+        }
+    }
+}
+
+/// What a viewer should be shown by one image.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wanted {
+    /// The least side of the image, in pixels.
+    pub side_px: u32,
+    /// The objects; ids ascend.
+    pub objects: Vec<u16>,
+}
+
+/// An image of a shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Relief {
+    /// Without the tint of the object that it was taken of.
+    pub image: DepthImage,
+    /// That object, where it was.
+    pub pose: ObjectPose,
+}
+
+/// What of a scene may be shown by reliefs, and the images for it.
+#[derive(Debug, Default)]
+pub struct Reliefs {
+    shapes: BTreeMap<u32, Shape>,
+}
+
+#[derive(Debug)]
+struct Shape {
+    /// Ids ascend.
+    objects: Vec<u16>,
+    /// `None` before anybody was near.
+    verdict: Option<judge::Verdict>,
+    images: BTreeMap<(End, u32), Relief>,
+}
+
+/// Who looks, from where.
+#[derive(Debug, Clone, Copy)]
+pub struct Eye {
+    /// In world space.
+    pub eye_world: DVec3,
+    /// Of the output.
+    pub focal_px: f64,
+}
+
+impl Reliefs {
+    /// Of a scene.
+    pub fn new(scene: &Scene) -> Reliefs {
+        let mut shapes: BTreeMap<u32, Shape> = BTreeMap::new();
+        for (instance, object) in scene.instances.iter().zip(0_u16..) {
+            if !instance.deforms && effect_of_mesh(scene, instance.mesh).is_none() {
+                let new = || Shape { objects: Vec::new(), verdict: None, images: BTreeMap::new() };
+                shapes.entry(instance.mesh).or_insert_with(new).objects.push(object);
+            }
+        }
+        shapes.retain(|_, shape| shape.objects.len() >= LEAST_OBJECTS);
+        Reliefs { shapes }
+    }
+
+    /// What a viewer should be shown by which image; `shown` says what it is shown by now. Shapes that come into reach for the first
+    /// time are judged, and what was found is said in the log.
+    pub fn wanted(
+        &mut self,
+        (scene, snapshot): (&Scene, &Snapshot),
+        eye: Eye,
+        shown: &BTreeMap<u16, Key>,
+        imager: &mut dyn Imager,
+    ) -> Result<BTreeMap<Key, Wanted>, ImagerError> {
+        let mut wanted: BTreeMap<Key, Wanted> = BTreeMap::new();
+        for (&mesh, shape) in &mut self.shapes {
+            for &object in &shape.objects {
+                let now = shown.get(&object);
+                let Some(bounds) = bounds_of(scene, snapshot, object.into()) else { continue };
+                let Some(side_px) = side_px(&bounds, eye, if now.is_some() { SLACK } else { 1.0 }) else { continue };
+                let verdict = match &shape.verdict {
+                    Some(verdict) => verdict,
+                    None => shape.verdict.insert(judge::judge(scene, snapshot, object, imager)?),
+                };
+                let world_from_object = &snapshot.world_from_mesh[usize::from(object)];
+                let to_eye = turned_back(world_from_object, eye.eye_world - bounds.middle());
+                let Some(end) = verdict.end_for(to_eye, now.map(|key| key.end)) else { continue };
+                let new = || Wanted { side_px: 0, objects: Vec::new() };
+                let of_key = wanted.entry(Key { mesh, end }).or_insert_with(new);
+                of_key.side_px = of_key.side_px.max(side_px);
+                of_key.objects.push(object);
+            }
+        }
+        Ok(wanted)
+    }
+
+    /// An image of a shape that was judged.
+    pub fn image(
+        &mut self,
+        key: Key,
+        side_px: u32,
+        (scene, snapshot): (&Scene, &Snapshot),
+        imager: &mut dyn Imager,
+    ) -> Result<Option<&Relief>, ImagerError> {
+        let Some(shape) = self.shapes.get_mut(&key.mesh) else { return Ok(None) };
+        let (Some(verdict), Some(&object)) = (&shape.verdict, shape.objects.first()) else { return Ok(None) };
+        let place = (key.end, side_px);
+        if !shape.images.contains_key(&place) {
+            let Some(camera) = camera(scene, snapshot, object, verdict.axis * key.end.sign(), side_px) else {
+                return Ok(None);
+            };
+            let Some(image) = picture(imager, snapshot, object, &camera)? else { return Ok(None) };
+            let world_from_object = snapshot.world_from_mesh[usize::from(object)];
+            shape.images.insert(place, Relief { image, pose: ObjectPose { object, world_from_object } });
+        }
+        Ok(shape.images.get(&place))
+    }
+}
+
+/// How large an image has to be for an object whose bounds these are; `None` where none is fine enough.
+///
+/// A pixel of it at the depth of the object's middle is to be no wider than one of the output on the object's near side.
+fn side_px(bounds: &Bounds, eye: Eye, slack: f64) -> Option<u32> {
+    let radius_m = bounds.min.distance(bounds.max) / 2.0;
+    let output_px_m = (bounds.middle().distance(eye.eye_world) - radius_m) / eye.focal_px;
+    let [least, most] = SIDE_PX;
+    // Width and focal length of an image grow together, see `Spoc::around`.
+    let focal_px = Spoc::around(
+        bounds,
+        bounds.middle() + DVec3::Y * DISTANCE_RADII * radius_m,
+        (most, most),
+        RING_RADII * radius_m,
+    )?
+    .pinhole
+    .focal_px;
+    let need_px = f64::from(most) * DISTANCE_RADII * radius_m / focal_px / output_px_m;
+    let fits = output_px_m > 0.0 && need_px <= f64::from(most) * slack;
+    fits.then(|| (need_px.ceil() as u32).clamp(least, most).next_power_of_two().min(most))
+}
+
+/// Looks at an object from where its axis points.
+fn camera(scene: &Scene, snapshot: &Snapshot, object: u16, axis_mesh: DVec3, side_px: u32) -> Option<Camera> {
+    let bounds = bounds_of(scene, snapshot, object.into())?;
+    let radius_m = bounds.min.distance(bounds.max) / 2.0;
+    let axis_world = (snapshot.world_from_mesh[usize::from(object)].matrix3 * axis_mesh).normalize_or_zero();
+    let eye_world = bounds.middle() + axis_world * DISTANCE_RADII * radius_m;
+    Spoc::around(&bounds, eye_world, (side_px, side_px), RING_RADII * radius_m).map(Camera::Spoc)
+}
+
+/// What a camera sees of one object, untinted.
+fn picture(
+    imager: &mut dyn Imager,
+    snapshot: &Snapshot,
+    object: u16,
+    camera: &Camera,
+) -> Result<Option<DepthImage>, ImagerError> {
+    imager.impostor(snapshot, &Shot { camera, drawn: &Drawn::Only(object), faces: Faces::Front, is_tinted: false })
+}
+
+/// A direction of the world in an object's space, unit length.
+fn turned_back(world_from_object: &DAffine3, direction_world: DVec3) -> DVec3 {
+    (world_from_object.matrix3.inverse() * direction_world).normalize_or_zero()
+}

@@ -1,0 +1,140 @@
+//! Many objects of one shape are shown by one image: which, to whom, and what a client is sent of them.
+
+mod common;
+
+use common::session::Session;
+use common::{animated, coloured, mesh, scene, sphere, square, swing};
+use glam::{DAffine3, DVec3, Vec3};
+use protocol::{PatchId, Purpose};
+use scene::{Mesh, Scene};
+
+const BALLS: usize = 10;
+const RADIUS_M: f64 = 0.3;
+
+/// A wall 8 m away, object 0, and before it `count` things in two rows, each tinted otherwise. The viewer stands at the origin.
+fn rows(thing: Mesh, count: usize) -> Scene {
+    let wall = DAffine3::from_translation(DVec3::Z * -8.0) * DAffine3::from_scale(DVec3::splat(16.0));
+    let place = |k: usize| {
+        let at = DVec3::new((k % 5) as f64 - 2.0, (k / 5) as f64 - 0.5, -4.0 - (k % 3) as f64 * 0.2);
+        DAffine3::from_translation(at)
+            * DAffine3::from_rotation_y(k as f64)
+            * DAffine3::from_scale(DVec3::splat(RADIUS_M))
+    };
+    let placed: Vec<_> = std::iter::once((0, wall)).chain((0..count).map(|k| (1, place(k)))).collect();
+    let mut scene = scene(vec![square(4, 0), thing], vec![coloured([0.6, 0.5, 0.4, 1.0])], &placed);
+    for (instance, k) in scene.instances.iter_mut().skip(1).zip(0_u8..) {
+        instance.tint = [255 - 20 * k, 100, 20 * k];
+    }
+    scene
+}
+
+/// Plates behind each other, both sides of each: no one image holds what is between them.
+fn comb() -> Mesh {
+    let plate = square(1, 0);
+    let (mut vertices, mut indices) = (Vec::new(), Vec::new());
+    for (k, side) in (0..7).flat_map(|k| [(k, 1.0), (k, -1.0)]) {
+        let first = vertices.len() as u32;
+        vertices.extend(plate.vertices.iter().map(|vertex| {
+            let (p, n) = (Vec3::from(vertex.position), Vec3::from(vertex.normal));
+            let position = Vec3::new(p.x * side, p.y, k as f32 / 3.0 - 1.0).to_array();
+            scene::Vertex { position, normal: (n * side).to_array(), ..*vertex }
+        }));
+        indices.extend(plate.indices.iter().map(|index| first + index));
+    }
+    mesh(vertices, indices, 0)
+}
+
+fn session(scene: Scene) -> Session {
+    Session::new(scene).with_reliefs()
+}
+
+fn reliefs(session: &Session) -> Vec<PatchId> {
+    let is_relief = |purpose: Purpose| matches!(purpose, Purpose::Relief(_));
+    let patches = session.held.patches.iter().filter(|(_, held)| is_relief(held.patch.purpose));
+    patches.map(|(id, _)| *id).collect()
+}
+
+/// Samples of an object among those of surfaces.
+fn eye_samples(session: &Session, object: u16) -> usize {
+    let surfaces = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Eye);
+    surfaces.map(|held| held.patch.image.object.iter().filter(|of| **of == object).count()).sum()
+}
+
+fn objects() -> impl Iterator<Item = u16> {
+    1..=BALLS as u16
+}
+
+#[test]
+fn one_image_serves_all_and_no_sample_of_them_is_sent() {
+    let mut session = session(rows(sphere(24, 0), BALLS));
+    session.settle();
+    assert_eq!(reliefs(&session).len(), 1);
+    assert!(session.held.instances.keys().copied().eq(objects()));
+    for (object, instance) in &session.held.instances {
+        assert_eq!(instance.tint, session.scene.instances[usize::from(*object)].tint);
+        assert_eq!(eye_samples(&session, *object), 0);
+    }
+    let mut without = Session::new(rows(sphere(24, 0), BALLS));
+    without.settle();
+    assert!(objects().all(|object| eye_samples(&without, object) > 0) && reliefs(&without).is_empty());
+    assert!(eye_samples(&session, 0) > eye_samples(&without, 0), "the wall behind them is there too");
+    let image = &session.held.patches[&reliefs(&session)[0]].patch.image;
+    let greys = image.colour.iter().filter(|[red, _, blue]| red > blue).count();
+    assert!(greys == image.colour.len(), "the image itself has no tint");
+}
+
+#[test]
+fn who_comes_near_gets_samples_of_the_object_and_none_again_from_afar() {
+    let mut session = session(rows(sphere(24, 0), BALLS));
+    session.settle();
+    // Object 3 stands at (0, -0.5, -4.4).
+    session.stand_at(DVec3::new(0.0, -0.5, -4.4 + 1.5 * RADIUS_M));
+    session.settle();
+    assert!(!session.held.instances.contains_key(&3) && eye_samples(&session, 3) > 0);
+    assert!(session.held.instances.contains_key(&6), "others are far enough");
+    session.stand_at(DVec3::ZERO);
+    session.settle();
+    assert!(session.held.instances.contains_key(&3));
+    assert_eq!(eye_samples(&session, 3), 0, "what was sent of it is given up");
+}
+
+#[test]
+fn few_objects_and_shapes_that_hide_themselves_are_sampled() {
+    let mut few = session(rows(sphere(24, 0), 7));
+    few.settle();
+    assert!(few.held.instances.is_empty());
+    let mut combs = session(rows(comb(), BALLS));
+    combs.settle();
+    assert!(combs.held.instances.is_empty() && reliefs(&combs).is_empty());
+    assert!(objects().all(|object| eye_samples(&combs, object) > 0));
+}
+
+#[test]
+fn objects_that_move_are_carried_by_the_one_image() {
+    let still = rows(sphere(24, 0), BALLS);
+    let mut scene = animated(still, |snapshot| {
+        let at_rest = snapshot.world_from_mesh[4];
+        snapshot.world_from_mesh[4] = swing(snapshot.time_s, 2.0) * at_rest;
+    });
+    scene.instances[4].moves = true;
+    let mut session = session(scene);
+    session.ticks(3);
+    let (before, was) = (reliefs(&session), session.held.poses_now[&4]);
+    session.ticks(4);
+    assert_eq!(reliefs(&session), before);
+    assert!(before.len() == 1 && session.held.instances.len() == BALLS);
+    assert!(session.held.poses_now[&4].translation.distance(was.translation) > 0.1);
+    assert_eq!(eye_samples(&session, 4), 0);
+}
+
+#[test]
+fn a_client_that_lost_its_copy_gets_it_again() {
+    let mut session = session(rows(sphere(24, 0), BALLS));
+    session.settle();
+    session.start_anew();
+    session.settle();
+    assert!(session.held.instances.len() == BALLS && reliefs(&session).len() == 1);
+    session.reconnect();
+    session.settle();
+    assert!(session.held.instances.len() == BALLS && reliefs(&session).len() == 1);
+}
