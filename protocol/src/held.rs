@@ -45,7 +45,7 @@ pub struct ObjectPose {
     pub world_from_object: DAffine3,
 }
 
-/// An object that is drawn by rays against a relief, instead of from samples of its own.
+/// An object that is drawn by rays against reliefs, instead of from samples of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instance {
     /// Where the object is, as long as no [`Edit::Move`] says otherwise; the relief's own object has its pose at capture in
@@ -78,7 +78,7 @@ pub enum Edit {
     Clear,
     /// Holds a new patch.
     Add(Box<Patch>),
-    /// Forgets a patch, which no object is shown by.
+    /// Forgets a patch; objects that only a forgotten relief shows are not shown.
     Remove(PatchId),
     /// Forgets single samples of a patch; addresses `(x, y)` of held samples, ascending row by row. A patch without samples
     /// stays until it is removed.
@@ -88,7 +88,7 @@ pub enum Edit {
     Trim(PatchId, Vec<(u16, u16, u8)>),
     /// Moves rigid objects to where they are now; ids ascend.
     Move(Vec<ObjectPose>),
-    /// Shows objects by a held relief from now on; ids ascend.
+    /// Shows objects by a held relief from now on, beside others: of several the nearest surface shows. Ids ascend.
     Place(PatchId, Vec<Instance>),
     /// Shows objects by no relief any more.
     Withdraw(Vec<u16>),
@@ -140,11 +140,9 @@ pub struct HeldPatch {
     pub trims: Vec<u8>,
 }
 
-/// An [`Instance`], with what it is drawn by.
+/// An [`Instance`] as it is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldInstance {
-    /// A held patch of [`Purpose::Relief`].
-    pub relief: PatchId,
     /// See [`Instance::pose`].
     pub world_from_object: DAffine3,
     /// See [`Instance::tint`].
@@ -158,8 +156,8 @@ pub struct Held {
     pub patches: BTreeMap<PatchId, HeldPatch>,
     /// Where the moving rigid objects are now.
     pub poses_now: BTreeMap<u16, DAffine3>,
-    /// The objects that are shown by reliefs.
-    pub instances: BTreeMap<u16, HeldInstance>,
+    /// The objects that are shown by reliefs, and which: patches of [`Purpose::Relief`], which may be forgotten by now.
+    pub instances: BTreeMap<(u16, PatchId), HeldInstance>,
     /// Indexed by the samples.
     pub materials: Vec<Material>,
     /// `None` before the first update.
@@ -235,9 +233,6 @@ pub enum HeldError {
     /// An object is to be shown by a patch that is none.
     #[error("{0:?} is no relief")]
     NoRelief(PatchId),
-    /// A patch is to be forgotten that objects are shown by.
-    #[error("{0:?} is still shown")]
-    StillShown(PatchId),
     /// An object is to be withdrawn that no relief shows.
     #[error("object {0} is shown by no relief")]
     NoInstance(u16),

@@ -338,7 +338,7 @@ impl Stage {
         let eye = (!self.begins_coarsely(client)).then_some(Eye { eye_world, focal_px });
         let held = (&mut client.account, &mut client.reliefs);
         relief::serve(&mut self.reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
-        self.imager.leave_out(client.account.held().instances.keys().copied().collect());
+        self.imager.leave_out(client.account.shown_by_reliefs());
         Ok(())
     }
 

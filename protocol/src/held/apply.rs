@@ -22,7 +22,7 @@ struct Staged<'a> {
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
     poses: Vec<ObjectPose>,
     /// Instances that differ from `base`; `None` where one was withdrawn.
-    instances: BTreeMap<u16, Option<HeldInstance>>,
+    instances: BTreeMap<(u16, PatchId), Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
     lighting: Option<crate::look::Lighting>,
     last_patch: Option<PatchId>,
@@ -123,10 +123,10 @@ impl Held {
             };
         }
         self.poses_now.extend(changes.poses.iter().map(|pose| (pose.object, pose.world_from_object)));
-        for (object, instance) in changes.instances {
+        for (key, instance) in changes.instances {
             match instance {
-                Some(instance) => self.instances.insert(object, instance),
-                None => self.instances.remove(&object),
+                Some(instance) => self.instances.insert(key, instance),
+                None => self.instances.remove(&key),
             };
         }
         if let Some(materials) = changes.materials {
@@ -170,7 +170,7 @@ struct Changes {
     cleared: bool,
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
     poses: Vec<ObjectPose>,
-    instances: BTreeMap<u16, Option<HeldInstance>>,
+    instances: BTreeMap<(u16, PatchId), Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
     lighting: Option<crate::look::Lighting>,
     last_patch: Option<PatchId>,
@@ -207,9 +207,6 @@ impl<'a> Staged<'a> {
             Edit::Add(patch) => self.add(patch)?,
             Edit::Remove(id) => {
                 let held = self.held(*id).ok_or(HeldError::UnknownPatch(*id))?;
-                if matches!(held.patch.purpose, Purpose::Relief(_)) && self.shows(*id) {
-                    return Err(HeldError::StillShown(*id));
-                }
                 let (samples, pixels) = (held.patch.image.sample_count(), pixels(&held.patch.image.mask));
                 self.patches.insert(*id, None);
                 self.count -= 1;
@@ -233,8 +230,11 @@ impl<'a> Staged<'a> {
             Edit::Place(relief, instances) => self.place(*relief, instances)?,
             Edit::Withdraw(objects) => {
                 for &object in objects {
-                    self.instance(object).ok_or(HeldError::NoInstance(object))?;
-                    self.instances.insert(object, None);
+                    let shown = self.shown(object);
+                    if shown.is_empty() {
+                        return Err(HeldError::NoInstance(object));
+                    }
+                    self.instances.extend(shown.into_iter().map(|key| (key, None)));
                 }
             }
             Edit::Materials(materials) => {
@@ -286,24 +286,18 @@ impl<'a> Staged<'a> {
             return Err(HeldError::NotFinite("inverse of an instance's pose"));
         }
         self.instances.extend(instances.iter().map(|&Instance { pose, tint }| {
-            let instance = HeldInstance { relief, world_from_object: pose.world_from_object, tint };
-            (pose.object, Some(instance))
+            let instance = HeldInstance { world_from_object: pose.world_from_object, tint };
+            ((pose.object, relief), Some(instance))
         }));
         Ok(())
     }
 
-    fn instance(&self, object: u16) -> Option<&HeldInstance> {
-        match self.instances.get(&object) {
-            Some(staged) => staged.as_ref(),
-            None if self.cleared => None,
-            None => self.base.instances.get(&object),
-        }
-    }
-
-    /// Whether an object is shown by a relief.
-    fn shows(&self, relief: PatchId) -> bool {
-        let objects = self.instances.keys().chain(self.base.instances.keys());
-        objects.copied().filter_map(|object| self.instance(object)).any(|instance| instance.relief == relief)
+    /// An object with the reliefs that show it.
+    fn shown(&self, object: u16) -> Vec<(u16, PatchId)> {
+        let all = (object, PatchId(0))..=(object, PatchId(u32::MAX));
+        let staged = self.instances.range(all.clone()).filter(|(_, instance)| instance.is_some()).map(|(key, _)| *key);
+        let base = self.base.instances.range(all).map(|(key, _)| *key);
+        base.filter(|key| !self.cleared && !self.instances.contains_key(key)).chain(staged).collect()
     }
 
     fn held(&self, id: PatchId) -> Option<&HeldPatch> {

@@ -159,7 +159,7 @@ impl Account {
 
     /// Removes everything, to be sent anew.
     pub fn forget(&mut self) -> Result<(), HeldError> {
-        self.withdraw(self.held.instances.keys().copied().collect())?;
+        self.withdraw(self.shown_by_reliefs().into_iter().collect())?;
         for id in self.held.patches.keys().copied().collect::<Vec<_>>() {
             self.held.edit(Edit::Remove(id), &mut self.draft)?;
         }
@@ -246,6 +246,11 @@ impl Account {
         now: &Surroundings<'_>,
     ) -> Result<PatchId, HeldError> {
         self.add_for_rays(image, Purpose::Relief(pose.object), vec![pose], now)
+    }
+
+    /// The objects that reliefs show.
+    pub fn shown_by_reliefs(&self) -> BTreeSet<u16> {
+        self.held.instances.keys().map(|(object, _)| *object).collect()
     }
 
     /// Shows objects by a relief from now on, and deletes their samples; ids ascend.

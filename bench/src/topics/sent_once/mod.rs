@@ -49,6 +49,9 @@ struct Arguments {
     /// Instead: the same walk at one setting after another, error against bytes.
     #[arg(long)]
     settings: bool,
+    /// Beside: the same walk where one image shows all objects of a shape.
+    #[arg(long, conflicts_with = "settings")]
+    relief: bool,
 }
 
 impl Topic for SentOnce {
@@ -88,7 +91,7 @@ impl Topic for SentOnce {
                 let walked = if arguments.settings {
                     settings::scene(&gpu, name, image_px, half_s, run, report)
                 } else {
-                    scene(&gpu, name, image_px, half_s, run, report)
+                    scene(&gpu, name, image_px, half_s, (run, arguments.relief), report)
                 };
                 if let Err(error) = walked {
                     report.rows.push(Row::failed(&label, "walk", &error));
@@ -125,7 +128,14 @@ struct Walked {
     frames: Vec<(usize, f64)>,
 }
 
-fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+fn scene(
+    gpu: &Gpu,
+    name: &str,
+    image_px: u32,
+    half_s: f64,
+    (run, relief): (&Run, bool),
+    report: &mut Report,
+) -> anyhow::Result<()> {
     let label = scene_label(name);
     let scene = Arc::new(run.load(name)?);
     let walk = Walk::new(&scene, run.read_trace()?, half_s);
@@ -141,6 +151,10 @@ fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, report: &
     report.bars.push(bar("bytes back of out", 0.5, row.figure("counts.back_share")));
     report.rows.push(row);
     report.rows.push(self::row(&label, &format!("anew, {image_px} px"), &anew, half_s));
+    if relief {
+        let by_relief = walked(gpu, &scene, &Setup { relief, ..usual }, &walk, &mut truths)?;
+        report.rows.push(self::row(&label, &format!("sent once, reliefs, {image_px} px"), &by_relief, half_s));
+    }
     let series = |name: &str, walked: &Walked| Series {
         name: name.to_owned(),
         points: walked.ticks.iter().enumerate().map(|(i, t)| (i as f64 / UPDATE_HZ, t.bytes as f64 / 1000.0)).collect(),

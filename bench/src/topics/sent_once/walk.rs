@@ -145,6 +145,8 @@ pub struct Setup {
     pub rules: AccountRules,
     /// How samples are coded.
     pub coding: CodingRule,
+    /// Whether objects of one shape are shown by one image.
+    pub relief: bool,
 }
 
 impl Setup {
@@ -158,6 +160,7 @@ impl Setup {
             parallax_error_px: PARALLAX_ERROR_PX,
             rules: AccountRules::default(),
             coding: CodingRule::default(),
+            relief: false,
         }
     }
 }
@@ -183,8 +186,9 @@ impl Walker {
         let start = server::start::start_pose(&scene);
         // With a turn's margin of 0.1 on each side the images see 90 degrees.
         let view = ViewSize { width_px: output_px, height_px: output_px, fov_y_rad: TAU / 4.0 - 0.2 };
+        let stage = Stage::new(scene, rules, method, imager).judged_by(setup.rules).coded_by(setup.coding);
         Ok(Walker {
-            stage: Stage::new(scene, rules, method, imager).judged_by(setup.rules).coded_by(setup.coding),
+            stage: if setup.relief { stage.with_reliefs() } else { stage },
             client: Client::default(),
             viewer: Viewer::at_start(view, start, 0.0),
             set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },

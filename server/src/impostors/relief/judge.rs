@@ -3,7 +3,7 @@
 
 use camera::{Camera, Pinhole, Rigid};
 use glam::DVec3;
-use impostor::{Impostor, Method, Ray, Sample, Steps};
+use impostor::{Impostor, Method, Ray, Sample, Side, Steps};
 use protocol::DepthImage;
 use protocol::image::octahedral_normal;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use scene::{Scene, Snapshot};
 use super::{DISTANCE_RADII, End, PAST_HALF, bounds_of, camera, picture, turned_back};
 use crate::imager::{Imager, ImagerError};
 
-/// An image serves a shape where at most this share of the pixels that show it are wrong, over all views of its half of space.
+/// Images serve a shape where at most this share of the pixels that show it are wrong, over all views.
 const MOST_WRONG: f64 = 0.05;
 /// Sides of the images that are judged and of the views, in pixels.
 const IMAGE_PX: u32 = 128;
@@ -26,21 +26,31 @@ const OFF_PX: f64 = 3.0;
 pub(super) struct Verdict {
     /// In mesh space, unit length.
     pub axis: DVec3,
-    /// Share of wrong pixels by the image from either end.
+    /// Share of wrong pixels by the image from either end, in views of its half of space.
     pub wrong: [f64; 2],
+    /// By both, in all views.
+    pub wrong_by_both: f64,
 }
 
 impl Verdict {
-    fn is_fit(&self, end: End) -> bool {
-        self.wrong[end as usize] <= MOST_WRONG
-    }
+    const NONE: Verdict = Verdict { axis: DVec3::Y, wrong: [1.0; 2], wrong_by_both: 1.0 };
 
-    /// The end whose image shows it to a viewer in a direction (in mesh space, unit length), who is shown the one from `now`.
-    pub fn end_for(&self, to_eye: DVec3, now: Option<End>) -> Option<End> {
+    /// The ends whose images show it to a viewer in a direction (in mesh space, unit length), who is shown those from `now`.
+    pub fn ends_for(&self, to_eye: DVec3, now: &[End]) -> Vec<End> {
         let height = to_eye.dot(self.axis);
         let stays = |end: &End| height * end.sign() > -PAST_HALF;
         let nearer = if height < 0.0 { End::Lower } else { End::Upper };
-        Some(now.filter(stays).unwrap_or(nearer)).filter(|&end| self.is_fit(end))
+        let alone = match now {
+            [end] if stays(end) => *end,
+            _ => nearer,
+        };
+        if self.wrong[alone as usize] <= MOST_WRONG {
+            vec![alone]
+        } else if self.wrong_by_both <= MOST_WRONG {
+            End::BOTH.to_vec()
+        } else {
+            Vec::new()
+        }
     }
 }
 
@@ -53,7 +63,7 @@ struct View {
     points_world: Vec<Option<DVec3>>,
 }
 
-/// Tries the mesh's axes, the one that points upwards most first, until images from both ends serve; the best of them otherwise.
+/// Tries the mesh's axes, the one that points upwards most first, until both images together serve; the best of them otherwise.
 pub(super) fn judge(
     scene: &Scene,
     snapshot: &Snapshot,
@@ -64,32 +74,31 @@ pub(super) fn judge(
     let up = turned_back(&snapshot.world_from_mesh[usize::from(object)], DVec3::Y);
     let mut axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * up.dot(axis).signum());
     axes.sort_by(|a, b| up.dot(*b).total_cmp(&up.dot(*a)));
-    let mut best: Option<Verdict> = None;
+    let mut best = Verdict::NONE;
     for axis in axes {
-        let mut wrong = [1.0; 2];
+        let mut images = Vec::new();
         for end in End::BOTH {
             let Some(camera) = camera(scene, snapshot, object, axis * end.sign(), IMAGE_PX) else { continue };
             let Some(image) = picture(imager, snapshot, object, &camera)? else { continue };
-            wrong[end as usize] = wrong_share(&image, axis * end.sign(), &views);
+            images.extend(Impostor::new(image.camera.clone(), &samples(&image)));
         }
-        let verdict = Verdict { axis, wrong };
-        if best.is_none_or(|best| wrong.iter().sum::<f64>() < best.wrong.iter().sum::<f64>()) {
-            best = Some(verdict);
+        let [upper, lower] = images.as_slice() else { continue };
+        let wrong = [wrong_share(&[upper], Some(axis), &views), wrong_share(&[lower], Some(-axis), &views)];
+        let verdict = Verdict { axis, wrong, wrong_by_both: wrong_share(&[upper, lower], None, &views) };
+        if verdict.wrong_by_both < best.wrong_by_both {
+            best = verdict;
         }
-        if End::BOTH.iter().all(|&end| verdict.is_fit(end)) {
+        if best.wrong_by_both <= MOST_WRONG {
             break;
         }
     }
-    let verdict = best.unwrap_or(Verdict { axis: DVec3::Y, wrong: [1.0; 2] });
-    let instance = &scene.instances[usize::from(object)];
-    let [upper, lower] = verdict.wrong.map(|wrong| (100.0 * wrong).round());
-    let kind = match End::BOTH.map(|end| verdict.is_fit(end)) {
-        [true, true] => "a relief",
-        [false, false] => "no relief",
-        _ => "a relief from one side",
-    };
-    tracing::info!("{:?} is {kind}: images from both ends miss {upper} % and {lower} % of it", instance.name);
-    Ok(verdict)
+    let kind = if best.wrong_by_both <= MOST_WRONG { "a relief" } else { "no relief" };
+    let [upper, lower, both] = [best.wrong[0], best.wrong[1], best.wrong_by_both].map(|wrong| (100.0 * wrong).round());
+    tracing::info!(
+        "{:?} is {kind}: images from one end of it, the other and both are wrong by {upper}, {lower} and {both} % of its pixels",
+        scene.instances[usize::from(object)].name
+    );
+    Ok(best)
 }
 
 /// From the 26 directions of a cube's faces, edges and corners.
@@ -117,17 +126,16 @@ fn views(scene: &Scene, snapshot: &Snapshot, object: u16, imager: &mut dyn Image
     Ok(views)
 }
 
-/// Of the pixels that show the object in views from an image's half of space, the share that rays against the image get wrong.
-fn wrong_share(image: &DepthImage, axis: DVec3, views: &[View]) -> f64 {
-    let Ok(impostor) = Impostor::new(image.camera.clone(), &samples(image)) else { return 1.0 };
-    let seen = views.par_iter().filter(|view| view.towards.dot(axis) > -PAST_HALF);
-    let counts = seen.map(|view| view.wrong_and_shown(&impostor)).reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+/// Of the pixels that show the object in views, of half of space around `axis` or of all, the share that rays against images get wrong.
+fn wrong_share(images: &[&Impostor], axis: Option<DVec3>, views: &[View]) -> f64 {
+    let seen = views.par_iter().filter(|view| axis.is_none_or(|axis| view.towards.dot(axis) > -PAST_HALF));
+    let counts = seen.map(|view| view.wrong_and_shown(images)).reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
     counts[0] as f64 / counts[1].max(1) as f64
 }
 
 impl View {
     /// Pixels that rays get wrong, and pixels that show the object.
-    fn wrong_and_shown(&self, impostor: &Impostor) -> [usize; 2] {
+    fn wrong_and_shown(&self, images: &[&Impostor]) -> [usize; 2] {
         let side = VIEW_PX as i32;
         let point = |x: i32, y: i32| {
             let inside = (0..side).contains(&x) && (0..side).contains(&y);
@@ -138,7 +146,9 @@ impl View {
         for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
             let direction_eye = self.camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let ray = Ray::endless(eye_world, self.camera.world_from_eye.transform_vector(direction_eye));
-            let hit = impostor.hit(&ray, Steps { method: Method::Hierarchy, fine_px: 1.0 }).hit;
+            let steps = Steps { method: Method::Hierarchy, fine_px: 1.0 };
+            let hits = images.iter().filter_map(|image| image.hit(&ray, steps).hit);
+            let hit = hits.filter(|hit| hit.side == Side::Front).min_by(|a, b| a.t.total_cmp(&b.t));
             let around =
                 || (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).map(|(dx, dy)| point(x + dx, y + dy));
             let is_wrong = match hit {

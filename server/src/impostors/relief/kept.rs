@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use protocol::{Held, PatchId};
 
-use super::Key;
+use super::{End, Key};
 
 /// The reliefs that a client holds.
 #[derive(Debug, Clone, Default)]
@@ -22,10 +22,13 @@ impl KeptReliefs {
         self.patches.insert(key, (patch, side_px)).map(|(old, _)| old)
     }
 
-    /// By which image each object is shown.
-    pub fn shown(&self, held: &Held) -> BTreeMap<u16, Key> {
+    /// By which images each object is shown.
+    pub fn shown(&self, held: &Held) -> BTreeMap<u16, Vec<End>> {
         let key_of: BTreeMap<PatchId, Key> = self.patches.iter().map(|(&key, &(patch, _))| (patch, key)).collect();
-        let shown = held.instances.iter().filter_map(|(&object, shown)| Some((object, *key_of.get(&shown.relief)?)));
-        shown.collect()
+        let mut shown: BTreeMap<u16, Vec<End>> = BTreeMap::new();
+        for (object, relief) in held.instances.keys() {
+            shown.entry(*object).or_default().extend(key_of.get(relief).map(|key| key.end));
+        }
+        shown
     }
 }

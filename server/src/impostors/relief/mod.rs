@@ -6,7 +6,8 @@
 //!
 //! - **which shapes**: a mesh that [`LEAST_OBJECTS`] objects and more have, rigid, neither mirror nor glass, and of which one image
 //!   holds nearly all that viewers see ([`judge`]);
-//! - **which side**: an image is taken from each end of an axis of the mesh, and serves viewers on its half of space;
+//! - **which side**: images are taken from both ends of an axis of the mesh. Where one holds all that viewers on its half of space see,
+//!   as of a barrel or a car from above, they get that alone; otherwise both, of which the nearer surface shows;
 //! - **how fine**: as fine as the nearest object that it shows needs for the viewer's output; what is nearer than the finest
 //!   image serves is sampled as everything else.
 //!
@@ -37,8 +38,9 @@ const SIDE_PX: [u32; 2] = [32, 256];
 const SLACK: f64 = 1.25;
 /// Images are taken from this many radii away.
 const DISTANCE_RADII: f64 = 3.0;
-/// From how far beside they see: half of a ball and more, see [`Spoc::around`].
-const RING_RADII: f64 = 1.0;
+/// From how far beside they see, see [`Spoc::around`]. Straight sides, as of a barrel, lie a quarter of a right angle to its rays then, and the image still has
+/// four tenths of its width for what faces it.
+const RING_RADII: f64 = 2.0;
 /// A viewer may be so far in the other half of space before an object is shown by the other image: the sine of ten degrees.
 const PAST_HALF: f64 = 0.17;
 
@@ -127,13 +129,18 @@ impl Reliefs {
         Reliefs { shapes }
     }
 
-    /// What a viewer should be shown by which image; `shown` says what it is shown by now. Shapes that come into reach for the first
+    /// Whether there is nothing to decide.
+    pub fn is_nothing(&self) -> bool {
+        self.shapes.is_empty()
+    }
+
+    /// What a viewer should be shown by which images; `shown` says what it is shown by now. Shapes that come into reach for the first
     /// time are judged, and what was found is said in the log.
     pub fn wanted(
         &mut self,
         (scene, snapshot): (&Scene, &Snapshot),
         eye: Eye,
-        shown: &BTreeMap<u16, Key>,
+        shown: &BTreeMap<u16, Vec<End>>,
         imager: &mut dyn Imager,
     ) -> Result<BTreeMap<Key, Wanted>, ImagerError> {
         let mut wanted: BTreeMap<Key, Wanted> = BTreeMap::new();
@@ -148,11 +155,12 @@ impl Reliefs {
                 };
                 let world_from_object = &snapshot.world_from_mesh[usize::from(object)];
                 let to_eye = turned_back(world_from_object, eye.eye_world - bounds.middle());
-                let Some(end) = verdict.end_for(to_eye, now.map(|key| key.end)) else { continue };
-                let new = || Wanted { side_px: 0, objects: Vec::new() };
-                let of_key = wanted.entry(Key { mesh, end }).or_insert_with(new);
-                of_key.side_px = of_key.side_px.max(side_px);
-                of_key.objects.push(object);
+                for end in verdict.ends_for(to_eye, now.map_or(&[], Vec::as_slice)) {
+                    let new = || Wanted { side_px: 0, objects: Vec::new() };
+                    let of_key = wanted.entry(Key { mesh, end }).or_insert_with(new);
+                    of_key.side_px = of_key.side_px.max(side_px);
+                    of_key.objects.push(object);
+                }
             }
         }
         Ok(wanted)

@@ -1,7 +1,9 @@
+use std::collections::{BTreeMap, BTreeSet};
+
 use protocol::{Instance, ObjectPose, PatchId};
 use scene::{Scene, Snapshot};
 
-use super::{Eye, KeptReliefs, Key, Relief, Reliefs, Wanted};
+use super::{Eye, KeptReliefs, Reliefs, Wanted};
 use crate::account::{Account, Surroundings};
 use crate::frame::StageError;
 use crate::imager::Imager;
@@ -15,53 +17,56 @@ pub fn serve(
     (account, kept): (&mut Account, &mut KeptReliefs),
     imager: &mut dyn Imager,
 ) -> Result<(), StageError> {
-    let shown = kept.shown(account.held());
     let wanted = match eye {
-        Some(eye) => reliefs.wanted(at, eye, &shown, imager)?,
-        None => Default::default(),
+        Some(eye) => reliefs.wanted(at, eye, &kept.shown(account.held()), imager)?,
+        None => BTreeMap::new(),
     };
-    let is_wanted = |object: &u16| wanted.values().any(|of_key| of_key.objects.binary_search(object).is_ok());
-    let held = account.held().instances.keys().copied();
-    account.withdraw(held.filter(|object| !is_wanted(object)).collect())?;
+    let mut shown_by: BTreeMap<PatchId, Wanted> = BTreeMap::new();
     let mut coarser = Vec::new();
-    for (key, wanted) in &wanted {
-        let Some(relief) = reliefs.image(*key, wanted.side_px, at, imager)? else { continue };
-        coarser.extend(show(*key, wanted, relief, at, now, (&mut *account, &mut *kept))?);
+    for (key, wanted) in wanted {
+        let held = kept.patch(key, wanted.side_px, account.held());
+        let patch = match held {
+            Some(patch) => patch,
+            None => {
+                let Some(relief) = reliefs.image(key, wanted.side_px, at, imager)? else { continue };
+                let patch = account.add_relief(relief.image.clone(), relief.pose, now)?;
+                coarser.extend(kept.replace(key, wanted.side_px, patch));
+                patch
+            }
+        };
+        shown_by.insert(patch, wanted);
     }
-    for patch in coarser {
-        let shown = account.held().instances.iter().filter(|(_, shown)| shown.relief == patch);
-        account.withdraw(shown.map(|(&object, _)| object).collect())?;
-        account.remove_impostor(patch)?;
+    let lacking = withdraw_others(&shown_by, account)?;
+    for (patch, objects) in lacking {
+        account.place(patch, objects.into_iter().map(|object| instance(at, object)).collect())?;
     }
+    coarser.into_iter().try_for_each(|patch| account.remove_impostor(patch))?;
     Ok(())
 }
 
-/// Sends an image where a client lacks it, and shows objects by it that are not; the coarser image whose place it takes, if any.
-fn show(
-    key: Key,
-    wanted: &Wanted,
-    relief: &Relief,
-    (scene, snapshot): (&Scene, &Snapshot),
-    now: &Surroundings<'_>,
-    (account, kept): (&mut Account, &mut KeptReliefs),
-) -> Result<Option<PatchId>, StageError> {
-    let mut coarser = None;
-    let patch = match kept.patch(key, wanted.side_px, account.held()) {
-        Some(patch) => patch,
-        None => {
-            let patch = account.add_relief(relief.image.clone(), relief.pose, now)?;
-            coarser = kept.replace(key, wanted.side_px, patch);
-            patch
+/// Withdraws the objects that are shown by any other relief than they should be; what is then still to be placed, by relief.
+fn withdraw_others(
+    shown_by: &BTreeMap<PatchId, Wanted>,
+    account: &mut Account,
+) -> Result<BTreeMap<PatchId, Vec<u16>>, StageError> {
+    let is_wanted = |&(object, relief): &(u16, PatchId)| {
+        shown_by.get(&relief).is_some_and(|wanted| wanted.objects.binary_search(&object).is_ok())
+    };
+    let held: BTreeSet<(u16, PatchId)> = account.held().instances.keys().copied().collect();
+    let withdrawn: BTreeSet<u16> = held.iter().filter(|key| !is_wanted(key)).map(|(object, _)| *object).collect();
+    let is_there = |object: u16, relief: PatchId| held.contains(&(object, relief)) && !withdrawn.contains(&object);
+    let mut lacking = BTreeMap::new();
+    for (&patch, wanted) in shown_by {
+        let objects: Vec<u16> = wanted.objects.iter().copied().filter(|&object| !is_there(object, patch)).collect();
+        if !objects.is_empty() {
+            lacking.insert(patch, objects);
         }
-    };
-    let is_new = |object: &u16| account.held().instances.get(object).is_none_or(|shown| shown.relief != patch);
-    let instance = |object: u16| Instance {
-        pose: ObjectPose { object, world_from_object: snapshot.world_from_mesh[usize::from(object)] },
-        tint: scene.instances[usize::from(object)].tint,
-    };
-    let instances: Vec<Instance> = wanted.objects.iter().copied().filter(is_new).map(instance).collect();
-    if !instances.is_empty() {
-        account.place(patch, instances)?;
     }
-    Ok(coarser.filter(|old| account.held().patches.contains_key(old)))
+    account.withdraw(withdrawn.into_iter().collect())?;
+    Ok(lacking)
+}
+
+fn instance((scene, snapshot): (&Scene, &Snapshot), object: u16) -> Instance {
+    let world_from_object = snapshot.world_from_mesh[usize::from(object)];
+    Instance { pose: ObjectPose { object, world_from_object }, tint: scene.instances[usize::from(object)].tint }
 }
