@@ -10,11 +10,12 @@ use wgpu::{BindingResource, TextureFormat, TextureView};
 use crate::coverage::{self, Coverage};
 use crate::fill::{FillPass, LEVELS, Pyramid};
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::impostors::Impostors;
 use crate::light::{LightPass, Lit};
 use crate::occlusion::{self, OcclusionRenderer};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::reflect::StepSum;
-use crate::reflect::{Impostors, ReflectInputs, ReflectPass, Reflectors, Settings};
+use crate::reflect::{ReflectInputs, ReflectPass, Reflectors, Settings};
 use crate::viewer::Follow;
 
 /// How a frame is drawn.
@@ -228,7 +229,7 @@ impl FrameRenderer {
         targets: &Targets,
         settings: Settings,
     ) {
-        let impostors = impostors.filter(|impostors| !impostors.is_empty());
+        let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some());
         let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
             if let Some(pass) = &mut self.reflect {
                 pass.rest();

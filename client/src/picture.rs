@@ -8,8 +8,8 @@ use thiserror::Error;
 use web_time::Instant;
 
 use crate::frame::{self, FrameRenderer, Shown};
+use crate::impostors::Impostors;
 use crate::occlusion::{self, Occlusion};
-use crate::reflect::Impostors;
 use crate::viewer::Follow;
 
 /// How pictures are drawn.
