@@ -4,12 +4,13 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::Gpu;
 use protocol::{Held, Update};
-use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError, SurfacePass};
+use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use crate::coverage::{self, Coverage};
 use crate::fill::{FillPass, LEVELS, Pyramid};
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::held_pass::HeldPass;
 use crate::impostors::Impostors;
 use crate::light::{LightPass, Lit};
 use crate::occlusion::{self, OcclusionRenderer};
@@ -69,7 +70,8 @@ pub struct Shown<'a> {
     pub surfaces: &'a HeldSurfaces,
     /// Its materials and lights, and where its objects are.
     pub held: &'a Held,
-    /// What mirrors and glass show; without, they are drawn as plain surfaces.
+    /// What mirrors and glass show, and what objects are drawn by; without, mirrors and glass are plain surfaces, and objects
+    /// that reliefs show are missing.
     pub impostors: Option<&'a Impostors>,
 }
 
@@ -79,11 +81,11 @@ impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     }
 }
 
-/// Draws frames: surface, occlusion, light, reflections, fill, present. The targets follow the camera's size.
+/// Draws frames: surfaces and reliefs, occlusion, light, reflections, fill, present. The targets follow the camera's size.
 #[derive(Debug)]
 pub struct FrameRenderer {
     gpu: Gpu,
-    surface: SurfacePass,
+    held: HeldPass,
     /// `None` while ambient light arrives everywhere.
     occlusion: Option<OcclusionRenderer>,
     light: LightPass,
@@ -111,7 +113,7 @@ impl FrameRenderer {
         let bindings = [Uniform, FloatTexture, FloatTexture, FloatTexture, FloatTexture, FloatTexture];
         Ok(FrameRenderer {
             gpu: gpu.clone(),
-            surface: SurfacePass::new(gpu)?,
+            held: HeldPass::new(gpu)?,
             occlusion: None,
             light: LightPass::new(gpu)?,
             reflect: None,
@@ -150,21 +152,21 @@ impl FrameRenderer {
         options: Options,
     ) {
         let shown = shown.into();
-        self.draw_surfaces(encoder, shown.surfaces, camera, options);
+        self.draw_surfaces(encoder, shown, camera, options);
         self.draw_light(encoder, shown, camera, output, options);
     }
 
-    /// The first half of [`FrameRenderer::draw`]: the surfaces, without light.
-    pub fn draw_surfaces(
+    /// The first half of [`FrameRenderer::draw`]: surfaces and reliefs, without light.
+    pub fn draw_surfaces<'a>(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        surfaces: &HeldSurfaces,
+        shown: impl Into<Shown<'a>>,
         camera: &Pinhole,
         options: Options,
     ) {
         let targets = self.targets.take().filter(|targets| targets.size_px() == (camera.width_px, camera.height_px));
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (camera.width_px, camera.height_px)));
-        self.surface.encode(encoder, surfaces, camera, options.smoothing, &targets.gbuffer);
+        self.held.encode(encoder, shown.into(), camera, options.smoothing, &targets.gbuffer);
         self.targets = Some(targets);
     }
 
@@ -202,6 +204,11 @@ impl FrameRenderer {
     /// cannot tell the sky from a hole.
     pub fn uncovered_share(&mut self) -> Option<f64> {
         self.coverage.share()
+    }
+
+    /// Whether an object was ever drawn by a relief, and so a pipeline for it exists.
+    pub fn draws_reliefs(&self) -> bool {
+        self.held.draws_reliefs()
     }
 
     /// Whether anything was ever reflected, and so pipelines for it exist.

@@ -1,5 +1,5 @@
-//! The impostors that a client holds: depth images with colours, on the GPU, that rays are intersected with. [`Impostors`] follows what is held;
-//! rays of reflections look at them ([`crate::reflect`]).
+//! The impostors that a client holds: depth images with colours, on the GPU, that rays are intersected with. Rays of reflections
+//! ([`crate::reflect`]) and rays of the eye ([`crate::relief`]) share them; [`Impostors`] follows what is held.
 //!
 //! An impostor is 42 bytes a pixel where its side is a power of two. Its textures are relative to an anchor in world space at capture, so
 //! a moving eye or object changes one small uniform.
@@ -132,5 +132,10 @@ impl Impostors {
     /// Those that rays off mirrors and in glass look at.
     pub(crate) fn reflected(&self) -> impl Iterator<Item = &Placed> {
         self.placed.values().filter(|placed| !matches!(placed.kind, ImpostorKind::Relief(_)))
+    }
+
+    /// One that rays of the eye look at, if it is there.
+    pub(crate) fn relief(&self, id: u32) -> Option<&Placed> {
+        self.placed.get(&id).filter(|placed| matches!(placed.kind, ImpostorKind::Relief(_)))
     }
 }

@@ -79,6 +79,12 @@ impl Placed {
         ImpostorUniform { fine_px, ..self.image }
     }
 
+    /// A box around its samples, relative to the anchor, metres, world axes at capture: as the GPU has it.
+    pub fn bounds_anchor(&self) -> Bounds {
+        let corner = |corner: [f32; 3]| DVec3::from(corner.map(f64::from));
+        Bounds { min: corner(self.image.bounds_min_anchor), max: corner(self.image.bounds_max_anchor) }
+    }
+
     /// Planes, ranges, shapes and colours.
     pub fn textures(&self) -> [BindingResource<'_>; 4] {
         self.textures.each_ref().map(BindingResource::TextureView)
