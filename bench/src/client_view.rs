@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use camera::Pinhole;
 use client::frame::{FrameRenderer, Options, Shown};
+use client::impostors::Impostors;
 use client::occlusion;
-use client::reflect::{Impostors, StepSum};
+use client::reflect::StepSum;
 use gpu::{Gpu, Readback};
 use protocol::held::{Edit, Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material};

@@ -79,6 +79,18 @@ impl Pinhole {
         point.u >= 0.0 && point.v >= 0.0 && point.u < f64::from(self.width_px) && point.v < f64::from(self.height_px)
     }
 
+    /// Whether a ball in eye space may have an image: whether it reaches into the pyramid of the view.
+    pub fn may_see_ball(&self, centre_eye: DVec3, radius_m: f64) -> bool {
+        let p = centre_eye;
+        let corner_px = DVec2::new(self.width_px.into(), self.height_px.into());
+        // Tangents of the sides: left and top are negative for a centre inside of the image.
+        let (low, high) = (-self.centre_px / self.focal_px, (corner_px - self.centre_px) / self.focal_px);
+        let outside = |across: f64, tangent: f64| (across - tangent * p.z) / tangent.hypot(1.0);
+        let farthest =
+            outside(p.x, high.x).max(-outside(p.x, low.x)).max(outside(p.y, high.y)).max(-outside(p.y, low.y));
+        farthest <= radius_m && p.z >= -radius_m
+    }
+
     /// The projection for the rasterizer: reversed, infinite depth, `depth = near * w`, so a depth buffer of f32 keeps the
     /// relative precision of `w` at every distance. Front faces stay counter-clockwise.
     pub fn clip_from_eye(&self) -> Mat4 {
@@ -108,5 +120,31 @@ impl Pinhole {
             && self.centre_px.is_finite()
             && self.near_m.is_finite()
             && self.near_m > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ball_with_a_point_in_the_image_may_be_seen_and_one_beside_the_view_is_not() {
+        let view = Pinhole::symmetric(Rigid::IDENTITY, (64, 48), 1.0, 0.1);
+        let view = Pinhole { centre_px: DVec2::new(20.0, 30.0), ..view };
+        let steps = |from: f64| (0..7).map(move |step| from + f64::from(step) * 1.3);
+        let places =
+            || steps(-4.0).flat_map(|x| steps(-4.0).flat_map(move |y| steps(-3.0).map(move |z| DVec3::new(x, y, z))));
+        let mut seen = 0;
+        for centre in places() {
+            let has_image = |offset: DVec3| {
+                view.image_from_eye(centre + offset.normalize_or_zero()).is_some_and(|point| view.contains(point))
+            };
+            if places().any(has_image) {
+                assert!(view.may_see_ball(centre, 1.0), "{centre}");
+            }
+            seen += usize::from(view.may_see_ball(centre, 1.0));
+        }
+        assert!(seen < 7 * 7 * 7 / 2, "{seen} are seen");
+        assert!(!view.may_see_ball(DVec3::new(0.0, 0.0, -1.1), 1.0), "behind the eye");
     }
 }

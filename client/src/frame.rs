@@ -4,17 +4,19 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::Gpu;
 use protocol::{Held, Update};
-use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError, SurfacePass};
+use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use crate::coverage::{self, Coverage};
 use crate::fill::{FillPass, LEVELS, Pyramid};
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::held_pass::HeldPass;
+use crate::impostors::Impostors;
 use crate::light::{LightPass, Lit};
 use crate::occlusion::{self, OcclusionRenderer};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::reflect::StepSum;
-use crate::reflect::{Impostors, ReflectInputs, ReflectPass, Reflectors, Settings};
+use crate::reflect::{ReflectInputs, ReflectPass, Reflectors, Settings};
 use crate::viewer::Follow;
 
 /// How a frame is drawn.
@@ -68,7 +70,8 @@ pub struct Shown<'a> {
     pub surfaces: &'a HeldSurfaces,
     /// Its materials and lights, and where its objects are.
     pub held: &'a Held,
-    /// What mirrors and glass show; without, they are drawn as plain surfaces.
+    /// What mirrors and glass show, and what objects are drawn by; without, mirrors and glass are plain surfaces, and objects
+    /// that reliefs show are missing.
     pub impostors: Option<&'a Impostors>,
 }
 
@@ -78,11 +81,11 @@ impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     }
 }
 
-/// Draws frames: surface, occlusion, light, reflections, fill, present. The targets follow the camera's size.
+/// Draws frames: surfaces and reliefs, occlusion, light, reflections, fill, present. The targets follow the camera's size.
 #[derive(Debug)]
 pub struct FrameRenderer {
     gpu: Gpu,
-    surface: SurfacePass,
+    held: HeldPass,
     /// `None` while ambient light arrives everywhere.
     occlusion: Option<OcclusionRenderer>,
     light: LightPass,
@@ -110,7 +113,7 @@ impl FrameRenderer {
         let bindings = [Uniform, FloatTexture, FloatTexture, FloatTexture, FloatTexture, FloatTexture];
         Ok(FrameRenderer {
             gpu: gpu.clone(),
-            surface: SurfacePass::new(gpu)?,
+            held: HeldPass::new(gpu)?,
             occlusion: None,
             light: LightPass::new(gpu)?,
             reflect: None,
@@ -149,21 +152,21 @@ impl FrameRenderer {
         options: Options,
     ) {
         let shown = shown.into();
-        self.draw_surfaces(encoder, shown.surfaces, camera, options);
+        self.draw_surfaces(encoder, shown, camera, options);
         self.draw_light(encoder, shown, camera, output, options);
     }
 
-    /// The first half of [`FrameRenderer::draw`]: the surfaces, without light.
-    pub fn draw_surfaces(
+    /// The first half of [`FrameRenderer::draw`]: surfaces and reliefs, without light.
+    pub fn draw_surfaces<'a>(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        surfaces: &HeldSurfaces,
+        shown: impl Into<Shown<'a>>,
         camera: &Pinhole,
         options: Options,
     ) {
         let targets = self.targets.take().filter(|targets| targets.size_px() == (camera.width_px, camera.height_px));
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (camera.width_px, camera.height_px)));
-        self.surface.encode(encoder, surfaces, camera, options.smoothing, &targets.gbuffer);
+        self.held.encode(encoder, shown.into(), camera, options.smoothing, &targets.gbuffer);
         self.targets = Some(targets);
     }
 
@@ -203,6 +206,11 @@ impl FrameRenderer {
         self.coverage.share()
     }
 
+    /// Whether an object was ever drawn by a relief, and so a pipeline for it exists.
+    pub fn draws_reliefs(&self) -> bool {
+        self.held.draws_reliefs()
+    }
+
     /// Whether anything was ever reflected, and so pipelines for it exist.
     pub fn reflects(&self) -> bool {
         self.reflect.is_some()
@@ -228,7 +236,7 @@ impl FrameRenderer {
         targets: &Targets,
         settings: Settings,
     ) {
-        let impostors = impostors.filter(|impostors| !impostors.is_empty());
+        let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some());
         let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
             if let Some(pass) = &mut self.reflect {
                 pass.rest();

@@ -61,9 +61,7 @@ impl FullscreenPass {
     ) -> Result<FullscreenPass, shaders::ShaderError> {
         let device = &gpu.device;
         let module = gpu.shader(path)?;
-        let entries: Vec<_> = bindings.iter().zip(0..).map(|(binding, index)| layout_entry(index, *binding)).collect();
-        let layout = device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(fragment), entries: &entries });
+        let layout = layout(gpu, fragment, ShaderStages::FRAGMENT, bindings);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(fragment),
             bind_group_layouts: &[Some(&layout)],
@@ -117,18 +115,8 @@ impl FullscreenPass {
 
     /// Draws in a pass with the targets that it was made for.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, inputs: &[BindingResource<'_>]) {
-        let entries: Vec<_> = inputs
-            .iter()
-            .zip(0..)
-            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-            .collect();
-        let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(self.label),
-            layout: &self.layout,
-            entries: &entries,
-        });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
+        pass.set_bind_group(0, &bind(&self.gpu, self.label, &self.layout, inputs), &[]);
         pass.draw(0..3, 0..1);
     }
 }
@@ -161,7 +149,30 @@ pub(crate) fn begin<'a>(
     })
 }
 
-fn layout_entry(binding: u32, kind: Binding) -> wgpu::BindGroupLayoutEntry {
+/// The layout of a group with these bindings, for one or more stages.
+pub(crate) fn layout(gpu: &Gpu, label: &str, visibility: ShaderStages, bindings: &[Binding]) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> =
+        bindings.iter().zip(0..).map(|(kind, binding)| layout_entry(binding, visibility, *kind)).collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries };
+    gpu.device.create_bind_group_layout(&descriptor)
+}
+
+/// A group of inputs, in the order of its bindings.
+pub(crate) fn bind(
+    gpu: &Gpu,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    inputs: &[BindingResource<'_>],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = inputs
+        .iter()
+        .zip(0..)
+        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+}
+
+fn layout_entry(binding: u32, visibility: ShaderStages, kind: Binding) -> wgpu::BindGroupLayoutEntry {
     let texture = |sample_type| wgpu::BindingType::Texture {
         sample_type,
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -176,7 +187,7 @@ fn layout_entry(binding: u32, kind: Binding) -> wgpu::BindGroupLayoutEntry {
         Binding::FloatTexture => texture(TextureSampleType::Float { filterable: false }),
         Binding::UintTexture => texture(TextureSampleType::Uint),
     };
-    wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::FRAGMENT, ty, count: None }
+    wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }
 
 /// A texture that one pass draws and later ones read.

@@ -2,7 +2,7 @@
 //!
 //! - [`viewer`]: everything between the socket and the picture, without either.
 //! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn.
-//! - [`reflect`]: mirrors and glass in it.
+//! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
 //! - [`occlusion`]: how much ambient light arrives.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
@@ -20,6 +20,8 @@ pub mod frame;
 mod fullscreen;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
+mod held_pass;
+pub mod impostors;
 mod light;
 pub mod occlusion;
 pub mod panel;
@@ -27,6 +29,7 @@ pub mod picture;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod pump;
 pub mod reflect;
+pub mod relief;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod socket;
 #[cfg(not(target_arch = "wasm32"))]

@@ -8,8 +8,8 @@ use thiserror::Error;
 use web_time::Instant;
 
 use crate::frame::{self, FrameRenderer, Shown};
+use crate::impostors::Impostors;
 use crate::occlusion::{self, Occlusion};
-use crate::reflect::Impostors;
 use crate::viewer::Follow;
 
 /// How pictures are drawn.
@@ -100,12 +100,12 @@ impl Picture {
         let encoder = || self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let begin = Instant::now();
         let mut first = encoder();
-        self.renderer.draw_surfaces(&mut first, &self.surfaces, camera, self.options.frame);
+        let shown = Shown { surfaces: &self.surfaces, held, impostors: Some(&self.impostors) };
+        self.renderer.draw_surfaces(&mut first, shown, camera, self.options.frame);
         self.gpu.queue.submit([first.finish()]);
         self.gpu.wait_idle()?;
         let middle = Instant::now();
         let mut second = encoder();
-        let shown = Shown { surfaces: &self.surfaces, held, impostors: Some(&self.impostors) };
         self.renderer.draw_light(&mut second, shown, camera, output, self.options.frame);
         self.gpu.queue.submit([second.finish()]);
         self.renderer.submitted();
@@ -120,7 +120,7 @@ impl Picture {
         self.impostors.rebuild(held);
     }
 
-    /// How many impostors there are for what mirrors and glass show.
+    /// How many impostors there are: for what mirrors and glass show, and of objects that are drawn by them.
     pub fn impostors(&self) -> usize {
         self.impostors.len()
     }

@@ -17,9 +17,8 @@ use protocol::{DepthImage, DepthScale, Edit, Held, Light, Lighting, Mask, Materi
 use support::scenes;
 use surface::HeldSurfaces;
 use vantage_client::frame::{FrameRenderer, Options};
-use vantage_client::reflect::{
-    Bounces, ImpostorImage, ImpostorKind, Impostors, ReflectError, Search, Settings, StepSum,
-};
+use vantage_client::impostors::{ImpostorImage, ImpostorKind, Impostors, UnfitImage};
+use vantage_client::reflect::{Bounces, Search, Settings, StepSum};
 
 const SIDE: u32 = 64;
 const BACKGROUND: [u8; 3] = [90, 140, 200];
@@ -461,7 +460,7 @@ fn images_that_are_none_are_refused_and_empty_ones_are_not_held() {
     let mut image = behind(ImpostorKind::Environment);
     image.colour.pop();
     let refused = impostors.insert(1, &image);
-    assert_eq!(refused, Err(ReflectError::Colours { colours: 256 * 256 - 1, samples: 256 * 256 }));
+    assert_eq!(refused, Err(UnfitImage::Colours { colours: 256 * 256 - 1, samples: 256 * 256 }));
     let empty = plane(pinhole(DVec3::ZERO, DVec3::Z, 16), ImpostorKind::Environment, 3.0, |_, _| None);
     assert_eq!((impostors.insert(1, &empty), impostors.is_empty()), (Ok(()), true));
     impostors.insert(1, &behind(ImpostorKind::Environment)).expect("an impostor");

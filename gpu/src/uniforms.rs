@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::{DVec3, Mat3};
+use glam::{DAffine3, DVec3, Mat3};
 use protocol::{Light, Lighting, Material};
 
 /// `Pinhole` of `camera/pinhole.wgsl`.
@@ -44,6 +44,20 @@ impl PinholeUniform {
 /// The columns of a WGSL `mat3x3f`.
 pub fn columns(matrix: Mat3) -> [[f32; 4]; 3] {
     [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|column| column.extend(0.0).to_array())
+}
+
+/// The rows of an affine map: what a point `(x, y, z, 1)` is multiplied by.
+pub type Rows = [[f32; 4]; 3];
+
+/// See [`Rows`].
+pub fn rows(map: DAffine3) -> Rows {
+    let linear = map.matrix3.transpose();
+    let row = |axis: DVec3, offset: f64| axis.extend(offset).as_vec4().to_array();
+    [
+        row(linear.x_axis, map.translation.x),
+        row(linear.y_axis, map.translation.y),
+        row(linear.z_axis, map.translation.z),
+    ]
 }
 
 /// `Light` of `common/shade.wgsl`.

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
-use glam::{DAffine3, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
 use protocol::image::Ranks;
@@ -351,14 +351,8 @@ impl PatchSurface {
         if !self.objects.is_empty() || !radius_m.is_finite() {
             return true;
         }
-        let p = (view.world_from_eye.inverse() * self.camera.world_from_eye).transform_point(centre);
-        let corner_px = DVec2::new(view.width_px.into(), view.height_px.into());
-        // Tangents of the sides: left and top are negative for a centre inside of the image.
-        let (low, high) = (-view.centre_px / view.focal_px, (corner_px - view.centre_px) / view.focal_px);
-        let outside = |across: f64, tangent: f64| (across - tangent * p.z) / tangent.hypot(1.0);
-        let farthest =
-            outside(p.x, high.x).max(-outside(p.x, low.x)).max(outside(p.y, high.y)).max(-outside(p.y, low.y));
-        farthest <= radius_m && p.z >= -radius_m
+        let eye_from_patch = view.world_from_eye.inverse() * self.camera.world_from_eye;
+        view.may_see_ball(eye_from_patch.transform_point(centre), radius_m)
     }
 
     /// Whether any of it may lie inside of all of some half-spaces. A patch with moving objects always may.

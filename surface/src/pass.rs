@@ -2,6 +2,7 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use glam::{DAffine3, DMat3, Vec3};
 use gpu::Gpu;
+use gpu::uniforms::{Rows, rows};
 use protocol::ObjectPose;
 use wgpu::util::DeviceExt;
 
@@ -207,9 +208,6 @@ pub(crate) fn movers_texture(gpu: &Gpu, mut texels: Vec<[f32; 4]>) -> wgpu::Text
     )
 }
 
-/// Rows of an affine map.
-pub(crate) type Rows = [[f32; 4]; 3];
-
 /// Where a patch is, seen from an output's eye.
 pub(crate) struct Placement {
     pub(crate) eye_from_patch: Rows,
@@ -271,16 +269,6 @@ fn view_uniform(
 /// How far a patch's samples are set back, as a share of their distance from where they were captured.
 pub(crate) fn setback(patch: &PatchSurface) -> f32 {
     (SETBACK_FOOTPRINTS / patch.camera.focal_px) as f32
-}
-
-fn rows(affine: DAffine3) -> Rows {
-    let linear = affine.matrix3.transpose();
-    let row = |axis: glam::DVec3, offset: f64| axis.extend(offset).as_vec4().to_array();
-    [
-        row(linear.x_axis, affine.translation.x),
-        row(linear.y_axis, affine.translation.y),
-        row(linear.z_axis, affine.translation.z),
-    ]
 }
 
 /// Normals go by the inverse transpose, which for a rigid motion is the rotation itself.

@@ -9,12 +9,13 @@ use bytemuck::{Pod, Zeroable};
 use camera::{Frustum, GraphCamera};
 use glam::{DAffine3, DMat3, DVec3, DVec4, Mat3};
 use gpu::Gpu;
+use gpu::uniforms::Rows;
 use wgpu::util::DeviceExt;
 
 use crate::SurfaceError;
 use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
 use crate::mesh::Vertex;
-use crate::pass::{MOVER_TEXELS, Placement, Rows, movers_texture};
+use crate::pass::{MOVER_TEXELS, Placement, movers_texture};
 
 /// The twin of the constant in `surface/points.wgsl`: a face, its four sides, and three limits.
 pub const FRUSTUM_PLANES: usize = 8;

@@ -26,52 +26,20 @@
 //! **Minification** (ours). The rays of two neighbouring pixels tell how much of the impostor a pixel shows, whatever lies between;
 //! colours are averages over as much.
 //!
-//! A rigid object's impostor moves with it: rays are taken to where the object was at capture. A ray is 32 bytes, an impostor
-//! 42 bytes a pixel where its side is a power of two; without impostors or reflectors none of this exists.
+//! A rigid object's impostor moves with it: rays are taken to where the object was at capture. A ray is 32 bytes;
+//! without impostors or reflectors none of this exists.
 
-mod averages;
-mod held;
-mod impostors;
 mod pass;
 mod uniforms;
 
-use camera::Camera;
-use glam::DAffine3;
-use impostor::Sample;
 use protocol::{Effect, Material};
 
-pub use impostors::{Impostors, ReflectError};
+use crate::impostors::{ImpostorKind, Placed, PlacedCamera};
 pub(crate) use pass::{ReflectInputs, ReflectPass};
 
 /// From this angle between camera ray and surface on, in degrees, a sample of a single-pole camera counts fully: there its
 /// footprint is six times as long as wide, and the next sample is likely to be missing.
 pub const FULL_FACING_DEG: f64 = 10.0;
-
-/// What an impostor shows, and so which rays look at it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ImpostorKind {
-    /// One object: rays that do not leave this object.
-    Object(u16),
-    /// Everything around: all rays but those in glass.
-    Environment,
-    /// The back faces of a glass object, as seen from outside: the rays in this object.
-    Inside(u16),
-}
-
-/// A depth image with colours, as rays meet it.
-#[derive(Debug, Clone)]
-pub struct ImpostorImage {
-    /// What it shows.
-    pub kind: ImpostorKind,
-    /// What took it, where it was at capture.
-    pub camera: Camera,
-    /// One for each pixel, row by row.
-    pub samples: Vec<Sample>,
-    /// One for each pixel: base colour as sRGB bytes, and the material's code.
-    pub colour: Vec<[u8; 4]>,
-    /// The object that the impostor moves with, and `world_from_object` at capture; `None` of what stands still.
-    pub pose: Option<(u16, DAffine3)>,
-}
 
 /// How many mirrors a ray may leave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +93,12 @@ impl Default for Settings {
     fn default() -> Settings {
         Settings { bounces: Bounces::Two, search: Search::Whole, fade: true, filter: true, count_steps: false }
     }
+}
+
+/// Whether some of an impostor's samples may count in part.
+fn fades(placed: &Placed, settings: Settings) -> bool {
+    let is_object = matches!(placed.kind, ImpostorKind::Object(_));
+    settings.fade && is_object && matches!(placed.camera, PlacedCamera::Spoc(_))
 }
 
 /// What the rays of a picture cost.

@@ -9,10 +9,10 @@ use shaders::ShaderError;
 use surface::GBuffer;
 use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
 
-use super::impostors::{Impostors, Placed, PlacedCamera};
-use super::uniforms::RoundUniform;
-use super::{Bounces, ImpostorKind, Reflectors, Settings};
+use super::uniforms::{PlacedUniform, RoundUniform};
+use super::{Bounces, Reflectors, Search, Settings, fades};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, begin, uniform};
+use crate::impostors::{ImpostorKind, Impostors, Placed, PlacedCamera};
 use crate::light::Lit;
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -179,8 +179,9 @@ impl ReflectPass {
                 ImpostorKind::Inside(_) => reflectors.glass && !is_last,
                 // Without mirrors all rays begin inside.
                 ImpostorKind::Object(_) | ImpostorKind::Environment => reflectors.mirrors || round > 0,
+                ImpostorKind::Relief(_) => false,
             };
-            let placed: Vec<&Placed> = inputs.impostors.placed().filter(walks_in).collect();
+            let placed: Vec<&Placed> = inputs.impostors.reflected().filter(walks_in).collect();
             self.encode_walks(encoder, inputs, &placed, targets, round)?;
             let uniform = self.round(settings, is_last);
             let [first, second] = targets.rays(round).map(BindingResource::TextureView);
@@ -216,7 +217,14 @@ impl ReflectPass {
         round: usize,
     ) -> Result<(), ShaderError> {
         let (settings, eye_world) = (inputs.settings, inputs.camera.world_from_eye.translation);
-        let uniforms = |placed: &&Placed| placed.uniforms(&self.gpu, eye_world, &inputs.held.poses_now, settings);
+        let uniforms = |placed: &&Placed| {
+            let place = PlacedUniform::new(placed, eye_world, &inputs.held.poses_now, settings);
+            let image = placed.walked_by(settings.search.fine_px());
+            [
+                uniform(&self.gpu, "placed", bytemuck::bytes_of(&place)),
+                uniform(&self.gpu, "impostor", bytemuck::bytes_of(&image)),
+            ]
+        };
         let uniforms: Vec<_> = impostors.iter().map(uniforms).collect();
         let paths: Vec<&str> = impostors.iter().map(|placed| path(placed, settings)).collect();
         let entries: &[&str] = if settings.count_steps { &["walk", "count"] } else { &["walk"] };
@@ -291,14 +299,20 @@ fn bounces(settings: Settings) -> usize {
 fn rounds(reflectors: Reflectors, inputs: &ReflectInputs<'_>) -> usize {
     let of_mirrors = if reflectors.mirrors { bounces(inputs.settings) } else { 0 };
     let of_glass = if reflectors.glass { 3 } else { 0 };
-    let fades = inputs.impostors.placed().any(|placed| placed.fades(inputs.settings));
+    let fades = inputs.impostors.reflected().any(|placed| fades(placed, inputs.settings));
     of_mirrors.max(of_glass) + usize::from(fades)
 }
 
 fn path(placed: &Placed, settings: Settings) -> &'static str {
     match &placed.camera {
-        _ if placed.is_map(settings.search) => "client/reflect/map.wgsl",
+        _ if is_map(placed, settings.search) => "client/reflect/map.wgsl",
         PlacedCamera::Pinhole(_) | PlacedCamera::Spoc(_) => "client/reflect/pinhole.wgsl",
         PlacedCamera::Graph(_) => "client/reflect/graph.wgsl",
     }
+}
+
+/// Whether directions alone look an impostor up.
+fn is_map(placed: &Placed, search: Search) -> bool {
+    let is_walked = matches!(placed.kind, ImpostorKind::Inside(_)) || matches!(placed.camera, PlacedCamera::Graph(_));
+    search == Search::EnvironmentMap && !is_walked
 }

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use camera::{Camera, Pinhole, Rigid, Trace};
-use client::reflect::{ImpostorImage, ImpostorKind, Impostors, Search, Settings as Drawing};
+use client::impostors::{ImpostorImage, ImpostorKind, Impostors};
+use client::reflect::{Search, Settings as Drawing};
 use gpu::Gpu;
 use protocol::codec::{Coding, encode_patch};
 use protocol::held::{ObjectPose, Patch, PatchId};

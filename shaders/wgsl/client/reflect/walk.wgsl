@@ -1,7 +1,7 @@
 // What the rays of a picture need to walk in one impostor, whatever its camera: into the space it was captured in, and back
 // with what was met. The entry points beside this file say which walk.
 #import "client/fullscreen.wgsl"
-#import "client/reflect/filter.wgsl"
+#import "client/impostors/filter.wgsl"
 #import "client/reflect/found.wgsl"
 #import "client/reflect/ray.wgsl"
 #import "impostor/ray.wgsl"

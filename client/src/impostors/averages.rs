@@ -1,6 +1,6 @@
 //! Colours of an impostor, and their averages over blocks of 2x2 samples, 4x4 and so on.
 
-/// The texels of a texture of four bytes, as `client/reflect/filter.wgsl` reads them: laid out as [`impostor::RangeTexels`]. Of the
+/// The texels of a texture of four bytes, as `client/impostors/filter.wgsl` reads them: laid out as [`impostor::RangeTexels`]. Of the
 /// samples, base colour as sRGB bytes and the material's code; of blocks, the average of their samples and, for 255, that there
 /// are any.
 pub(crate) struct ColourTexels {

@@ -4,7 +4,7 @@ use impostor::Sample;
 use protocol::image::octahedral_normal;
 use protocol::{Edit, Held, Patch, PatchId, Purpose, Update};
 
-use super::{ImpostorImage, ImpostorKind, Impostors, ReflectError};
+use super::{ImpostorImage, ImpostorKind, Impostors, UnfitImage};
 use crate::viewer::Follow;
 
 /// Pixels of all impostors together: 350 MB of textures, and twenty times what a server sends for a reflector.
@@ -16,8 +16,9 @@ impl ImpostorImage {
         let (kind, object) = match patch.purpose {
             Purpose::Impostor(object) => (ImpostorKind::Object(object), Some(object)),
             Purpose::Inside(object) => (ImpostorKind::Inside(object), Some(object)),
+            Purpose::Relief(object) => (ImpostorKind::Relief(object), Some(object)),
             Purpose::Environment => (ImpostorKind::Environment, None),
-            Purpose::Eye | Purpose::Light(_) | Purpose::Relief(_) => return None,
+            Purpose::Eye | Purpose::Light(_) => return None,
         };
         let image = &patch.image;
         let (width, height) = image.mask.size_px();
@@ -47,15 +48,15 @@ impl Impostors {
         if patch.purpose == Purpose::Eye {
             return;
         }
-        self.remove(patch.id.0.into());
+        self.remove(patch.id.0);
         // Before anything is allocated: a mask costs a bit a pixel, an impostor hundreds.
         let (width, height) = patch.image.mask.size_px();
         let pixels = self.pixels() + u64::from(width) * u64::from(height);
         if pixels > MOST_PIXELS {
-            return say(patch.id, &ReflectError::TooMany { pixels });
+            return say(patch.id, &UnfitImage::TooMany { pixels });
         }
         let Some(image) = ImpostorImage::of_patch(patch) else { return };
-        if let Err(error) = self.insert(patch.id.0.into(), &image) {
+        if let Err(error) = self.insert(patch.id.0, &image) {
             // The rest of the picture is as good as it was.
             say(patch.id, &error);
         }
@@ -63,12 +64,12 @@ impl Impostors {
 }
 
 #[cfg(not(target_arch = "wasm32"))]
-fn say(id: PatchId, error: &ReflectError) {
-    tracing::warn!("nothing reflects {id:?}: {error}");
+fn say(id: PatchId, error: &UnfitImage) {
+    tracing::warn!("{id:?} is not shown: {error}");
 }
 
 #[cfg(target_arch = "wasm32")]
-fn say(_: PatchId, _: &ReflectError) {}
+fn say(_: PatchId, _: &UnfitImage) {}
 
 impl Follow for Impostors {
     fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
@@ -79,8 +80,9 @@ impl Follow for Impostors {
             match edit {
                 Edit::Clear => self.clear(),
                 Edit::Add(patch) => self.hold(patch),
-                Edit::Remove(id) => self.remove(id.0.into()),
-                Edit::Delete(..) | Edit::Trim(..) | Edit::Move(_) | Edit::Place(..) | Edit::Withdraw(_) => {}
+                Edit::Remove(id) => self.remove(id.0),
+                // Where objects are, and which are shown by reliefs, is read as they are drawn.
+                Edit::Move(_) | Edit::Place(..) | Edit::Withdraw(_) | Edit::Delete(..) | Edit::Trim(..) => {}
                 Edit::Materials(_) | Edit::Light(_) => {}
             }
         }
