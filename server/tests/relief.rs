@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use common::session::Session;
 use common::{animated, coloured, mesh, scene, sphere, square, swing};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Quat, Vec3};
 use protocol::{PatchId, Purpose};
 use scene::{Mesh, Scene};
 
@@ -46,22 +46,22 @@ fn comb() -> Mesh {
     mesh(vertices, indices, 0)
 }
 
-/// A box without a bottom edge to look under: straight sides.
-fn barrel() -> Mesh {
-    let mut mesh = sphere(24, 0);
-    for vertex in &mut mesh.vertices {
-        let p = Vec3::from(vertex.position);
-        let outward = Vec3::new(p.x, 0.0, p.z).normalize_or_zero();
-        // Polar caps stay where they are, all else goes out to the cylinder.
-        if p.y.abs() < 0.7 {
-            vertex.position = (outward * 0.7 + Vec3::Y * p.y).to_array();
-            vertex.normal = outward.to_array();
-        } else {
-            vertex.position = (Vec3::new(p.x, 0.7 * p.y.signum(), p.z)).to_array();
-            vertex.normal = [0.0, p.y.signum(), 0.0];
-        }
+/// A box whose sides are 2 m wide.
+fn box_() -> Mesh {
+    let side = square(2, 0);
+    let (mut vertices, mut indices) = (Vec::new(), Vec::new());
+    let quarter = std::f32::consts::FRAC_PI_2;
+    let around = (0..4).map(|turn| Quat::from_rotation_y(quarter * turn as f32));
+    for rotation in around.chain([Quat::from_rotation_x(quarter), Quat::from_rotation_x(-quarter)]) {
+        let first = vertices.len() as u32;
+        vertices.extend(side.vertices.iter().map(|vertex| scene::Vertex {
+            position: (rotation * (Vec3::from(vertex.position) + Vec3::Z)).to_array(),
+            normal: (rotation * Vec3::Z).to_array(),
+            ..*vertex
+        }));
+        indices.extend(side.indices.iter().map(|index| first + index));
     }
-    mesh
+    mesh(vertices, indices, 0)
 }
 
 /// Objects that reliefs show.
@@ -91,7 +91,7 @@ fn objects() -> impl Iterator<Item = u16> {
 
 #[test]
 fn one_image_serves_all_and_no_sample_of_them_is_sent() {
-    let mut session = session(rows(barrel(), BALLS));
+    let mut session = session(rows(box_(), BALLS));
     session.settle();
     assert_eq!(reliefs(&session).len(), 1);
     assert!(shown(&session).into_iter().eq(objects()));
@@ -99,7 +99,7 @@ fn one_image_serves_all_and_no_sample_of_them_is_sent() {
         assert_eq!(instance.tint, session.scene.instances[usize::from(*object)].tint);
         assert_eq!(eye_samples(&session, *object), 0);
     }
-    let mut without = Session::new(rows(barrel(), BALLS));
+    let mut without = Session::new(rows(box_(), BALLS));
     without.settle();
     assert!(objects().all(|object| eye_samples(&without, object) > 0) && reliefs(&without).is_empty());
     assert!(eye_samples(&session, 0) > eye_samples(&without, 0), "the wall behind them is there too");
@@ -110,7 +110,7 @@ fn one_image_serves_all_and_no_sample_of_them_is_sent() {
 
 #[test]
 fn who_comes_near_gets_samples_of_the_object_and_none_again_from_afar() {
-    let mut session = session(rows(barrel(), BALLS));
+    let mut session = session(rows(box_(), BALLS));
     session.settle();
     // Object 3 stands at (0, -1.5, -4.4).
     session.stand_at(DVec3::new(0.0, -1.5, -4.4 + 1.5 * RADIUS_M));
@@ -125,7 +125,7 @@ fn who_comes_near_gets_samples_of_the_object_and_none_again_from_afar() {
 
 #[test]
 fn few_objects_and_shapes_that_hide_themselves_are_sampled() {
-    let mut few = session(rows(barrel(), 7));
+    let mut few = session(rows(box_(), 7));
     few.settle();
     assert!(few.held.instances.is_empty());
     let mut combs = session(rows(comb(), BALLS));
@@ -144,7 +144,7 @@ fn a_ball_needs_images_from_both_ends() {
 
 #[test]
 fn objects_that_move_are_carried_by_the_one_image() {
-    let still = rows(barrel(), BALLS);
+    let still = rows(box_(), BALLS);
     let mut scene = animated(still, |snapshot| {
         let at_rest = snapshot.world_from_mesh[4];
         snapshot.world_from_mesh[4] = swing(snapshot.time_s, 2.0) * at_rest;
@@ -162,7 +162,7 @@ fn objects_that_move_are_carried_by_the_one_image() {
 
 #[test]
 fn a_client_that_lost_its_copy_gets_it_again() {
-    let mut session = session(rows(barrel(), BALLS));
+    let mut session = session(rows(box_(), BALLS));
     session.settle();
     session.start_anew();
     session.settle();

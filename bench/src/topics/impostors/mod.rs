@@ -8,6 +8,7 @@ mod coverage;
 pub mod occlusion;
 mod output;
 mod reflect;
+mod relief;
 mod steps;
 mod streamed;
 mod times;
@@ -80,6 +81,7 @@ impl Topic for Impostors {
         }
         if !settings.only_errors {
             coverage::measure(&gpu, run, report)?;
+            relief::measure(&gpu, &settings, report)?;
             steady(&gpu, &settings, report)?;
         }
         output::tables(report);

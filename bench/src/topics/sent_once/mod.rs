@@ -200,7 +200,7 @@ fn walked(gpu: &Gpu, scene: &Arc<Scene>, setup: &Setup, walk: &Walk, truths: &mu
             let output = walker.output(pose(step + 1), near_m);
             truths.show(now_s, output.world_from_eye.translation)?;
             let truth = truths.truth(&output)?;
-            let drawn = view.frame(&walker.set, &output, Options::default())?;
+            let drawn = view.frame_reflecting(&walker.set, Some(&walker.impostors), &output, Options::default())?;
             walked.frames.push((walker.set.held.sample_count(), drawn.frame_ms));
             let verdicts = cover::verdicts(&truth, &drawn.w, &output, &[]);
             let Some(shares) = cover::shares(&verdicts, &truth) else { continue };

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use camera::{Pinhole, Rigid, Trace};
+use client::impostors::Impostors;
+use client::viewer::Follow;
 use glam::{DQuat, DVec3};
 use gpu::Gpu;
 use protocol::message::ViewSize;
@@ -172,6 +174,8 @@ pub struct Walker {
     viewer: Viewer,
     /// The client's own copy, with its surfaces.
     pub set: HeldSet,
+    /// Its images for rays.
+    pub impostors: Impostors,
     tick: u64,
     last: Option<Rigid>,
 }
@@ -192,6 +196,7 @@ impl Walker {
             client: Client::default(),
             viewer: Viewer::at_start(view, start, 0.0),
             set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },
+            impostors: Impostors::new(gpu),
             tick: 0,
             last: None,
         })
@@ -216,6 +221,7 @@ impl Walker {
             held.apply(&update)?;
             let started = Instant::now();
             surfaces.apply(held, &update);
+            self.impostors.follow(held, &update, false);
             *build_ms = started.elapsed().as_secs_f64() * 1000.0;
             tick.build_ms = *build_ms;
             (tick.counts, tick.bytes) = (made.counts, encoded.bytes.len());

@@ -9,13 +9,14 @@ use protocol::image::octahedral_normal;
 use rayon::prelude::*;
 use scene::{Scene, Snapshot};
 
-use super::{DISTANCE_RADII, End, PAST_HALF, bounds_of, camera, picture, turned_back};
+use super::{DISTANCE_RADII, End, PAST_HALF, SIDE_PX, bounds_of, camera, picture, turned_back};
 use crate::imager::{Imager, ImagerError};
 
 /// Images serve a shape where at most this share of the pixels that show it are wrong, over all views.
 const MOST_WRONG: f64 = 0.05;
-/// Sides of the images that are judged and of the views, in pixels.
-const IMAGE_PX: u32 = 128;
+/// The side of the images that are judged, in pixels: the finest. Coarser ones are looked at from further away.
+const IMAGE_PX: u32 = SIDE_PX[1];
+/// The side of the views, in pixels.
 const VIEW_PX: u32 = 32;
 /// How far a ray may end from what the view shows around its pixel, in pixels of the view: half for where in its pixel each lies, one for
 /// the image's own, and as much again for surfaces seen aslant.
