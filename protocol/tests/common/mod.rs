@@ -16,8 +16,8 @@ pub fn cast_with_mirror(size_px: (u32, u32), keep: impl Fn(u32, u32) -> bool) ->
     cast_mirroring(size_px, keep, MIRROR)
 }
 
-/// The mirror.
-pub const MIRROR: u16 = 1;
+/// The mirror: the one in the middle, whose material nothing else has.
+pub const MIRROR: u16 = 0;
 
 fn cast_mirroring((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> bool, mirror: u16) -> DepthImage {
     let pose = Rigid::look_at(DVec3::new(0.3, 1.7, 4.0), DVec3::new(0.0, 0.5, 0.0));
