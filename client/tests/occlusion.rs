@@ -52,6 +52,7 @@ fn patch(id: u32, camera: &Pinhole, blocks: &[Block], origin: DVec3) -> HeldPatc
         mask,
         depth,
         normal,
+        normal_rest: Vec::new(),
         colour: vec![[200, 200, 200]; count],
         object: vec![1; count],
         material: vec![0; count],

@@ -57,6 +57,7 @@ fn held(material: u8, ior: f32) -> Held {
         mask,
         depth: vec![0; count],
         normal: vec![octahedral_code(glam::Vec3::Z); count],
+        normal_rest: Vec::new(),
         colour: vec![[255; 3]; count],
         object: vec![WALL_OBJECT; count],
         material: vec![material; count],
@@ -423,6 +424,38 @@ fn what_is_smaller_than_a_pixel_is_averaged() {
 }
 
 #[test]
+fn more_rays_tell_how_much_of_a_pixel_an_edge_leaves() {
+    // White beside black, along a line that crosses pixels everywhere.
+    let edge_at = |y: f64| 0.31 * y + 0.05;
+    let image = plane(pinhole(DVec3::new(0.1, 0.2, -2.0), DVec3::Z, 1024), ImpostorKind::Environment, 3.0, |x, y| {
+        Some(if x > edge_at(y) { [255, 255, 255, UNLIT] } else { [0, 0, 0, UNLIT] })
+    });
+    let coverage = |x: u32, y: u32| {
+        let parts = (0..64).filter(|part| {
+            let at = |index: u32| (f64::from(index) + 0.5) / 8.0;
+            let view = view();
+            let place = (f64::from(x) + at(part % 8), f64::from(y) + at(part / 8));
+            let p = view.world_from_eye.transform_vector(view.ray_eye_from_image(place.0, place.1)) * (WALL_M + 5.0);
+            p.x > edge_at(p.y)
+        });
+        parts.count() as f64 / 64.0
+    };
+    let mean_off = |filter| {
+        let shown = show(&held(MIRROR, 1.5), std::slice::from_ref(&image), Settings { filter, ..Settings::default() });
+        let linear = |shown: u8| (f64::from(shown) / 255.0).powf(2.2);
+        let pixels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y, coverage(x, y))));
+        let cut: Vec<f64> = pixels
+            .filter(|(_, _, share)| (0.05..0.95).contains(share))
+            .map(|(x, y, share)| (linear(shown.at(x, y)[0]) - share).abs())
+            .collect();
+        assert!(cut.len() > 50, "{}", cut.len());
+        cut.iter().sum::<f64>() / cut.len() as f64
+    };
+    let (one, more) = (mean_off(false), mean_off(true));
+    assert!(more < 0.1 && one > 0.2, "{more} of a pixel with more rays, {one} with one");
+}
+
+#[test]
 fn a_mirror_in_a_maze_shows_it_round_corners_by_a_graph_camera() {
     let image = scenes::maze_by_graph((960, 720));
     let painted = |p: DVec3| fields((p.x + p.z) / 8.0, p.y / 4.0);
@@ -480,6 +513,7 @@ fn surroundings(side: u32) -> Patch {
         mask,
         depth: vec![0],
         normal: vec![[127, 127]],
+        normal_rest: Vec::new(),
         colour: vec![[9, 9, 9]],
         object: vec![1],
         material: vec![0],

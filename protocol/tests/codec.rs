@@ -7,7 +7,7 @@ mod common;
 use std::sync::Arc;
 
 use camera::{Camera, GraphCamera, Pinhole, Rigid, Spoc, split_behind};
-use common::{cast, fragments, patch};
+use common::{MIRROR, cast, cast_with_mirror, fragments, patch};
 use glam::{DAffine3, DVec2, DVec3};
 use proptest::prelude::*;
 use vantage_protocol::codec::{CodecError, Coding, ColourSteps, Profile, decode_patch, encode_patch};
@@ -37,6 +37,18 @@ fn conventional_and_fragmented_images_come_back() {
     let bytes = round_trip(&part);
     let raw_bytes = part.image.raw_bytes();
     assert!(bytes.len() * 2 < raw_bytes, "{} bytes of {raw_bytes} raw", bytes.len());
+}
+
+#[test]
+fn what_normals_of_mirrors_leave_off_comes_back_for_less_than_a_byte() {
+    for keep in [|_, _| true, fragments] {
+        let mirror = cast_with_mirror((640, 400), keep);
+        let samples = mirror.object.iter().filter(|&&object| object == MIRROR).count();
+        let none = DepthImage { normal_rest: Vec::new(), ..mirror.clone() };
+        let bytes = round_trip(&patch(1, mirror)).len() - round_trip(&patch(1, none)).len();
+        eprintln!("{bytes} bytes for {samples} samples");
+        assert!(samples > 1500 && bytes * 20 < samples * 17, "{bytes} bytes for {samples} samples");
+    }
 }
 
 #[test]
@@ -101,7 +113,7 @@ fn impostor_cameras() -> [Camera; 2] {
 #[test]
 fn cameras_of_impostors_come_back() {
     for camera in impostor_cameras() {
-        let image = DepthImage { camera, ..cast((16, 12), |_, _| true) };
+        let image = DepthImage { camera, ..cast_with_mirror((16, 12), |_, _| true) };
         let patch = Patch { purpose: Purpose::Environment, ..patch(4, image) };
         round_trip(&patch);
         let mut plain = Vec::new();
@@ -139,7 +151,7 @@ fn every_truncation_is_refused() {
 #[test]
 fn damaged_bytes_of_the_fast_profile_never_panic() {
     let coding = Coding { profile: Profile::Fast, ..Coding::default() };
-    let bytes = encode_patch(&patch(1, cast((200, 120), |_, _| true)), coding);
+    let bytes = encode_patch(&patch(1, cast_with_mirror((200, 120), |_, _| true)), coding);
     // All of the front, where the frequencies are, then here and there.
     for place in (0..1500).chain((1500..bytes.len()).step_by(37)) {
         let mut damaged = bytes.clone();
@@ -168,6 +180,8 @@ prop_compose! {
             depth_scale: DepthScale { w_min: 0.0, w_step: 0.001 },
             depth: kept.iter().map(|k| u16::from_le_bytes([k[0], k[1]])).collect(),
             normal: kept.iter().map(|k| [k[2], k[3]]).collect(),
+            // Of a quarter of the materials, and of none where nothing counts.
+            normal_rest: if bits == 0 { Vec::new() } else { kept.iter().map(|k| if k[9] & 3 == 1 { k[8] } else { 0 }).collect() },
             colour: kept.iter().map(|k| [k[4], k[5], k[6]]).collect(),
             object: kept.iter().map(|k| u16::from_le_bytes([k[7], k[8]])).collect(),
             material: kept.iter().map(|k| k[9]).collect(),

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{cast, fragments, patch};
+use common::{cast, cast_with_mirror, fragments, patch};
 use glam::{DAffine3, DVec3};
 use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
@@ -14,7 +14,7 @@ use vantage_protocol::{
 };
 
 fn image() -> DepthImage {
-    cast((48, 32), fragments)
+    cast_with_mirror((48, 32), fragments)
 }
 
 fn add(id: u32) -> Edit {
@@ -176,9 +176,10 @@ fn every_integer_of_a_patch_enters_the_digest() {
         held.digest()
     };
     let base = digest(image());
-    let changes: [fn(&mut DepthImage); 5] = [
+    let changes: [fn(&mut DepthImage); 6] = [
         |image| image.depth[7] ^= 1,
         |image| image.normal[7][1] ^= 1,
+        |image| image.normal_rest[7] ^= 1,
         |image| image.colour[7][2] ^= 1,
         |image| image.object[7] ^= 1,
         |image| image.material[7] ^= 1,
@@ -212,6 +213,7 @@ fn full(id: u32, size_px: u32) -> Patch {
         mask,
         depth: (0..count).map(|index| (noise(index) >> 20) as u16).collect(),
         normal: vec![[127, 127]; count],
+        normal_rest: Vec::new(),
         colour: (0..count).map(|index| noise(index).to_le_bytes()).map(|[_, r, g, b]| [r, g, b]).collect(),
         object: vec![id as u16 % 7; count],
         material: vec![0; count],

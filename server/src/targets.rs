@@ -1,4 +1,4 @@
-//! The targets that the scene is rasterized into: ids, colour and depth, one array layer an image.
+//! The targets that the scene is rasterized into: ids, colour, rests of normals and depth, one array layer an image.
 
 use gpu::{Gpu, Mapped, Readback, Slot};
 
@@ -7,7 +7,11 @@ use crate::render::DEPTH_FORMAT;
 /// Two words a pixel.
 pub(crate) const IDS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 /// Colour is encoded by the shader: the bytes are the values.
-pub(crate) const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// See [`protocol::DepthImage::normal_rest`].
+const NORMAL_REST_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Uint;
+/// Of what is drawn into [`Attachments`].
+pub(crate) const FORMATS: [wgpu::TextureFormat; 3] = [IDS_FORMAT, COLOUR_FORMAT, NORMAL_REST_FORMAT];
 
 /// Textures of one size with a layer for each image. Images may be smaller: they use the top left corner.
 #[derive(Debug)]
@@ -16,6 +20,7 @@ pub(crate) struct Attachments {
     pub layers: u32,
     pub ids: wgpu::Texture,
     colour: wgpu::Texture,
+    normal_rest: wgpu::Texture,
     depth: wgpu::Texture,
 }
 
@@ -24,6 +29,7 @@ pub(crate) struct Attachments {
 pub(crate) struct Slots {
     ids: Slot,
     colour: Slot,
+    normal_rest: Slot,
     depth: Slot,
     size_px: (u32, u32),
 }
@@ -47,6 +53,7 @@ impl Attachments {
             layers,
             ids: texture("ids", IDS_FORMAT, wgpu::TextureUsages::TEXTURE_BINDING),
             colour: texture("colour", COLOUR_FORMAT, wgpu::TextureUsages::empty()),
+            normal_rest: texture("rests of normals", NORMAL_REST_FORMAT, wgpu::TextureUsages::empty()),
             depth: texture("depth", DEPTH_FORMAT, wgpu::TextureUsages::empty()),
         }
     }
@@ -67,7 +74,8 @@ impl Attachments {
                 ..Default::default()
             })
         };
-        let (ids, colour, depth) = (view(&self.ids), view(&self.colour), view(&self.depth));
+        let (ids, colour, normal_rest) = (view(&self.ids), view(&self.colour), view(&self.normal_rest));
+        let depth = view(&self.depth);
         let target = |view, clear| {
             let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store };
             Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
@@ -78,6 +86,7 @@ impl Attachments {
             color_attachments: &[
                 target(&ids, wgpu::Color::TRANSPARENT),
                 target(&colour, wgpu::Color { r, g, b, a: 0.0 }),
+                target(&normal_rest, wgpu::Color::TRANSPARENT),
             ],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &depth,
@@ -118,18 +127,32 @@ impl Attachments {
         Slots {
             ids: readback.texture(&self.ids, layer, size_px),
             colour: readback.texture(&self.colour, layer, size_px),
+            normal_rest: readback.texture(&self.normal_rest, layer, size_px),
             depth: readback.texture(&self.depth, layer, self.size_px),
             size_px,
         }
     }
 }
 
-/// The planes of an image as they come from the GPU: ids, colour, depth; row-major.
-pub(crate) fn planes(mapped: &Mapped, slots: Slots) -> (Vec<[u32; 2]>, Vec<[u8; 4]>, Vec<f32>) {
+/// The planes of an image as they come from the GPU, row-major.
+pub(crate) struct Planes {
+    pub ids: Vec<[u32; 2]>,
+    pub colour: Vec<[u8; 4]>,
+    pub normal_rest: Vec<u8>,
+    pub depth: Vec<f32>,
+}
+
+/// The planes of an image that was read.
+pub(crate) fn planes(mapped: &Mapped, slots: Slots) -> Planes {
     let (width, height) = (slots.size_px.0 as usize, slots.size_px.1 as usize);
     let mut depth = Vec::with_capacity(width * height);
     for row in mapped.rows(slots.depth).take(height) {
         gpu::readback::extend_from_bytes(&mut depth, &row[..width * 4]);
     }
-    (mapped.values(slots.ids), mapped.values(slots.colour), depth)
+    Planes {
+        ids: mapped.values(slots.ids),
+        colour: mapped.values(slots.colour),
+        normal_rest: mapped.values(slots.normal_rest),
+        depth,
+    }
 }

@@ -8,7 +8,7 @@ use protocol::Lighting;
 use wgpu::util::DeviceExt;
 
 use crate::render::{Faces, Pass, Pipelines, RenderError, SceneRenderer, check_camera};
-use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, planes};
+use crate::targets::{self, Attachments, Planes, planes};
 
 /// A rendered picture; planes are row-major, one value a pixel.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,7 @@ impl TruthRenderer {
         });
         let pass = Pass {
             fragment: "truth",
-            formats: &[IDS_FORMAT, COLOUR_FORMAT],
+            formats: &targets::FORMATS,
             own_layout: Some(&own_layout),
             constants: &[],
             faces: Faces::Front,
@@ -73,7 +73,7 @@ impl TruthRenderer {
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
         let mapped = encoded.map().wait(&self.gpu)?;
-        let (ids, colour, depth) = planes(&mapped, slots);
+        let Planes { ids, colour, depth, .. } = planes(&mapped, slots);
         let near_m = camera.near_m as f32;
         Ok(Truth {
             size_px,

@@ -146,6 +146,7 @@ fn add(held: &mut protocol::Held, id: u32) {
         mask: protocol::Mask::empty(4, 4),
         depth: Vec::new(),
         normal: Vec::new(),
+        normal_rest: Vec::new(),
         colour: Vec::new(),
         object: Vec::new(),
         material: Vec::new(),

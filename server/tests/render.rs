@@ -5,6 +5,7 @@ mod common;
 use camera::{Pinhole, Rigid};
 use common::*;
 use glam::{DAffine3, DVec3, Vec3};
+use protocol::image::{octahedral_normal, octahedral_normal_with_rest};
 use scene::{Deformed, Material};
 use vantage_server::discretize::Discretization;
 use vantage_server::render::SceneRenderer;
@@ -38,10 +39,12 @@ fn a_plane_has_its_inverse_depth_everywhere() {
 #[test]
 fn a_sphere_has_its_outline_and_normals() {
     let gpu = gpu();
-    let scene = scene(vec![sphere(64, 0)], vec![Material::default()], &[(0, DAffine3::IDENTITY)]);
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
+    let scene = scene(vec![sphere(64, 0)], vec![mirror], &[(0, DAffine3::IDENTITY)]);
     let camera = looking_back(DVec3::new(0.0, 0.0, 3.0), 128);
     let captures = captures(&renderer(&gpu, &scene, &camera), &[camera], Discretization::Conventional);
     let mut wrong = 0;
+    let mut off = Vec::new();
     for (index, ids) in captures[0].ids.iter().enumerate() {
         let (x, y) = ((index % 128) as f64 + 0.5, (index / 128) as f64 + 0.5);
         let ray = camera.ray_eye_from_image(x, y);
@@ -53,10 +56,16 @@ fn a_sphere_has_its_outline_and_normals() {
             let z = (b - inside.sqrt()) / a;
             assert!((f64::from(captures[0].w(index)) * z - 1.0).abs() < 2e-3);
             let normal_world = camera.world_from_eye.transform_point(ray * z).as_vec3().normalize();
-            let stored = protocol::image::octahedral_normal(captures[0].normal_code(index));
+            let stored = octahedral_normal(captures[0].normal_code(index));
             assert!(stored.dot(normal_world) > 0.9995, "{stored} instead of {normal_world}");
+            let rest = captures[0].normal_rest[index];
+            let fine = octahedral_normal_with_rest(captures[0].normal_code(index), rest);
+            off.push([stored, fine].map(|stored| stored.distance(normal_world)));
         }
     }
+    // A mirror's normals come finely; interpolating between the corners of triangles errs too.
+    let mean = |of: usize| off.iter().map(|off| off[of]).sum::<f32>() / off.len() as f32;
+    assert!(mean(1) * 4.0 < mean(0), "{} with what codes leave off, {} without", mean(1), mean(0));
     // Only pixels that the outline cuts: its length is about 2 pi 22.6 pixels.
     assert!(wrong < 60, "{wrong} pixels differ at the outline");
 }
@@ -73,7 +82,7 @@ fn back_faces_are_culled_unless_two_sided_or_mirrored() {
         let renderer = renderer(&gpu, &scene, &camera);
         let image = captures(&renderer, &[camera], Discretization::Conventional).remove(0);
         let middle = (SIZE_PX * SIZE_PX / 2 + SIZE_PX / 2) as usize;
-        (image.ids[middle][0] != 0).then(|| protocol::image::octahedral_normal(image.normal_code(middle)))
+        (image.ids[middle][0] != 0).then(|| octahedral_normal(image.normal_code(middle)))
     };
     let one_sided = Material::default();
     let facing = Some(Vec3::Z);

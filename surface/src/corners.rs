@@ -12,7 +12,6 @@
 use camera::Pinhole;
 use glam::{DVec2, Vec3};
 use protocol::DepthImage;
-use protocol::image::octahedral_normal;
 
 /// Where corners come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -123,7 +122,7 @@ pub fn planes(
     let (w_of, w_step) = exact_w.map_or((&*coded_w, image.depth_scale.w_step), |exact_w| (exact_w, 0.0));
     let neighbours = Neighbours::new(image, w_of);
     let planes = image.mask.occupied().enumerate().map(|(index, (x, y))| {
-        let normal = octahedral_normal(image.normal[index]);
+        let normal = image.normal_at(index);
         let n = eye_from_world * normal;
         let offset = (DVec2::new(f64::from(x), f64::from(y)) + 0.5 - centre).as_vec2() / focal;
         let ray = Vec3::new(offset.x, offset.y, 1.0);

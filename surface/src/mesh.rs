@@ -12,7 +12,7 @@ use protocol::{DepthImage, Patch};
 
 use crate::corners::{self, Corner, CornerRules, Corners, Plane};
 
-/// One corner. Layout of the vertex buffer, 32 bytes.
+/// One corner. Layout of the vertex buffer, 36 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Vertex {
@@ -33,6 +33,9 @@ pub struct Vertex {
     pub corner_normal_mover: u32,
     /// The pixel of the quad: x in the low half, y in the high one.
     pub pixel: u32,
+    /// What the codes of both normals leave off ([`protocol::image::octahedral_rest`]): of the quad's in the lowest byte, of the
+    /// corner's in the next one.
+    pub normal_rests: u32,
 }
 
 /// From which vertex of a triangle the API takes flat values.
@@ -199,6 +202,9 @@ impl<'a> Builder<'a> {
         let object = image.object[sample];
         let mover = self.patch.objects.iter().position(|pose| pose.object == object).map_or(0, |index| index + 1);
         let (x, y) = self.pixels[sample];
+        let rest = image.normal_rest.get(sample).copied();
+        // A mean of normals without rests is worth none.
+        let mean_rest = rest.map_or(0, |_| protocol::image::octahedral_rest(mean.normal));
         Vertex {
             u_px,
             v_px,
@@ -208,6 +214,7 @@ impl<'a> Builder<'a> {
             corner_colour_trim: packed(mean.colour(), self.trims.get(sample).copied().unwrap_or(0)),
             corner_normal_mover: u32::from(u16::from_le_bytes(mean.normal())) | (mover as u32) << 16,
             pixel: x | y << 16,
+            normal_rests: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8,
         }
     }
 

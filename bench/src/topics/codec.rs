@@ -248,6 +248,7 @@ fn plane_bytes(images: &[DepthImage], coding: Coding) -> [(&'static str, f64); 6
         }
         if plane != "normal" {
             kept.normal.fill([127; 2]);
+            kept.normal_rest.clear();
         }
         if plane != "colour" {
             kept.colour.fill([0; 3]);

@@ -1,7 +1,6 @@
 //! From what is held to impostors.
 
 use impostor::Sample;
-use protocol::image::octahedral_normal;
 use protocol::{Edit, Held, Patch, PatchId, Purpose, Update};
 
 use super::{ImpostorImage, ImpostorKind, Impostors, UnfitImage};
@@ -26,7 +25,7 @@ impl ImpostorImage {
         let mut colour = vec![[0; 4]; samples.len()];
         for (index, (x, y)) in image.mask.occupied().enumerate() {
             let at = y as usize * width as usize + x as usize;
-            let normal_world = octahedral_normal(image.normal[index]).as_dvec3();
+            let normal_world = image.normal_at(index).as_dvec3();
             samples[at] = Sample { w: image.depth_scale.w(image.depth[index]).into(), normal_world };
             let [red, green, blue] = image.colour[index];
             colour[at] = [red, green, blue, image.material[index]];

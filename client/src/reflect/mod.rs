@@ -21,7 +21,12 @@
 //! **Behind edges** (ours). A ray that meets nothing in an image of the surroundings passed where its camera does not see; it shows what the
 //! image has in its direction, behind all that is met.
 //!
-//! **Normals** (ours) come in 8 + 8 bits; rays leave by averages over pairs of pixels on opposite sides, or mirrors would have facets.
+//! **Normals** (ours) of reflectors come in 12 + 12 bits; rays leave by averages over pairs of pixels on opposite sides, or mirrors would
+//! have facets.
+//!
+//! **Edges** (ours). Where a pixel shows another colour than its neighbours on the reflector, four more rays leave its area, by normals
+//! as they change from pixel to pixel, and the pixel is the mean of all: adaptive supersampling by contrast (Mitchell, *Generating
+//! antialiased images at low sampling densities*, 1987). The outlines of reflectors themselves stay as the picture has them.
 //!
 //! **Minification** (ours). The rays of two neighbouring pixels tell how much of the impostor a pixel shows, whatever lies between;
 //! colours are averages over as much.
@@ -83,7 +88,7 @@ pub struct Settings {
     pub search: Search,
     /// Fade samples of single-pole cameras that were seen at a grazing angle.
     pub fade: bool,
-    /// Average colours over what a pixel shows.
+    /// Average colours over what a pixel shows, by more rays too where edges are.
     pub filter: bool,
     /// Count steps, for a report: everything is walked twice.
     pub count_steps: bool,

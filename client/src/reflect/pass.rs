@@ -23,6 +23,15 @@ const WORDS: TextureFormat = TextureFormat::Rgba32Uint;
 /// Steps and rays; exact up to 2048, and WebGL2 adds in it.
 const COUNT: TextureFormat = TextureFormat::Rgba16Float;
 
+/// Colours of the rays of a pixel, and how many there were: sums that WebGL2 draws.
+const SUM: TextureFormat = TextureFormat::Rgba16Float;
+/// 1 where more rays are sent.
+const EDGES: TextureFormat = TextureFormat::R8Unorm;
+
+/// Where the rays of a pixel pass, from its centre: the first one of all pixels, the others where neighbours show something else. No
+/// two are in one row or column.
+const OFFSETS_PX: [[f32; 2]; 5] = [[0.0, 0.0], [0.2, 0.4], [0.4, -0.2], [-0.2, -0.4], [-0.4, 0.2]];
+
 /// What reflections of a picture come from.
 pub(crate) struct ReflectInputs<'a> {
     pub gbuffer: &'a GBuffer,
@@ -40,7 +49,10 @@ type Walker = (&'static str, &'static str);
 pub(crate) struct ReflectPass {
     gpu: Gpu,
     rays: FullscreenPass,
+    rays_at_edges: FullscreenPass,
     bounce: FullscreenPass,
+    gather: FullscreenPass,
+    edges: FullscreenPass,
     composite: FullscreenPass,
     /// Made when an impostor first needs them: a browser takes long for loops.
     walks: BTreeMap<Walker, FullscreenPass>,
@@ -54,6 +66,8 @@ struct Targets {
     rays: [[Target; 2]; 2],
     found: Target,
     depth: Target,
+    sum: Target,
+    edges: Target,
     count: Option<Target>,
 }
 
@@ -66,6 +80,8 @@ impl Targets {
             rays: [rays(), rays()],
             found: target("found by rays", WORDS),
             depth: target("found by rays at", Onto::DEPTH),
+            sum: target("sum of rays", SUM),
+            edges: target("edges in reflectors", EDGES),
             count: counts.then(|| target("steps of rays", COUNT)),
         }
     }
@@ -103,14 +119,20 @@ impl ReflectPass {
         use Binding::{FloatTexture, UintTexture, Uniform};
         let pass =
             |path, fragment, bindings: &[Binding]| FullscreenPass::new(gpu, path, fragment, bindings, &[WORDS, WORDS]);
-        let of_rays = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture];
+        let of_rays = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
         let of_bounce = [Uniform, Uniform, Uniform, UintTexture, UintTexture, UintTexture];
-        let of_composite = ("client/reflect/composite.wgsl", "composite");
+        let gather = ("client/reflect/gather.wgsl", "gather");
+        let of_sum = |onto, fragment, format| {
+            FullscreenPass::onto(onto, gpu, ("client/reflect/composite.wgsl", fragment), &[FloatTexture], &[format])
+        };
         Ok(ReflectPass {
             gpu: gpu.clone(),
-            rays: pass("client/reflect/rays.wgsl", "rays", &of_rays)?,
+            rays: pass("client/reflect/rays.wgsl", "rays", &of_rays[..6])?,
+            rays_at_edges: pass("client/reflect/rays.wgsl", "rays_at_edges", &of_rays)?,
             bounce: pass("client/reflect/bounce.wgsl", "bounce", &of_bounce)?,
-            composite: FullscreenPass::onto(Onto::Picture, gpu, of_composite, &[UintTexture; 2], &[Lit::COLOUR])?,
+            gather: FullscreenPass::onto(Onto::Sum, gpu, gather, &[UintTexture; 2], &[SUM])?,
+            edges: of_sum(Onto::Nothing, "edges", EDGES)?,
+            composite: of_sum(Onto::Picture, "composite", Lit::COLOUR)?,
             walks: BTreeMap::new(),
             targets: None,
         })
@@ -165,12 +187,34 @@ impl ReflectPass {
         targets: &Targets,
         lit: &Lit,
     ) -> Result<(), ShaderError> {
-        let settings = inputs.settings;
         let frame = Frame::new(&self.gpu, inputs.held, inputs.camera);
-        self.encode_rays(encoder, inputs, &frame, targets);
         if let Some(count) = &targets.count {
             drop(begin(encoder, "count", true, &[&count.view], None));
         }
+        let sum = BindingResource::TextureView(&targets.sum.view);
+        let rays = if inputs.settings.filter { OFFSETS_PX.len() } else { 1 };
+        for (index, offset_px) in OFFSETS_PX.into_iter().take(rays).enumerate() {
+            if index == 1 {
+                self.edges.encode(encoder, std::slice::from_ref(&sum), &[&targets.edges.view]);
+            }
+            self.encode_rays(encoder, inputs, &frame, targets, offset_px, index > 0);
+            let last = self.follow(encoder, inputs, reflectors, &frame, targets)?;
+            let mut gather = begin(encoder, "gather", index == 0, &[&targets.sum.view], None);
+            self.gather.draw(&mut gather, &targets.rays(last).map(BindingResource::TextureView));
+        }
+        self.composite.encode(encoder, &[sum], &[&lit.colour.view]);
+        Ok(())
+    }
+
+    /// Follows the rays of round 0 to their ends; gives the round that holds these.
+    fn follow(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        inputs: &ReflectInputs<'_>,
+        reflectors: Reflectors,
+        frame: &Frame,
+        targets: &Targets,
+    ) -> Result<usize, ShaderError> {
         let rounds = rounds(reflectors, inputs);
         for round in 0..rounds {
             let is_last = round + 1 == rounds;
@@ -183,21 +227,27 @@ impl ReflectPass {
             };
             let placed: Vec<&Placed> = inputs.impostors.reflected().filter(walks_in).collect();
             self.encode_walks(encoder, inputs, &placed, targets, round)?;
-            let uniform = self.round(settings, is_last);
+            let uniform = self.round(inputs.settings, is_last, [0.0; 2]);
             let [first, second] = targets.rays(round).map(BindingResource::TextureView);
             let found = BindingResource::TextureView(&targets.found.view);
             let (lighting, materials) = (frame.lighting.as_entire_binding(), frame.materials.as_entire_binding());
             let resources = [uniform.as_entire_binding(), lighting, materials, first, second, found];
             self.bounce.encode(encoder, &resources, &targets.rays(round + 1));
         }
-        let rays = targets.rays(rounds).map(BindingResource::TextureView);
-        self.composite.encode(encoder, &rays, &[&lit.colour.view]);
-        Ok(())
+        Ok(rounds)
     }
 
-    fn encode_rays(&self, encoder: &mut CommandEncoder, inputs: &ReflectInputs<'_>, frame: &Frame, targets: &Targets) {
-        let round = self.round(inputs.settings, false);
-        let resources = [
+    fn encode_rays(
+        &self,
+        encoder: &mut CommandEncoder,
+        inputs: &ReflectInputs<'_>,
+        frame: &Frame,
+        targets: &Targets,
+        offset_px: [f32; 2],
+        at_edges: bool,
+    ) {
+        let round = self.round(inputs.settings, false, offset_px);
+        let mut resources = vec![
             frame.camera.as_entire_binding(),
             round.as_entire_binding(),
             frame.materials.as_entire_binding(),
@@ -205,7 +255,12 @@ impl ReflectPass {
             BindingResource::TextureView(&inputs.gbuffer.views.normal_ids),
             BindingResource::TextureView(&inputs.gbuffer.views.w),
         ];
-        self.rays.encode(encoder, &resources, &targets.rays(0));
+        let mut pass = &self.rays;
+        if at_edges {
+            resources.push(BindingResource::TextureView(&targets.edges.view));
+            pass = &self.rays_at_edges;
+        }
+        pass.encode(encoder, &resources, &targets.rays(0));
     }
 
     fn encode_walks(
@@ -274,8 +329,8 @@ impl ReflectPass {
         Ok(())
     }
 
-    fn round(&self, settings: Settings, is_last: bool) -> wgpu::Buffer {
-        let contents = RoundUniform { bounces: bounces(settings) as u32, is_last: u32::from(is_last), padding: [0; 2] };
+    fn round(&self, settings: Settings, is_last: bool, offset_px: [f32; 2]) -> wgpu::Buffer {
+        let contents = RoundUniform { bounces: bounces(settings) as u32, is_last: u32::from(is_last), offset_px };
         uniform(&self.gpu, "round", bytemuck::bytes_of(&contents))
     }
 }

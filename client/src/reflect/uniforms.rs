@@ -15,7 +15,7 @@ use crate::impostors::{ImpostorKind, Placed};
 pub(crate) struct RoundUniform {
     pub bounces: u32,
     pub is_last: u32,
-    pub padding: [u32; 2],
+    pub offset_px: [f32; 2],
 }
 
 /// `Placed` of `client/reflect/walk.wgsl`.
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn uniforms_are_laid_out_as_in_wgsl() {
-        assert_layout!(RoundUniform, "client/reflect/reflector.wgsl", "Round", bounces, is_last);
+        assert_layout!(RoundUniform, "client/reflect/reflector.wgsl", "Round", bounces, is_last, offset_px);
         assert_layout!(
             PlacedUniform,
             "client/reflect/walk.wgsl",

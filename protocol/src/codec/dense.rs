@@ -192,13 +192,7 @@ pub(super) fn code<const N: usize, B: Bits>(
     for segment in segments {
         let around = segment.around;
         for (column, rank) in segment.ranks().enumerate() {
-            let other = segment.other as usize + column;
-            let near = match around {
-                Around::All => [rank - 1, other, other - 1, other + 1],
-                Around::LeftUp => [rank - 1, other, rank - 1, other],
-                Around::Left => [rank - 1; 4],
-                Around::Nothing | Around::Anchor | Around::Up => [other; 4],
-            };
+            let near = segment.near(column);
             let mut before = None;
             let mut sizes = 0;
             for channel in 0..N {

@@ -13,6 +13,7 @@ mod outline;
 mod pack;
 mod rans;
 mod residual;
+mod rest;
 mod samples;
 mod segments;
 

@@ -10,7 +10,7 @@ use super::header::Header;
 use super::labels::{self, Label};
 use super::residual::{self, Predictor, Range};
 use super::segments::{Segment, leading, segments};
-use super::{CodecError, Coding, Profile, dense, fast, outline};
+use super::{CodecError, Coding, Profile, dense, fast, outline, rest};
 use crate::bytes::{Reader, Writer};
 use crate::held::Patch;
 use crate::image::{DepthImage, Mask};
@@ -144,6 +144,7 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
     match profile {
         Profile::Fast => {
             let [symbols, literals] = fast::write(image, coding.colour, &mut bits);
+            rest::code(&mut bits, image, image.normal_rest.clone());
             out.varint_block(&bits.finish());
             out.varint_block(&symbols);
             out.varint_block(&literals);
@@ -167,6 +168,7 @@ fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     let depth: Vec<[i16; 1]> = image.depth.iter().map(|&code| [code as i16]).collect();
     writing.plane(&image.depth, &depth, &segments, Range::Short);
     writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short);
+    rest::code(&mut writing.bits, image, image.normal_rest.clone());
 }
 
 /// Reads planes by decisions.
@@ -215,12 +217,13 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
         return Err(CodecError::TooMuch("samples"));
     }
     let Header { id, purpose, capture_time_s, objects, camera, depth_scale } = header;
-    let (depth, normal, colour, object, material) = Default::default();
-    let mut image = DepthImage { camera, depth_scale, mask, depth, normal, colour, object, material };
+    let (depth, normal, normal_rest, colour, object, material) = Default::default();
+    let mut image = DepthImage { camera, depth_scale, mask, depth, normal, normal_rest, colour, object, material };
     match coding.profile {
         Profile::Fast => {
             let (symbols, literals) = (bytes.varint_block()?, bytes.varint_block()?);
             fast::read(&mut image, coding.colour, &mut bits, symbols, literals)?;
+            image.normal_rest = rest::code(&mut bits, &image, Vec::new());
         }
         Profile::Dense if count > 0 => {
             let mut reading = Reading { bits, activity: vec![0; count] };
@@ -245,5 +248,6 @@ fn read_planes(
     let depths = |values: &[[i16; 1]]| values.iter().map(|value| value[0] as u16).collect();
     image.depth = reading.plane(count, &segments, Range::Short, depths)?;
     image.colour = reading.plane(count, &segments, Range::Short, |values| steps.rgb_of_all(values))?;
+    image.normal_rest = rest::code(&mut reading.bits, image, Vec::new());
     Ok(())
 }

@@ -44,6 +44,19 @@ impl Segment {
         self.start as usize..(self.start + self.count) as usize
     }
 
+    /// The ranks around the sample at a column, of neighbours that are there, and of others in their place: to the left, above, above to
+    /// the left and above to the right. The sample itself where there is nothing.
+    #[inline(always)]
+    pub fn near(&self, column: usize) -> [usize; 4] {
+        let (rank, other) = (self.start as usize + column, self.other as usize + column);
+        match self.around {
+            Around::All => [rank - 1, other, other - 1, other + 1],
+            Around::LeftUp => [rank - 1, other, rank - 1, other],
+            Around::Left => [rank - 1; 4],
+            Around::Nothing | Around::Anchor | Around::Up => [other; 4],
+        }
+    }
+
     pub fn others(&self) -> std::ops::Range<usize> {
         self.other as usize..(self.other + self.count) as usize
     }

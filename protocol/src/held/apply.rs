@@ -332,6 +332,9 @@ impl HeldPatch {
         }
         retain(&mut image.depth, &keep);
         retain(&mut image.normal, &keep);
+        if !image.normal_rest.is_empty() {
+            retain(&mut image.normal_rest, &keep);
+        }
         retain(&mut image.colour, &keep);
         retain(&mut image.object, &keep);
         retain(&mut image.material, &keep);
@@ -385,8 +388,9 @@ fn check_poses(poses: &[ObjectPose]) -> Result<(), HeldError> {
 }
 
 fn check_patch(patch: &Patch) -> Result<(), HeldError> {
-    let DepthImage { camera, depth_scale, mask, depth, normal, colour, object, material } = &patch.image;
-    let planes = [depth.len(), normal.len(), colour.len(), object.len(), material.len()];
+    let DepthImage { camera, depth_scale, mask, depth, normal, normal_rest, colour, object, material } = &patch.image;
+    let rests = if normal_rest.is_empty() { mask.count() } else { normal_rest.len() };
+    let planes = [depth.len(), normal.len(), rests, colour.len(), object.len(), material.len()];
     if camera.size_px() != mask.size_px() || planes.iter().any(|&length| length != mask.count()) {
         return Err(HeldError::PlanesDiffer(patch.id));
     }

@@ -3,11 +3,23 @@
 
 use camera::{Camera, Pinhole, Rigid};
 use glam::{DVec3, Vec3};
-use vantage_protocol::image::octahedral_code;
+use vantage_protocol::image::{octahedral_code, octahedral_rest};
 use vantage_protocol::{DepthImage, DepthScale, Mask, Patch, PatchId, Purpose};
 
 /// Spheres over a textured floor with a sky of holes; `keep(x, y)` thins the image out as redundancy does.
-pub fn cast((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> bool) -> DepthImage {
+pub fn cast(size_px: (u32, u32), keep: impl Fn(u32, u32) -> bool) -> DepthImage {
+    cast_mirroring(size_px, keep, u16::MAX)
+}
+
+/// The same, one of whose spheres is a mirror.
+pub fn cast_with_mirror(size_px: (u32, u32), keep: impl Fn(u32, u32) -> bool) -> DepthImage {
+    cast_mirroring(size_px, keep, MIRROR)
+}
+
+/// The mirror: the one in the middle, whose material nothing else has.
+pub const MIRROR: u16 = 0;
+
+fn cast_mirroring((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> bool, mirror: u16) -> DepthImage {
     let pose = Rigid::look_at(DVec3::new(0.3, 1.7, 4.0), DVec3::new(0.0, 0.5, 0.0));
     let camera = Pinhole::symmetric(pose, (width_px, height_px), 1.0, 0.05);
     let mut mask = Mask::empty(width_px, height_px);
@@ -30,6 +42,14 @@ pub fn cast((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> bool) 
         mask,
         depth: samples.iter().map(|sample| depth_scale.code(w(sample))).collect(),
         normal: samples.iter().map(|sample| octahedral_code(sample.normal)).collect(),
+        normal_rest: if samples.iter().any(|sample| sample.object == mirror) {
+            samples
+                .iter()
+                .map(|sample| if sample.object == mirror { octahedral_rest(sample.normal) } else { 0 })
+                .collect()
+        } else {
+            Vec::new()
+        },
         colour: samples.iter().map(|sample| sample.colour).collect(),
         object: samples.iter().map(|sample| sample.object).collect(),
         material: samples.iter().map(|sample| (sample.object % 3) as u8).collect(),

@@ -1,5 +1,5 @@
 use camera::Pinhole;
-use protocol::image::{Ranks, octahedral_normal};
+use protocol::image::Ranks;
 use protocol::{DepthImage, Edit, Mask};
 
 use super::samples::{Captured, density};
@@ -37,7 +37,7 @@ impl Record {
         let samples = image.mask.occupied().enumerate().zip(triangles).map(|((index, (x, y)), triangle)| {
             let ray_eye = camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let ray_world = camera.world_from_eye.transform_vector(ray_eye).as_vec3();
-            let facing = octahedral_normal(image.normal[index]).dot(ray_world);
+            let facing = image.normal_at(index).dot(ray_world);
             let w = image.depth_scale.w(image.depth[index]);
             let density = density(camera.focal_px as f32, w, facing);
             Sample { density, w, triangle, seen: look, trimmed: 0, extent: 0 }

@@ -10,7 +10,6 @@ use camera::Pinhole;
 use glam::{DVec2, DVec3, Vec3};
 use protocol::ObjectPose;
 use protocol::held::{HeldPatch, PatchId};
-use protocol::image::octahedral_normal;
 use rayon::prelude::*;
 
 use super::Account;
@@ -83,7 +82,7 @@ impl Account {
             {
                 continue;
             }
-            let (normal, w_step) = (octahedral_normal(image.normal[index]), image.depth_scale.w_step);
+            let (normal, w_step) = (image.normal_at(index), image.depth_scale.w_step);
             let &Sample { triangle, density, .. } = sample;
             let point = Point { w, normal, object, triangle, w_step, density };
             let Some(flat) = eyes.flat((x, y), point, centre) else { continue };

@@ -11,6 +11,8 @@ pub struct Capture {
     pub ids: Vec<[u32; 2]>,
     /// sRGB-encoded base colour, and the material code as alpha.
     pub colour: Vec<[u8; 4]>,
+    /// What the codes of normals leave off, of samples that reflect; else 0.
+    pub normal_rest: Vec<u8>,
     /// `near * w`; 0 where there is no sample.
     pub depth: Vec<f32>,
     /// What the GPU took for it, where it can tell.
@@ -106,6 +108,7 @@ impl Capture {
             camera,
             ids: rows.clone().flat_map(|row| &self.ids[row]).copied().collect(),
             colour: rows.clone().flat_map(|row| &self.colour[row]).copied().collect(),
+            normal_rest: rows.clone().flat_map(|row| &self.normal_rest[row]).copied().collect(),
             depth: rows.flat_map(|row| &self.depth[row]).copied().collect(),
             gpu_s: self.gpu_s,
         }
@@ -118,7 +121,8 @@ impl Capture {
 
     /// The samples of a mask of this image's size, all of which must be occupied here.
     pub fn depth_image_of(&self, mask: Mask, precision: DepthPrecision) -> DepthImage {
-        let planes = Planes { ids: &self.ids, colour: &self.colour, w: &|index| self.w(index) };
+        let Self { ids, colour, normal_rest, .. } = self;
+        let planes = Planes { ids, colour, normal_rest, w: &|index| self.w(index) };
         planes.depth_image(Camera::Pinhole(self.camera), mask, precision)
     }
 }
@@ -127,6 +131,7 @@ impl Capture {
 pub(crate) struct Planes<'a> {
     pub ids: &'a [[u32; 2]],
     pub colour: &'a [[u8; 4]],
+    pub normal_rest: &'a [u8],
     /// Inverse depth at an index.
     pub w: &'a dyn Fn(usize) -> f32,
 }
@@ -147,11 +152,14 @@ impl Planes<'_> {
             let [r, g, b, _] = self.colour[index];
             [r, g, b]
         };
+        let reflects = indices.iter().any(|&index| self.normal_rest[index] != 0);
+        let rests = indices.iter().filter(|_| reflects).map(|&index| self.normal_rest[index]);
         DepthImage {
             camera,
             depth_scale,
             depth: indices.iter().map(|&index| depth_scale.code((self.w)(index))).collect(),
             normal: indices.iter().map(|&index| normal_code(self.ids[index])).collect(),
+            normal_rest: rests.collect(),
             colour: indices.iter().map(|&index| colour(index)).collect(),
             object: indices.iter().map(|&index| object(self.ids[index])).collect(),
             material: indices.iter().map(|&index| self.colour[index][3]).collect(),

@@ -42,7 +42,7 @@ use gpu::{Gpu, Pending, Readback, Slot};
 use rayon::prelude::*;
 
 use crate::render::{Faces, Pass, Pipelines, RenderError, SceneRenderer, check_camera};
-use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, Slots, planes};
+use crate::targets::{self, Attachments, Slots, planes};
 use crate::timer::Timer;
 use earlier::{EarlierLayout, EarlierPlanes};
 
@@ -172,7 +172,7 @@ fn pipelines(
     let constants: Vec<_> = redundancy.iter().flat_map(Redundancy::constants).chain([non_redundant]).collect();
     let pass = Pass {
         fragment: "image",
-        formats: &[IDS_FORMAT, COLOUR_FORMAT],
+        formats: &targets::FORMATS,
         own_layout: Some(&earlier.layout),
         constants: &constants,
         faces: Faces::Front,
@@ -202,10 +202,10 @@ impl PendingCaptures {
         let mapped = self.pending.wait(&self.gpu)?;
         let ticks: Vec<u64> = self.times.map(|slot| mapped.values(slot)).unwrap_or_default();
         let captures = self.cameras.iter().zip(&self.slots).enumerate().map(|(index, (camera, slots))| {
-            let (ids, colour, depth) = planes(&mapped, *slots);
+            let targets::Planes { ids, colour, normal_rest, depth } = planes(&mapped, *slots);
             let span = ticks.get(2 * index..2 * index + 2);
             let gpu_s = span.map(|span| span[1].saturating_sub(span[0]) as f64 * self.period_s);
-            Capture { camera: *camera, ids, colour, depth, gpu_s }
+            Capture { camera: *camera, ids, colour, normal_rest, depth, gpu_s }
         });
         Ok(captures.collect())
     }

@@ -149,7 +149,8 @@ mod tests {
         // Octahedral code of +z, towards the eye.
         let normal = protocol::image::octahedral_code(glam::Vec3::Z);
         let ids = [1, 1 | u32::from(normal[0]) << 16 | u32::from(normal[1]) << 24];
-        Capture { camera, ids: vec![ids; pixels], colour: vec![[0; 4]; pixels], depth: vec![0.05; pixels], gpu_s: None }
+        let (ids, colour, depth) = (vec![ids; pixels], vec![[0; 4]; pixels], vec![0.05; pixels]);
+        Capture { camera, ids, colour, normal_rest: vec![0; pixels], depth, gpu_s: None }
     }
 
     #[test]

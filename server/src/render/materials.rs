@@ -13,7 +13,7 @@ pub(crate) struct SurfaceMaterial {
     pub alpha_cutoff: f32,
     pub code: u32,
     pub double_sided: u32,
-    pub padding: u32,
+    pub reflects: u32,
 }
 
 /// The scene's materials as the shader has them, and the table of those that differ in what samples need. A scene with more
@@ -40,7 +40,7 @@ pub(crate) fn tables(scene: &Scene) -> (Vec<SurfaceMaterial>, Vec<Material>) {
                 alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
                 code: code as u32,
                 double_sided: u32::from(material.double_sided),
-                padding: 0,
+                reflects: u32::from(table[code].effect().is_some()),
             }
         })
         .collect();
@@ -90,7 +90,8 @@ mod tests {
             base_colour,
             alpha_cutoff,
             code,
-            double_sided
+            double_sided,
+            reflects
         );
     }
 

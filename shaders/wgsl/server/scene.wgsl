@@ -34,7 +34,8 @@ struct SurfaceMaterial {
     code: u32,
     // 1 where it is drawn from both sides.
     double_sided: u32,
-    padding: u32,
+    // 1 of a mirror or glass.
+    reflects: u32,
 }
 
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
@@ -97,6 +98,8 @@ struct Surface {
     object: u32,
     // Index into the material table of the samples.
     material: u32,
+    // Whether it is a mirror or glass.
+    reflects: bool,
     // Whether the material's cut-off drops it.
     cut: bool,
 }
@@ -122,6 +125,7 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     out.triangle = scene_triangle(v, triangle_of_mesh);
     out.object = instance.object;
     out.material = material.code;
+    out.reflects = material.reflects != 0u;
     out.cut = cut_out && base.a < material.alpha_cutoff;
     return out;
 }

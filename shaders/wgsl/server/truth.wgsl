@@ -10,6 +10,8 @@ struct TruthTargets {
     @location(0) ids: vec2u,
     // sRGB-encoded picture.
     @location(1) colour: vec4f,
+    // None: as the targets of images have it.
+    @location(2) normal_rest: u32,
 }
 
 fn truth_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> TruthTargets {

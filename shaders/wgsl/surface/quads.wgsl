@@ -45,6 +45,7 @@ struct VertexIn {
     @location(3) corner_colour_trim: u32,
     @location(4) corner_normal_mover: u32,
     @location(5) pixel: u32,
+    @location(6) normal_rests: u32,
 }
 
 struct Corner {
@@ -81,8 +82,8 @@ fn set_back(depth: f32, z: f32) -> f32 {
 @vertex
 fn vertex(in: VertexIn) -> Corner {
     var rows = view.eye_from_patch;
-    let normal = octahedral_normal(in.corner_normal_mover & 0xffffu);
-    let quad_normal = octahedral_normal(in.normal_object & 0xffffu);
+    let normal = octahedral_normal_with_rest(in.corner_normal_mover & 0xffffu, (in.normal_rests >> 8u) & 0xffu);
+    let quad_normal = octahedral_normal_with_rest(in.normal_object & 0xffffu, in.normal_rests & 0xffu);
     var out: Corner;
     out.normal = normal;
     out.quad_normal = quad_normal;

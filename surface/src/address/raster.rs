@@ -10,7 +10,7 @@ use std::ops::Range;
 use camera::Pinhole;
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use protocol::PatchId;
-use protocol::image::{octahedral_code, octahedral_normal};
+use protocol::image::{octahedral_code, octahedral_normal_with_rest};
 use rayon::prelude::*;
 
 use super::{AddressTexel, AddressView};
@@ -401,8 +401,8 @@ impl Drawn<'_> {
         let tent = |at: f32, first: u32| (1.0 - (2.0 * (at - first as f32) - 1.0).abs()).clamp(0.0, 1.0);
         let tent = tent(mean(|vertex| vertex.u_px), x) * tent(mean(|vertex| vertex.v_px), y);
         let of_corners: Vec3 =
-            (0..3).map(|i| shares.of_corners[i] * self.normal_now(vertices[i], vertices[i].corner_normal_mover)).sum();
-        let normal = of_corners.lerp(self.normal_now(quad, quad.normal_object), tent);
+            (0..3).map(|i| shares.of_corners[i] * self.normal_now(vertices[i], corner_normal(vertices[i]))).sum();
+        let normal = of_corners.lerp(self.normal_now(quad, quad_normal(quad)), tent);
         let code = u32::from(u16::from_le_bytes(octahedral_code(normal)));
         AddressTexel {
             patch: self.id.0,
@@ -412,12 +412,19 @@ impl Drawn<'_> {
         }
     }
 
-    /// The normal of a code, turned with the moving object of its corner.
-    fn normal_now(&self, vertex: &Vertex, code: u32) -> Vec3 {
-        let normal = octahedral_normal((code as u16).to_le_bytes());
+    /// A normal, turned with the moving object of its corner.
+    fn normal_now(&self, vertex: &Vertex, normal: Vec3) -> Vec3 {
         let mover = mover_of(vertex).and_then(|index| self.placement.movers.get(index));
         mover.map_or(normal, |mover| Vec3::from_array(mover.turn.map(|row| Vec3::from_slice(&row[..3]).dot(normal))))
     }
+}
+
+fn quad_normal(vertex: &Vertex) -> Vec3 {
+    octahedral_normal_with_rest((vertex.normal_object as u16).to_le_bytes(), vertex.normal_rests as u8)
+}
+
+fn corner_normal(vertex: &Vertex) -> Vec3 {
+    octahedral_normal_with_rest((vertex.corner_normal_mover as u16).to_le_bytes(), (vertex.normal_rests >> 8) as u8)
 }
 
 /// What the corners of a triangle contribute to a point of it, and the depth there.

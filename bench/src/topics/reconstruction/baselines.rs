@@ -124,6 +124,7 @@ fn vertex(image: &DepthImage, sample: usize, (x, y): (u32, u32), [u_px, v_px, w]
         normal_object: normal | u32::from(image.object[sample]) << 16,
         corner_colour_trim: u32::from_le_bytes([r, g, b, 0]),
         corner_normal_mover: normal,
+        normal_rests: u32::from(image.normal_rest.get(sample).copied().unwrap_or(0)) * 0x101,
         pixel: x | y << 16,
     }
 }
@@ -149,6 +150,7 @@ mod tests {
             mask,
             depth: vec![0; samples],
             normal: vec![protocol::image::octahedral_code(glam::Vec3::NEG_Z); samples],
+            normal_rest: Vec::new(),
             colour: vec![[9; 3]; samples],
             object,
             material: vec![0; samples],

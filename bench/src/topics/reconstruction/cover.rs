@@ -186,6 +186,7 @@ mod tests {
             mask,
             depth: vec![0; 4],
             normal: vec![facing; 4],
+            normal_rest: Vec::new(),
             colour: vec![[9; 3]; 4],
             object: vec![7, 7, 7, 8],
             material: vec![0; 4],

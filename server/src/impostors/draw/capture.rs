@@ -1,6 +1,7 @@
 use camera::Camera;
 use glam::DVec3;
 use impostor::Sample;
+use protocol::image::octahedral_normal_with_rest;
 use protocol::{DepthImage, Mask};
 
 use crate::discretize::{DepthPrecision, Planes, normal_code, object};
@@ -15,6 +16,8 @@ pub struct ImpostorCapture {
     pub ids: Vec<[u32; 2]>,
     /// sRGB-encoded base colour, and the material code as alpha.
     pub colour: Vec<[u8; 4]>,
+    /// What the codes of normals leave off, of samples that reflect; else 0.
+    pub normal_rest: Vec<u8>,
     /// Inverse depth in the camera's own measure, 1/m for a pinhole and a single-pole camera; 0 where there is no
     /// sample.
     pub w: Vec<f32>,
@@ -37,7 +40,8 @@ impl ImpostorCapture {
 
     /// Unit shading normal at an index, in world space, as exactly as its code holds it.
     pub fn normal_world(&self, index: usize) -> DVec3 {
-        protocol::image::octahedral_normal(normal_code(self.ids[index])).as_dvec3()
+        let normal = octahedral_normal_with_rest(normal_code(self.ids[index]), self.normal_rest[index]);
+        normal.as_dvec3()
     }
 
     /// What [`impostor::Impostor::new`] is made of, beside the camera.
@@ -59,7 +63,8 @@ impl ImpostorCapture {
 
     /// All samples, packed.
     pub fn depth_image(&self, precision: DepthPrecision) -> DepthImage {
-        let planes = Planes { ids: &self.ids, colour: &self.colour, w: &|index| self.w[index] };
+        let Self { ids, colour, normal_rest, w, .. } = self;
+        let planes = Planes { ids, colour, normal_rest, w: &|index| w[index] };
         planes.depth_image(self.camera.clone(), self.mask(), precision)
     }
 }

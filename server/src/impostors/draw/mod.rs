@@ -24,7 +24,7 @@ use std::time::Instant;
 use gpu::{Gpu, Readback};
 
 use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
-use crate::targets::{Attachments, COLOUR_FORMAT, IDS_FORMAT, planes};
+use crate::targets::{self, Attachments, planes};
 use crate::timer::Timer;
 use graph::GraphPass;
 use spoc::SpocPass;
@@ -126,7 +126,7 @@ impl ImpostorDrawer {
         self.gpu.queue.submit([encoder.finish()]);
         let mapped = encoded.map().wait(&self.gpu)?;
         self.attachments = Some(attachments);
-        let (ids, colour, depth) = planes(&mapped, slots);
+        let targets::Planes { ids, colour, normal_rest, depth } = planes(&mapped, slots);
         let ticks: Option<Vec<u64>> = times.map(|slot| mapped.values(slot));
         let gpu_ticks = ticks.and_then(|ticks| Some(ticks.last()?.saturating_sub(*ticks.first()?)));
         let period_s = f64::from(self.gpu.queue.get_timestamp_period()) * 1e-9;
@@ -134,6 +134,7 @@ impl ImpostorDrawer {
             camera: camera.clone(),
             ids,
             colour,
+            normal_rest,
             w: depth.into_iter().map(|depth| depth / near_m).collect(),
             gpu_s: gpu_ticks.map(|ticks| ticks as f64 * period_s),
             wall_s: started.elapsed().as_secs_f64(),
@@ -160,7 +161,7 @@ impl ImpostorDrawer {
         if self.pipelines.iter().any(|(key, _)| *key == (kind, faces)) {
             return Ok(());
         }
-        let formats = &[IDS_FORMAT, COLOUR_FORMAT];
+        let formats = &targets::FORMATS;
         let pass = |own_layout| Pass { fragment: "plain", formats, own_layout, constants: &[], faces };
         let built = match kind {
             Kind::Pinhole => Pipelines::new(&self.gpu, scene.is_native(), &pass(None))?,

@@ -18,6 +18,6 @@ struct Round {
     bounces: u32,
     // 1: no ray is followed after this.
     is_last: u32,
-    padding_0: u32,
-    padding_1: u32,
+    // From the pixel's centre to where this ray passes, pixels.
+    offset_px: vec2f,
 }

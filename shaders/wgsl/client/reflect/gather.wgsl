@@ -1,0 +1,17 @@
+// Adds the light that rays have brought to what reflectors show: a sum of colours, and of rays.
+#import "client/fullscreen.wgsl"
+#import "client/reflect/ray.wgsl"
+
+@group(0) @binding(0) var first: texture_2d<u32>;
+@group(0) @binding(1) var second: texture_2d<u32>;
+
+// Linear colours as shown, by the exposure of `common/shade.wgsl`.
+@fragment
+fn gather(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let ray = ray_from_texels(textureLoad(first, pixel, 0), textureLoad(second, pixel, 0));
+    if ray.state == RAY_NONE {
+        discard;
+    }
+    return vec4f(1.0 - exp(-ray.light), 1.0);
+}
