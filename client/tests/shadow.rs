@@ -11,7 +11,7 @@ use vantage_client::shadow::{Settings, Shadows};
 /// Of shadow maps.
 const MAP_PX: u32 = 256;
 /// Of the images that are held.
-const HELD_PX: u32 = 192;
+const HELD_PX: u32 = 320;
 const CUBE: Block = (DVec3::new(-0.7, 0.5, -0.6), DVec3::new(0.6, 1.7, 0.7));
 const MAPS: Settings = Settings { shadows: Shadows::Maps, side_px: MAP_PX };
 const HERE: World = World { origin: DVec3::ZERO, scale: 1.0, side_px: HELD_PX };
@@ -40,110 +40,132 @@ fn camera(world: &World) -> Pinhole {
     camera
 }
 
-/// The share of a held copy's first light at every pixel.
-fn shares(held: &Held, camera: &Pinhole) -> Vec<f64> {
+/// A stage with shadows of a held copy.
+fn stage(held: &Held) -> Stage {
     let mut stage = Stage::new(held);
     stage.frames.set_shadows(MAPS);
-    stage.shoot(held, camera);
-    let shares: Vec<[u8; 4]> = stage.read(stage.frames.light_shares().expect("a light casts"));
-    shares.iter().map(|share| f64::from(share[0]) / 255.0).collect()
+    stage
 }
 
-/// For the middle of every pixel that shows the floor's top: the pixel, the point in the boxes' units, and its depth in them.
-fn on_floor<'a>(
-    world: &'a World,
-    camera: &'a Pinhole,
-    blocks: &'a [Block],
-) -> impl Iterator<Item = (usize, DVec3, f64)> + 'a {
-    (0..SIDE * SIDE).filter_map(move |pixel| {
+/// The shares of a held copy's lights, in their channels, at every pixel.
+fn shares(stage: &mut Stage, held: &Held, camera: &Pinhole) -> Vec<[u8; 4]> {
+    stage.shoot(held, camera);
+    stage.read(stage.frames.light_shares().expect("a light casts"))
+}
+
+/// A pixel whose middle shows the top of a floor, in the boxes' units.
+struct OnFloor {
+    pixel: usize,
+    p: DVec3,
+    /// What it spans there.
+    footprint: f64,
+}
+
+/// Of the picture that was drawn last; pixels that show something else, as held samples end beside what they show, are left out.
+fn on_floor(stage: &Stage, world: &World, camera: &Pinhole, blocks: &[Block]) -> Vec<OnFloor> {
+    let drawn_w: Vec<f32> = stage.read(&stage.frames.gbuffer().expect("drawn").w);
+    let from = (camera.world_from_eye.translation - world.origin) / world.scale;
+    let at = |pixel: u32| {
         let ray = camera.ray_eye_from_image(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5);
         let along = camera.world_from_eye.transform_vector(ray);
-        let from = (camera.world_from_eye.translation - world.origin) / world.scale;
-        let hit = |block: &Block| entry(*block, from, along).map(|hit| (hit, *block == FLOOR));
-        let ((t, normal), is_floor) = blocks.iter().filter_map(hit).min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
-        (is_floor && normal == DVec3::Y).then_some((pixel as usize, from + t * along, t))
-    })
+        let hits = blocks.iter().map(|block| entry(*block, from, along));
+        let first = (0..).zip(hits).filter_map(|(block, hit)| Some((block, hit?)));
+        let (block, (t, normal)) = first.min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+        let footprint = t / camera.focal_px / -along.normalize().y;
+        // By as much the depth differs within the pixel.
+        let is_drawn = (1.0 / (f64::from(drawn_w[pixel as usize]) * world.scale) - t).abs() < footprint;
+        let found = OnFloor { pixel: pixel as usize, p: from + t * along, footprint };
+        (block == 0 && normal == DVec3::Y && is_drawn).then_some(found)
+    };
+    (0..SIDE * SIDE).filter_map(at).collect()
 }
 
 /// Compares with the closed form: where rays to the light agree all around a point, within the sum of a texel of the map, a pixel
-/// and half a held sample, the share is theirs. Gives how many pixels are lit and dark there, and how many are neither.
-fn compare(light: Light, to_light: impl Fn(DVec3) -> DVec3, texel: f64) -> [usize; 3] {
+/// and a held sample's shadow, the share is theirs. A `sample` and a `texel` are as large as their shadows on the floor. Says how many pixels
+/// are lit there, how many dark, and how many lie beside the outline.
+fn compare(light: Light, to_light: impl Fn(DVec3) -> DVec3, texel: f64, sample: f64) {
     let blocks = [FLOOR, CUBE];
     let camera = camera(&HERE);
     let held = HERE.held(&blocks, lit_by(vec![light]));
-    let shares = shares(&held, &camera);
+    let mut stage = stage(&held);
+    let shares = shares(&mut stage, &held, &camera);
     let is_dark = |p: DVec3| entry(CUBE, p, to_light(p)).is_some();
-    let sample = 10.0 / (f64::from(HELD_PX) / 2.0 / 0.5_f64.tan());
-    let mut counts = [0; 3];
-    for (pixel, p, depth) in on_floor(&HERE, &camera, &blocks) {
-        let towards = to_light(p).normalize();
-        // A texel's shadow on the floor, a pixel's, and half of a sample's.
-        let reach = texel / towards.y
-            + depth / camera.focal_px / (camera.world_from_eye.translation - p).normalize().y
-            + sample / 2.0;
-        let around = (0..16).map(|k| {
-            let (sin, cos) = (f64::from(k) / 16.0 * std::f64::consts::TAU).sin_cos();
+    let (mut lit, mut dark, mut beside) = (0, 0, 0);
+    for OnFloor { pixel, p, footprint } in on_floor(&stage, &HERE, &camera, &blocks) {
+        let reach = texel + footprint + sample;
+        if p.abs().max_element() > FLOOR.1.x - reach {
+            continue;
+        }
+        let is_dark_at = |turn: u32| {
+            let (sin, cos) = (f64::from(turn) / 16.0 * std::f64::consts::TAU).sin_cos();
             is_dark(p + DVec3::new(cos, 0.0, sin) * reach)
-        });
-        let dark = around.filter(|dark| *dark).count();
-        match dark {
+        };
+        match (0..16).filter(|turn| is_dark_at(*turn)).count() {
             0 => {
-                assert_eq!(shares[pixel], 1.0, "lit {p}");
-                counts[0] += 1;
+                assert_eq!(shares[pixel][0], 255, "lit at {p}");
+                lit += 1;
             }
             16 => {
-                assert_eq!(shares[pixel], 0.0, "in shadow {p}");
-                counts[1] += 1;
+                assert_eq!(shares[pixel][0], 0, "dark at {p}");
+                dark += 1;
             }
-            _ => counts[2] += 1,
+            _ => beside += 1,
         }
     }
-    counts
+    assert!(lit > 2000 && dark > 100 && beside < 600, "{lit} {dark} {beside}");
 }
+
+/// What a held sample spans at a distance of 9, about as far as the farthest of the cube are.
+const SAMPLE: f64 = 9.0 * 0.546_302_489_843_790_5 / (HELD_PX as f64 / 2.0);
 
 #[test]
 fn the_sun_casts_the_outline_of_a_cube() {
     let direction = DVec3::new(0.5, -1.0, 0.3);
+    let lengthens = direction.length();
     // The widest map spans the floor's bounding ball and at most a quarter more.
     let texel = 2.0 * 5.9 * 1.25 / f64::from(MAP_PX);
-    let [lit, dark, between] = compare(sun(direction), |_| -direction, texel);
-    assert!(lit > 1500 && dark > 60 && between < 900, "{lit} {dark} {between}");
+    compare(sun(direction), |_| -direction, texel * lengthens, SAMPLE * lengthens);
 }
+
+const LAMP: DVec3 = DVec3::new(-0.4, 4.0, -0.3);
+/// How many times larger the shadow of the cube's top is.
+const LAMP_GROWS: f64 = 4.0 / (4.0 - CUBE.1.y);
 
 #[test]
 fn a_lamp_casts_the_outline_of_a_cube() {
-    let place = DVec3::new(-0.4, 4.0, -0.3);
     // A texel of the face below, on the floor.
-    let texel = 2.0 * 4.0 / f64::from(MAP_PX - 2);
-    let [lit, dark, between] = compare(lamp(&HERE, place), |p| place - p, texel);
-    assert!(lit > 1500 && dark > 60 && between < 900, "{lit} {dark} {between}");
+    let texel = 2.0 * LAMP.y / f64::from(MAP_PX - 2);
+    compare(lamp(&HERE, LAMP), |p| LAMP - p, texel, SAMPLE * LAMP_GROWS);
 }
 
 #[test]
 fn a_spot_casts_by_one_map() {
-    let place = DVec3::new(-0.4, 4.0, -0.3);
-    let Light::Point { position_world, intensity, range_m, .. } = lamp(&HERE, place) else { unreachable!() };
+    let Light::Point { position_world, intensity, range_m, .. } = lamp(&HERE, LAMP) else { unreachable!() };
     let direction_world = [0.0, -1.0, 0.0];
     let light = Light::Point { position_world, intensity, direction_world, spot_cos: [0.9, 0.6], range_m };
-    let texel = 2.0 * 4.0 * (1.0 / 0.36 - 1.0_f64).sqrt() / f64::from(MAP_PX - 2);
-    let [lit, dark, between] = compare(light, |p| place - p, texel);
-    assert!(lit > 1500 && dark > 60 && between < 900, "{lit} {dark} {between}");
+    let texel = 2.0 * LAMP.y * (1.0 / 0.36 - 1.0_f64).sqrt() / f64::from(MAP_PX - 2);
+    compare(light, |p| LAMP - p, texel, SAMPLE * LAMP_GROWS);
 }
 
 #[test]
 fn a_plane_does_not_shadow_itself() {
+    // So wide that nobody sees its sides, whose samples rise above it by a part of one.
+    let plane = (DVec3::new(-60.0, -1.0, -60.0), DVec3::new(60.0, 0.0, 60.0));
     let places = [(DVec3::ZERO, 1e-3), (DVec3::ZERO, 1.0), (DVec3::ZERO, 1e4), (DVec3::new(1e6, 0.0, -1e6), 1.0)];
     for (origin, scale) in places {
-        let world = World { origin, scale, side_px: HELD_PX };
+        let world = World { origin, scale, side_px: 96 };
         let camera = camera(&world);
+        let mut held = world.held(&[plane], lit_by(Vec::new()));
+        let mut stage = stage(&held);
         for elevation in [1.0_f64, 3.0, 10.0, 60.0] {
             let (sin, cos) = elevation.to_radians().sin_cos();
             let grazing = sun(DVec3::new(0.8 * cos, -sin, 0.6 * cos));
-            let near = lamp(&world, DVec3::new(-6.0 * cos, 6.0 * sin, 0.4));
-            for light in [grazing, near] {
-                let held = world.held(&[FLOOR], lit_by(vec![light]));
-                let shares = shares(&held, &camera);
-                let dark = on_floor(&world, &camera, &[FLOOR]).filter(|(pixel, ..)| shares[*pixel] < 1.0).count();
+            for light in [grazing, lamp(&world, DVec3::new(-6.0 * cos, 6.0 * sin, 0.4))] {
+                held.lighting = Some(lit_by(vec![light]));
+                let shares = shares(&mut stage, &held, &camera);
+                let seen = on_floor(&stage, &world, &camera, &[plane]);
+                let dark = seen.iter().filter(|at| shares[at.pixel][0] < 255).count();
+                assert!(seen.len() > 6000, "{}", seen.len());
                 assert_eq!(dark, 0, "scale {scale}, {elevation} degrees, {light:?}");
             }
         }
@@ -158,12 +180,17 @@ fn what_was_seen_from_behind_casts_too() {
     let eyes = [DVec3::new(0.0, 5.0, 7.0), DVec3::new(1.0, 4.0, 7.0)];
     let held = HERE.held_from(&eyes, &[FLOOR, (CUBE.0, DVec3::new(0.6, 40.0, 0.7))], lit_by(vec![sun(direction)]));
     let camera = view(DVec3::new(0.0, 5.0, 7.0), DVec3::ZERO);
-    let shares = shares(&held, &camera);
-    let before = DVec3::new(0.0, 0.0, 1.6);
-    let (pixel, ..) = on_floor(&HERE, &camera, &blocks)
-        .min_by(|a, b| a.1.distance(before).total_cmp(&b.1.distance(before)))
-        .expect("the floor is seen");
-    assert_eq!(shares[pixel], 0.0);
+    let mut stage = stage(&held);
+    let shares = shares(&mut stage, &held, &camera);
+    let seen = on_floor(&stage, &HERE, &camera, &blocks);
+    assert_eq!(shares[nearest(&seen, DVec3::new(0.0, 0.0, 1.6))][0], 0);
+}
+
+/// The pixel that shows a point.
+fn nearest(seen: &[OnFloor], p: DVec3) -> usize {
+    let nearest = seen.iter().min_by(|a, b| a.p.distance(p).total_cmp(&b.p.distance(p))).expect("the floor is seen");
+    assert!(nearest.p.distance(p) < nearest.footprint, "{p} is not seen");
+    nearest.pixel
 }
 
 #[test]
@@ -193,7 +220,7 @@ fn off_changes_no_bit_and_leaves_nothing() {
 
 #[test]
 fn each_of_several_lights_casts_its_own_shadow() {
-    let directions = [DVec3::new(0.9, -1.0, 0.0), DVec3::new(-0.9, -1.0, 0.0), DVec3::new(0.0, -1.0, 0.9)];
+    let directions = [DVec3::new(1.2, -1.0, 0.0), DVec3::new(-1.2, -1.0, 0.6), DVec3::new(0.0, -1.0, 1.2)];
     let lights = directions.map(|direction| match sun(direction) {
         // The last is the strongest.
         Light::Directional { direction_world, .. } => {
@@ -204,18 +231,14 @@ fn each_of_several_lights_casts_its_own_shadow() {
     let blocks = [FLOOR, CUBE];
     let held = HERE.held(&blocks, lit_by(lights.to_vec()));
     let camera = camera(&HERE);
-    let mut stage = Stage::new(&held);
-    stage.frames.set_shadows(MAPS);
-    stage.shoot(&held, &camera);
-    let shares: Vec<[u8; 4]> = stage.read(stage.frames.light_shares().expect("lights cast"));
-    for (channel, light) in [2, 0, 1].into_iter().enumerate() {
+    let mut stage = stage(&held);
+    let shares = shares(&mut stage, &held, &camera);
+    let seen = on_floor(&stage, &HERE, &camera, &blocks);
+    for (channel, light) in [2, 1, 0].into_iter().enumerate() {
         let middle = (CUBE.0 + CUBE.1) / 2.0;
-        let shadow = middle + directions[light] * middle.y;
-        let (pixel, p, _) = on_floor(&HERE, &camera, &blocks)
-            .min_by(|a, b| a.1.distance(shadow).total_cmp(&b.1.distance(shadow)))
-            .expect("the floor is seen");
+        let pixel = nearest(&seen, middle + directions[light] * middle.y);
         let expected: [u8; 3] = std::array::from_fn(|other| if other == channel { 0 } else { 255 });
-        assert_eq!(shares[pixel][..3], expected, "light {light} at {p}");
+        assert_eq!(shares[pixel][..3], expected, "light {light}");
         assert_eq!(shares[pixel][3], 0, "no fourth light");
     }
 }
