@@ -71,7 +71,7 @@ pub(super) fn shown<'a>(
     view: &Pinhole,
 ) -> Vec<(&'a Placed, Vec<InstanceVertex>)> {
     let mut of_reliefs: BTreeMap<u32, Vec<InstanceVertex>> = BTreeMap::new();
-    for (&object, &HeldInstance { relief, world_from_object, tint }) in &held.instances {
+    for (&(object, relief), &HeldInstance { world_from_object, tint }) in &held.instances {
         let Some(placed) = impostors.relief(relief.0) else { continue };
         let world_from_object = *held.poses_now.get(&object).unwrap_or(&world_from_object);
         if let Some(instance) = InstanceVertex::new(placed, view, object, world_from_object, tint) {
