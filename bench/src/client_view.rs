@@ -7,6 +7,7 @@ use client::frame::{FrameRenderer, Options, Shown};
 use client::impostors::Impostors;
 use client::occlusion;
 use client::reflect::StepSum;
+use client::shadow;
 use gpu::{Gpu, Readback};
 use protocol::held::{Edit, Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material};
@@ -95,6 +96,11 @@ impl ClientView {
     /// How ambient occlusion is measured from now on.
     pub fn set_occlusion(&mut self, settings: occlusion::Settings) -> anyhow::Result<()> {
         Ok(self.frames.set_occlusion(settings)?)
+    }
+
+    /// How shadows are drawn from now on.
+    pub fn set_shadows(&mut self, settings: shadow::Settings) {
+        self.frames.set_shadows(settings);
     }
 
     /// The share of ambient light that arrived at each pixel of the last frame, drawn from `camera`; 1 everywhere where none was

@@ -28,6 +28,12 @@ impl Bounds {
         self.min.midpoint(self.max)
     }
 
+    /// Its eight corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        let high = |index: usize| glam::BVec3::new(index & 1 != 0, index & 2 != 0, index & 4 != 0);
+        std::array::from_fn(|index| DVec3::select(high(index), self.max, self.min))
+    }
+
     /// The length of the longest side in metres.
     pub fn extent_m(&self) -> f64 {
         (self.max - self.min).max_element()

@@ -12,12 +12,16 @@ use crate::fill::{FillPass, LEVELS, Pyramid};
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::held_pass::HeldPass;
 use crate::impostors::Impostors;
-use crate::light::{LightPass, Lit};
+use crate::light::{LightPass, Lit, Shares};
 use crate::occlusion::{self, OcclusionRenderer};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::reflect::StepSum;
 use crate::reflect::{ReflectInputs, ReflectPass, Reflectors, Settings};
+use crate::shadow::{self, ShadowRenderer};
 use crate::viewer::Follow;
+
+/// Why passes that are made while drawing can be made.
+const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them";
 
 /// How a frame is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,13 +85,15 @@ impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     }
 }
 
-/// Draws frames: surfaces and reliefs, occlusion, light, reflections, fill, present. The targets follow the camera's size.
+/// Draws frames: surfaces and reliefs, occlusion, shadows, light, reflections, fill, present. The targets follow the camera's size.
 #[derive(Debug)]
 pub struct FrameRenderer {
     gpu: Gpu,
     held: HeldPass,
     /// `None` while ambient light arrives everywhere.
     occlusion: Option<OcclusionRenderer>,
+    /// `None` while every light arrives everywhere.
+    shadows: Option<ShadowRenderer>,
     light: LightPass,
     /// Made when something is first reflected.
     reflect: Option<ReflectPass>,
@@ -115,6 +121,7 @@ impl FrameRenderer {
             gpu: gpu.clone(),
             held: HeldPass::new(gpu)?,
             occlusion: None,
+            shadows: None,
             light: LightPass::new(gpu)?,
             reflect: None,
             fill: FillPass::new(gpu)?,
@@ -129,10 +136,19 @@ impl FrameRenderer {
     /// when it is first drawn, and dropped when it is switched off.
     pub fn set_occlusion(&mut self, settings: occlusion::Settings) -> Result<(), SurfaceError> {
         self.occlusion = OcclusionRenderer::new(&self.gpu, settings)?;
-        if self.occlusion.is_some() {
-            self.light.prepare_occluded()?;
-        }
         Ok(())
+    }
+
+    /// How shadows are drawn from now on; none are before this is first called. What they need is made when a light first casts, and dropped
+    /// when they are switched off.
+    pub fn set_shadows(&mut self, settings: shadow::Settings) {
+        self.shadows = ShadowRenderer::new(&self.gpu, settings);
+    }
+
+    /// The share of each casting light that arrived at each pixel of the last frame ([`TextureFormat::Rgba8Unorm`]), a channel a light, the strongest
+    /// first. `None` where none casts.
+    pub fn light_shares(&self) -> Option<&wgpu::Texture> {
+        self.shadows.as_ref()?.shares().map(|shares| &shares.target.texture)
     }
 
     /// The share of ambient light that arrived at each pixel of the last frame ([`TextureFormat::R32Float`]): 1 in the open and
@@ -179,13 +195,23 @@ impl FrameRenderer {
         output: &TextureView,
         options: Options,
     ) {
-        let Shown { surfaces, held, impostors } = shown.into();
+        let shown = shown.into();
+        let Shown { surfaces, held, impostors } = shown;
         let targets = self.targets.take().expect("surfaces are drawn first");
         if let Some(occlusion) = &mut self.occlusion {
             occlusion.encode(encoder, (surfaces, held), camera, &targets.gbuffer);
         }
-        let ambient_shares = self.occlusion.as_ref().and_then(OcclusionRenderer::measured);
-        self.light.encode(encoder, (&targets.gbuffer, ambient_shares), held, camera, &targets.lit);
+        if let Some(shadows) = &mut self.shadows {
+            shadows.encode(encoder, shown, camera, &targets.gbuffer).expect(EMBEDDED);
+        }
+        let shares = Shares {
+            ambient: self.occlusion.as_ref().and_then(OcclusionRenderer::measured),
+            lights: self.shadows.as_ref().and_then(ShadowRenderer::shares),
+        };
+        if !shares.is_all() {
+            self.light.prepare_occluded().expect(EMBEDDED);
+        }
+        self.light.encode(encoder, (&targets.gbuffer, shares), held, camera, &targets.lit);
         self.reflect(encoder, (held, impostors), camera, &targets, options.reflect);
         if options.fill {
             self.fill.encode(encoder, &targets.lit, &targets.pyramid);
@@ -216,6 +242,11 @@ impl FrameRenderer {
         self.reflect.is_some()
     }
 
+    /// Whether shadows are switched on and a light ever cast since, and so pipelines for them exist.
+    pub fn casts(&self) -> bool {
+        self.shadows.as_ref().is_some_and(ShadowRenderer::is_made)
+    }
+
     /// What the rays of the last picture cost, where [`Settings::count_steps`] was set. Waits for the GPU; natively only.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn steps(&self) -> Result<Option<StepSum>, gpu::ReadbackError> {
@@ -243,11 +274,10 @@ impl FrameRenderer {
             }
             return;
         };
-        let embedded = "the shaders are embedded, and tests compose each of them";
         let gpu = &self.gpu;
-        let pass = self.reflect.get_or_insert_with(|| ReflectPass::new(gpu).expect(embedded));
+        let pass = self.reflect.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
         let inputs = ReflectInputs { gbuffer: &targets.gbuffer, held, camera, impostors, settings };
-        pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(embedded);
+        pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
     }
 
     fn show(

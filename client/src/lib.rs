@@ -3,7 +3,7 @@
 //! - [`viewer`]: everything between the socket and the picture, without either.
 //! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn.
 //! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
-//! - [`occlusion`]: how much ambient light arrives.
+//! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
@@ -30,6 +30,7 @@ pub mod picture;
 pub mod pump;
 pub mod reflect;
 pub mod relief;
+pub mod shadow;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod socket;
 #[cfg(not(target_arch = "wasm32"))]

@@ -4,10 +4,12 @@ use camera::Pinhole;
 use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform};
 use protocol::Held;
 use surface::GBuffer;
+use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, TextureFormat};
 
 use crate::fill::FILL_W;
 use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::shadow::LightShares;
 
 /// Surfaces as shown: sRGB bytes, alpha 1 where there is a surface, and their inverse depth.
 #[derive(Debug)]
@@ -33,8 +35,30 @@ impl Lit {
 pub(crate) struct LightPass {
     gpu: Gpu,
     pass: FullscreenPass,
-    /// With less ambient light where it is hidden; made when it is first needed.
-    occluded: Option<FullscreenPass>,
+    /// With less light where it is hidden; made when it is first needed.
+    occluded: Option<Occluded>,
+}
+
+#[derive(Debug)]
+struct Occluded {
+    pass: FullscreenPass,
+    /// A texel that says that all arrives.
+    all: wgpu::TextureView,
+}
+
+/// How much light arrives at each pixel, where not all of it does.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shares<'a> {
+    /// Of the ambient light.
+    pub(crate) ambient: Option<&'a Target>,
+    /// Of single lights.
+    pub(crate) lights: Option<LightShares<'a>>,
+}
+
+impl Shares<'_> {
+    pub(crate) fn is_all(&self) -> bool {
+        self.ambient.is_none() && self.lights.is_none()
+    }
 }
 
 impl LightPass {
@@ -45,33 +69,34 @@ impl LightPass {
         Ok(LightPass { gpu: gpu.clone(), pass, occluded: None })
     }
 
-    /// Makes ready for shares of ambient light.
+    /// Makes ready for light that does not arrive everywhere.
     pub(crate) fn prepare_occluded(&mut self) -> Result<(), shaders::ShaderError> {
-        use Binding::{FloatTexture, UintTexture, Uniform};
         if self.occluded.is_none() {
-            let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
-            let formats = [Lit::COLOUR, FILL_W];
-            let pass = FullscreenPass::new(&self.gpu, "client/light.wgsl", "light_occluded", &bindings, &formats)?;
-            self.occluded = Some(pass);
+            self.occluded = Some(Occluded::new(&self.gpu)?);
         }
         Ok(())
     }
 
-    /// `ambient_shares` say how much of the ambient light arrives at each pixel; without them, or before
-    /// [`LightPass::prepare_occluded`], all of it does.
+    /// Before [`LightPass::prepare_occluded`] all light arrives, whatever the shares say.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        (gbuffer, ambient_shares): (&GBuffer, Option<&Target>),
+        (gbuffer, shares): (&GBuffer, Shares<'_>),
         held: &Held,
         camera: &Pinhole,
         lit: &Lit,
     ) {
         let eye_world = camera.world_from_eye.translation;
-        let lighting = match &held.lighting {
+        let mut lighting = match &held.lighting {
             Some(lighting) => LightingUniform::new(lighting, eye_world),
             None => bytemuck::Zeroable::zeroed(),
         };
+        let occluded = self.occluded.as_ref().filter(|_| !shares.is_all());
+        if let (Some(of_lights), true) = (&shares.lights, occluded.is_some()) {
+            for (&light, channel) in of_lights.lights.iter().zip(0..) {
+                lighting.lights[light].shadow = 1 + channel;
+            }
+        }
         let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world)));
         let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(&lighting));
         let table = MaterialUniform::table(&held.materials);
@@ -85,10 +110,37 @@ impl LightPass {
             BindingResource::TextureView(&gbuffer.views.w),
         ];
         let mut pass = &self.pass;
-        if let (Some(occluded), Some(shares)) = (&self.occluded, ambient_shares) {
-            inputs.push(BindingResource::TextureView(&shares.view));
-            pass = occluded;
+        if let Some(occluded) = occluded {
+            let ambient = shares.ambient.map_or(&occluded.all, |target| &target.view);
+            let of_lights = shares.lights.map_or(&occluded.all, |shares| &shares.target.view);
+            inputs.extend([ambient, of_lights].map(BindingResource::TextureView));
+            pass = &occluded.pass;
         }
         pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
+    }
+}
+
+impl Occluded {
+    fn new(gpu: &Gpu) -> Result<Occluded, shaders::ShaderError> {
+        use Binding::{FloatTexture, UintTexture, Uniform};
+        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture, FloatTexture];
+        let formats = [Lit::COLOUR, FILL_W];
+        let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light_occluded", &bindings, &formats)?;
+        let all = gpu.device.create_texture_with_data(
+            &gpu.queue,
+            &wgpu::TextureDescriptor {
+                label: Some("all light"),
+                size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: TextureFormat::Rgba8Unorm,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            },
+            wgpu::util::TextureDataOrder::LayerMajor,
+            &[u8::MAX; 4],
+        );
+        Ok(Occluded { pass, all: all.create_view(&wgpu::TextureViewDescriptor::default()) })
     }
 }

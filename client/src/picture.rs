@@ -10,6 +10,7 @@ use web_time::Instant;
 use crate::frame::{self, FrameRenderer, Shown};
 use crate::impostors::Impostors;
 use crate::occlusion::{self, Occlusion};
+use crate::shadow;
 use crate::viewer::Follow;
 
 /// How pictures are drawn.
@@ -21,6 +22,8 @@ pub struct PictureOptions {
     pub frame: frame::Options,
     /// How ambient occlusion is measured; not at all by default.
     pub occlusion: occlusion::Settings,
+    /// How shadows are drawn; not at all by default.
+    pub shadow: shadow::Settings,
 }
 
 /// Why nothing can be drawn.
@@ -65,6 +68,7 @@ impl Picture {
         if options.occlusion.occlusion != Occlusion::None {
             renderer.set_occlusion(options.occlusion)?;
         }
+        renderer.set_shadows(options.shadow);
         Ok(Picture {
             gpu: gpu.clone(),
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),

@@ -1,77 +1,17 @@
 //! Ambient occlusion of small held copies, pixel by pixel.
 
-use camera::{Camera, Pinhole, Rigid};
+mod common;
+
+use camera::Pinhole;
+use common::{Block, FLOOR, SIDE, Stage, World, view};
 use glam::DVec3;
-use gpu::{Gpu, Readback};
-use protocol::held::HeldPatch;
-use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Held, Lighting, Mask, Material, Patch, PatchId, Purpose};
-use surface::HeldSurfaces;
-use vantage_client::frame::{FrameRenderer, Options};
+use protocol::{Held, Lighting};
 use vantage_client::occlusion::{Occlusion, Settings};
-
-const SIDE: u32 = 96;
-
-/// A box, by its least and greatest corner.
-type Block = (DVec3, DVec3);
-
-const FLOOR: Block = (DVec3::new(-4.0, -1.0, -4.0), DVec3::new(4.0, 0.0, 4.0));
-
-/// Where a ray enters a box, in lengths of `along`, and the normal there.
-fn entry((low, high): Block, from: DVec3, along: DVec3) -> Option<(f64, DVec3)> {
-    let (a, b) = ((low - from) / along, (high - from) / along);
-    let (near, far) = (a.min(b), a.max(b));
-    let axis = near.max_position();
-    let t = near[axis];
-    (t > 0.0 && t <= far.min_element()).then(|| (t, DVec3::AXES[axis] * -along[axis].signum()))
-}
-
-fn view(eye: DVec3, at: DVec3) -> Pinhole {
-    Pinhole::symmetric(Rigid::look_at(eye, at), (SIDE, SIDE), 1.0, 0.05)
-}
-
-/// What a camera sees of boxes, all given relative to `origin`.
-fn patch(id: u32, camera: &Pinhole, blocks: &[Block], origin: DVec3) -> HeldPatch {
-    let (mut mask, mut depth, mut normal) = (Mask::empty(SIDE, SIDE), Vec::new(), Vec::new());
-    let depth_scale = DepthScale { w_min: 0.0, w_step: 1.0 / 65535.0 };
-    for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
-        let ray = camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let along = camera.world_from_eye.transform_vector(ray);
-        let from = camera.world_from_eye.translation - origin;
-        let hits = blocks.iter().filter_map(|block| entry(*block, from, along));
-        if let Some((t, towards)) = hits.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            mask.set(x, y, true);
-            depth.push(depth_scale.code((1.0 / t) as f32));
-            normal.push(octahedral_code(towards.as_vec3()));
-        }
-    }
-    let count = mask.count();
-    let image = DepthImage {
-        camera: Camera::Pinhole(*camera),
-        depth_scale,
-        mask,
-        depth,
-        normal,
-        normal_rest: Vec::new(),
-        colour: vec![[200, 200, 200]; count],
-        object: vec![1; count],
-        material: vec![0; count],
-    };
-    let patch = Patch { id: PatchId(id), purpose: Purpose::Eye, capture_time_s: 0.0, objects: Vec::new(), image };
-    HeldPatch { patch, trims: Vec::new() }
-}
 
 /// Boxes as seen from around and above, relative to `origin`.
 fn held(blocks: &[Block], origin: DVec3) -> Held {
-    let mut held = Held::default();
-    let eyes = [(0.0, 5.0, 7.0), (7.0, 5.0, 0.0), (0.0, 5.0, -7.0), (-7.0, 5.0, 0.0), (1.0, 9.0, 1.0)];
-    for ((x, y, z), id) in eyes.into_iter().zip(1..) {
-        let camera = view(origin + DVec3::new(x, y, z), origin);
-        held.patches.insert(PatchId(id), patch(id, &camera, blocks, origin));
-    }
-    held.materials = vec![Material::default()];
-    held.lighting = Some(Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false });
-    held
+    let lighting = Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false };
+    World { origin, scale: 1.0, side_px: SIDE }.held(blocks, lighting)
 }
 
 struct Frame {
@@ -91,42 +31,17 @@ impl Frame {
 
 /// Draws with each of some settings in turn, by one renderer; the last frame is given.
 fn draw(held: &Held, camera: &Pinhole, settings: &[Settings]) -> Frame {
-    let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
-    let mut surfaces = HeldSurfaces::new(&gpu);
-    surfaces.rebuild(held);
-    let mut frame = FrameRenderer::new(&gpu, wgpu::TextureFormat::Rgba8Unorm).expect("the shaders compile");
-    let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    let mut read = (Vec::new(), Vec::new());
-    let mut shoot = |frame: &mut FrameRenderer| {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let view = output.create_view(&Default::default());
-        frame.draw(&mut encoder, (&surfaces, held), camera, &view, Options::default());
-        let mut readback = Readback::default();
-        let picture = readback.texture(&output, 0, (SIDE, SIDE));
-        let shares = frame.ambient_shares().map(|shares| readback.texture(shares, 0, (SIDE, SIDE)));
-        let encoded = readback.encode(&gpu, &mut encoder);
-        gpu.queue.submit([encoder.finish()]);
-        frame.submitted();
-        let mapped = encoded.map().wait(&gpu).expect("a readback");
-        read = (mapped.values(picture), shares.map_or_else(Vec::new, |shares| mapped.values(shares)));
-    };
+    let mut stage = Stage::new(held);
+    let mut picture = Vec::new();
     if settings.is_empty() {
-        shoot(&mut frame);
+        picture = stage.shoot(held, camera);
     }
     for settings in settings {
-        frame.set_occlusion(*settings).expect("the shaders compile");
-        shoot(&mut frame);
+        stage.frames.set_occlusion(*settings).expect("the shaders compile");
+        picture = stage.shoot(held, camera);
     }
-    Frame { picture: read.0, shares: read.1, camera: *camera }
+    let shares = stage.frames.ambient_shares().map_or_else(Vec::new, |shares| stage.read(shares));
+    Frame { picture, shares, camera: *camera }
 }
 
 fn by(occlusion: Occlusion) -> Settings {

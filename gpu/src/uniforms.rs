@@ -78,8 +78,10 @@ pub struct LightUniform {
     pub spot_cos_inner: f32,
     /// Cosine of the outer half angle.
     pub spot_cos_outer: f32,
+    /// 1 and the channel of the picture that says where the light arrives; 0 where it arrives everywhere.
+    pub shadow: u32,
     /// Unused.
-    pub padding: [f32; 3],
+    pub padding: [f32; 2],
 }
 
 /// `Lighting` of `common/shade.wgsl`.
@@ -129,7 +131,8 @@ impl LightUniform {
                 direction: direction_world,
                 spot_cos_inner: spot_cos[0],
                 spot_cos_outer: spot_cos[1],
-                padding: [0.0; 3],
+                shadow: 0,
+                padding: [0.0; 2],
             },
         }
     }

@@ -20,7 +20,7 @@ pub struct GBuffer {
 }
 
 /// See [`GBuffer`].
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct GBufferViews {
     /// Of `colour`.
     pub colour: TextureView,
@@ -44,22 +44,10 @@ impl GBuffer {
 
     /// Targets of one size; both sides above zero.
     pub fn new(gpu: &Gpu, size_px: (u32, u32)) -> GBuffer {
-        let texture = |label, format| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: Extent3d { width: size_px.0, height: size_px.1, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
-                view_formats: &[],
-            })
-        };
-        let colour = texture("surface colour", GBuffer::COLOUR);
-        let normal_ids = texture("surface normal and ids", GBuffer::NORMAL_IDS);
-        let w = texture("surface w", GBuffer::W);
-        let depth = texture("surface depth", GBuffer::DEPTH);
+        let colour = texture(gpu, "surface colour", size_px, GBuffer::COLOUR);
+        let normal_ids = texture(gpu, "surface normal and ids", size_px, GBuffer::NORMAL_IDS);
+        let w = texture(gpu, "surface w", size_px, GBuffer::W);
+        let depth = texture(gpu, "surface depth", size_px, GBuffer::DEPTH);
         let views = GBufferViews {
             colour: colour.create_view(&wgpu::TextureViewDescriptor::default()),
             normal_ids: normal_ids.create_view(&wgpu::TextureViewDescriptor::default()),
@@ -68,4 +56,25 @@ impl GBuffer {
         };
         GBuffer { size_px, colour, normal_ids, w, depth, views }
     }
+
+    /// Targets of the same size of which only `w` is new: for views of which nothing else is kept, a fifth of the memory.
+    pub fn beside(&self, gpu: &Gpu) -> GBuffer {
+        let w = texture(gpu, "surface w", self.size_px, GBuffer::W);
+        let views = GBufferViews { w: w.create_view(&wgpu::TextureViewDescriptor::default()), ..self.views.clone() };
+        let (colour, normal_ids, depth) = (self.colour.clone(), self.normal_ids.clone(), self.depth.clone());
+        GBuffer { size_px: self.size_px, colour, normal_ids, w, depth, views }
+    }
+}
+
+fn texture(gpu: &Gpu, label: &str, (width, height): (u32, u32), format: TextureFormat) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
 }

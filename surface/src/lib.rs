@@ -26,7 +26,7 @@ pub use corners::{CornerRules, Corners};
 pub use gbuffer::GBuffer;
 pub use held::{HeldSurfaces, SurfaceStats};
 pub use mesh::{PatchMesh, ProvokingVertex, Vertex};
-pub use pass::{Smoothing, SurfacePass};
+pub use pass::{SETBACK_FOOTPRINTS, Smoothing, SurfacePass};
 pub use points::{FRUSTUM_PLANES, PointBuffer, PointPass, Projection};
 
 /// Why surfaces could not be built or drawn.

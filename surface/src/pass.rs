@@ -49,7 +49,7 @@ pub(crate) const MOVER_TEXELS: u32 = 6;
 /// further from the eye. So of overlapping samples of one surface the finer shows, in one pass: their depths differ by less, through
 /// coding, averaged corners and curvature. What lies nearer before another surface than the difference of both footprints would
 /// show it through; a server sees that in its own drawing of the copy, and sends the nearer surface as finely.
-pub(crate) const SETBACK_FOOTPRINTS: f64 = 0.5;
+pub const SETBACK_FOOTPRINTS: f64 = 0.5;
 
 /// Moving objects a row of that texture; the twin of the constant in `surface/quads.wgsl`. 2048 rows, which every device has,
 /// hold 131,072.
@@ -62,8 +62,18 @@ pub struct SurfacePass(Quads);
 impl SurfacePass {
     /// Compiles the pipeline.
     pub fn new(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
-        Ok(SurfacePass(Quads::new(gpu, "fragment", &[GBuffer::COLOUR, GBuffer::NORMAL_IDS, GBuffer::W])?))
+        Ok(SurfacePass(Quads::new(gpu, "fragment", &SurfacePass::FORMATS, Some(wgpu::Face::Back))?))
     }
+
+    /// Draws what casts shadows, as seen from a light: everything from both sides, as a body whose lit side nobody has seen casts the
+    /// shadow of its other one, and with half of its own footprint added to each sample's distance from the light, also in
+    /// [`GBuffer::w`] (see [`SETBACK_FOOTPRINTS`]): samples of one surface differ by less, so none shadows another. Colour and
+    /// normal are left empty.
+    pub fn casting(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
+        Ok(SurfacePass(Quads::new(gpu, "casting", &SurfacePass::FORMATS, None)?))
+    }
+
+    const FORMATS: [wgpu::TextureFormat; 3] = [GBuffer::COLOUR, GBuffer::NORMAL_IDS, GBuffer::W];
 
     /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.
     pub fn encode(
@@ -86,16 +96,24 @@ pub(crate) struct Quads {
     gpu: Gpu,
     layout: wgpu::BindGroupLayout,
     both_sides: wgpu::RenderPipeline,
-    front_only: wgpu::RenderPipeline,
+    /// Of surfaces that have one side.
+    one_sided: wgpu::RenderPipeline,
 }
 
 impl Quads {
-    pub(crate) fn new(gpu: &Gpu, fragment: &str, formats: &[wgpu::TextureFormat]) -> Result<Quads, SurfaceError> {
+    /// `unseen` says which face of a surface of one side is not drawn.
+    pub(crate) fn new(
+        gpu: &Gpu,
+        fragment: &str,
+        formats: &[wgpu::TextureFormat],
+        unseen: Option<wgpu::Face>,
+    ) -> Result<Quads, SurfaceError> {
         let module = gpu.shader("surface/quads.wgsl")?;
         let layout = bind_group_layout(gpu);
         let pipeline = |cull| pipeline(gpu, &module, &layout, fragment, formats, cull);
-        let (both_sides, front_only) = (pipeline(None), pipeline(Some(wgpu::Face::Back)));
-        Ok(Quads { gpu: gpu.clone(), layout, both_sides, front_only })
+        let both_sides = pipeline(None);
+        let one_sided = unseen.map_or_else(|| both_sides.clone(), |face| pipeline(Some(face)));
+        Ok(Quads { gpu: gpu.clone(), layout, both_sides, one_sided })
     }
 
     /// Clears the targets and draws everything held.
@@ -119,7 +137,7 @@ impl Quads {
             if !patch.may_be_seen_from(camera) {
                 continue;
             }
-            pass.set_pipeline(if surfaces.is_one_sided(patch) { &self.front_only } else { &self.both_sides });
+            pass.set_pipeline(if surfaces.is_one_sided(patch) { &self.one_sided } else { &self.both_sides });
             pass.set_bind_group(0, &group, &[index as u32 * stride]);
             pass.set_vertex_buffer(0, vertices.slice(..));
             pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);

@@ -8,6 +8,7 @@ use camera::Rigid;
 use client::controls::{Controls, Mode};
 use client::occlusion::{self, Occlusion};
 use client::picture::PictureOptions;
+use client::shadow::{self, Shadows};
 use client::viewer::{SocketCommand, Viewer};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
@@ -129,6 +130,12 @@ fn wishes() -> Result<Wishes, String> {
         Some(other) => return Err(format!("?occlusion={other}: use plain or graph")),
     };
     let occlusion = occlusion::Settings { occlusion, ..occlusion::Settings::default() };
+    let shadows = match query.get("shadows").as_deref() {
+        None => Shadows::None,
+        Some("maps") => Shadows::Maps,
+        Some(other) => return Err(format!("?shadows={other}: use maps")),
+    };
+    let shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
     let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
     let url = match query.get("server") {
         Some(server) if server.contains("://") => server,
@@ -139,7 +146,7 @@ fn wishes() -> Result<Wishes, String> {
             format!("{scheme}://{}/ws{token}", part(location.host())?)
         }
     };
-    Ok(Wishes { url, renderer, picture: PictureOptions { occlusion, ..PictureOptions::default() } })
+    Ok(Wishes { url, renderer, picture: PictureOptions { occlusion, shadow, ..PictureOptions::default() } })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.

@@ -58,12 +58,23 @@ impl Lights {
         }
     }
 
-    /// What a surface sends back along a ray that came along `direction` (unit length), per unit of base colour.
-    pub fn diffuse(&self, p_world: DVec3, normal: DVec3, direction: DVec3) -> DVec3 {
+    /// What a surface sends back along a ray that came along `direction` (unit length), per unit of base colour. `arrives` tells
+    /// whether a light arrives from along a unit vector and a distance.
+    pub fn diffuse(
+        &self,
+        p_world: DVec3,
+        normal: DVec3,
+        direction: DVec3,
+        arrives: impl Fn(DVec3, f64) -> bool,
+    ) -> DVec3 {
         let from = |light: &Light| {
             let (to_light, irradiance) = arriving(light, p_world);
+            let distance_m = match light {
+                Light::Directional { .. } => f64::INFINITY,
+                Light::Point { position_world, .. } => DVec3::from(*position_world).distance(p_world),
+            };
             let n_l = normal.dot(to_light);
-            if n_l <= 0.0 {
+            if n_l <= 0.0 || !arrives(to_light, distance_m) {
                 return DVec3::ZERO;
             }
             let factor = if self.burley { steep_burley(n_l, normal, to_light, -direction) } else { 1.0 };

@@ -1,4 +1,4 @@
-//! The truth of reflections, refractions and ambient occlusion: rays through the scene's own triangles, on the CPU, in
+//! The truth of reflections, refractions, shadows and ambient occlusion: rays through the scene's own triangles, on the CPU, in
 //! f64.
 //!
 //! What clients draw from samples is measured against it, so it shares no code with them, nor with the crate of
@@ -18,7 +18,8 @@
 //!
 //! *Light* is exposed light `c` before the transfer to the screen, `shown = sRGB(1 - exp(-c))`, which is made once, at
 //! the end. A ray that leaves the scene brings the light that is shown as the lighting's background, and a surface
-//! without lights the light that is shown as its base colour. There are no shadows, as the look has none.
+//! without lights the light that is shown as its base colour. The look itself has no shadows; with [`Effects::shadows`] a light arrives
+//! where a ray to it meets nothing, from either side and whatever its material.
 //!
 //! Rays are mirrored and refracted about the interpolated normals, as in Popescu and others 2009 (*Non-pinhole
 //! impostors*). Where such a normal sends a ray to the wrong side of the triangle, which happens at silhouettes, the
@@ -67,13 +68,16 @@ pub struct Effects {
     pub max_bounces: u8,
     /// Whether a reflector sees itself.
     pub self_reflection: bool,
+    /// Whether surfaces hide lights.
+    pub shadows: bool,
 }
 
 impl Effects {
     /// Every surface as its base colour, lit: what a server draws.
-    pub const PLAIN: Effects = Effects { reflections: false, max_bounces: 0, self_reflection: false };
+    pub const PLAIN: Effects = Effects { reflections: false, max_bounces: 0, self_reflection: false, shadows: false };
     /// One bounce, a reflector does not see itself: what impostors can show.
-    pub const ONE_BOUNCE: Effects = Effects { reflections: true, max_bounces: 1, self_reflection: false };
+    pub const ONE_BOUNCE: Effects =
+        Effects { reflections: true, max_bounces: 1, self_reflection: false, shadows: false };
 }
 
 /// Where a camera's ray first met the scene.

@@ -45,7 +45,7 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
         arrived.reflected_object = (arrived.bounces > 0).then_some(surface.object);
         let kind = surfaces.kind(&surface);
         if kind == Kind::Plain || !effects.reflections || arrived.bounces >= effects.max_bounces {
-            arrived.light = tint * surfaces.lit(&surface, ray.direction, lights);
+            arrived.light = tint * surfaces.lit(&surface, ray.direction, lights, effects.shadows);
             return arrived;
         }
         arrived.bounces += 1;

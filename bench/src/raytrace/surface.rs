@@ -107,15 +107,23 @@ impl Surfaces {
         kind(&self.materials[surface.material as usize])
     }
 
-    /// The light that a surface sends back along a ray, as if it were no reflector.
-    pub fn lit(&self, surface: &Surface, direction: DVec3, lights: &Lights) -> DVec3 {
+    /// The light that a surface sends back along a ray, as if it were no reflector. With `shadows` only from lights that nothing
+    /// hides.
+    pub fn lit(&self, surface: &Surface, direction: DVec3, lights: &Lights, shadows: bool) -> DVec3 {
         let material = &self.materials[surface.material as usize];
         if material.unlit {
             return light_shown_as(surface.base);
         }
         let p_world = self.geometry.anchor_world + surface.p;
         let emissive: DVec3 = material.emissive.map(f64::from).into();
-        emissive + surface.base * lights.diffuse(p_world, surface.shading, direction.normalize_or_zero())
+        let arrives = |to_light: DVec3, distance_m: f64| {
+            let ray = Ray { origin: surface.p, direction: to_light };
+            let t_range = [self.geometry.skip_m, distance_m];
+            let query = Query { among: Among::Solid, without: None, leaves: Some(surface.facet), t_range };
+            !shadows || self.first(&ray, &query).is_none()
+        };
+        let direction = direction.normalize_or_zero();
+        emissive + surface.base * lights.diffuse(p_world, surface.shading, direction, arrives)
     }
 
     /// Whether nothing, seen from either side, lies on the ray up to `reach` lengths of its direction.

@@ -242,6 +242,43 @@ fn a_scene_far_from_the_origin_looks_the_same() {
 }
 
 #[test]
+fn a_plate_shades_the_floor_beneath_from_either_side() {
+    // Half of the view is below a plate that stands between it and a light straight above.
+    let floor = || (quad([-9.0, -1.0, 0.0], [18.0, 0.0, 0.0], [0.0, 0.0, -18.0]), plain(0.5), DVec3::ZERO);
+    let up = quad([0.0, 3.0, 0.0], [9.0, 0.0, 0.0], [0.0, 0.0, -18.0]);
+    let down = quad([0.0, 3.0, -18.0], [9.0, 0.0, 0.0], [0.0, 0.0, 18.0]);
+    let sun = Light::Directional { direction_world: [0.0, -1.0, 0.0], irradiance: [2.0; 3] };
+    let lamp = |height: f64| Light::Point {
+        position_world: [0.0, height, -4.0],
+        intensity: [90.0; 3],
+        direction_world: [0.0, -1.0, 0.0],
+        spot_cos: [-1.0, -2.0],
+        range_m: f32::INFINITY,
+    };
+    let floor_pixels = 20 * 33;
+    for plate in [up, down] {
+        let scene = scene(vec![floor(), (plate, plain(0.5), DVec3::ZERO)]);
+        let shown = |light: Light, shadows: bool| {
+            let lighting = Lighting { lights: vec![light], ..ambient(0.1) };
+            let truth = RayTruth::new(&scene, &scene.at(0.0), &lighting);
+            let picture = truth.picture(&camera(DVec3::ZERO, 33), &Effects { shadows, ..Effects::PLAIN }, 1);
+            [8, 24].map(|x| picture.rgb[floor_pixels + x])
+        };
+        let [open, under] = shown(sun, true);
+        assert_eq!(shown(sun, false), [open, open]);
+        assert_eq!(
+            shown(Light::Directional { direction_world: [0.0, -1.0, 0.0], irradiance: [0.0; 3] }, true),
+            [under; 2]
+        );
+        assert_ne!(open, under);
+        // A lamp above the plate is hidden, one below is not.
+        assert_eq!(shown(lamp(5.0), true)[1], under);
+        assert_ne!(shown(lamp(2.0), true)[1], under);
+        assert_eq!(shown(lamp(2.0), true), shown(lamp(2.0), false));
+    }
+}
+
+#[test]
 fn occlusion_in_closed_form() {
     let floor = || (quad([-50.0, 0.0, 50.0], [100.0, 0.0, 0.0], [0.0, 0.0, -100.0]), plain(1.0), DVec3::ZERO);
     let wall = (quad([0.0, 0.0, 50.0], [0.0, 0.0, -100.0], [0.0, 50.0, 0.0]), plain(1.0), DVec3::ZERO);

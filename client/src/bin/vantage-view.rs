@@ -8,6 +8,7 @@ use client::frame;
 use client::headless::{self, HeadlessError, Way};
 use client::occlusion::{self, Occlusion};
 use client::picture::PictureOptions;
+use client::shadow::{self, Shadows};
 use client::window::{self, Renderer, WindowError};
 use gpu::GpuError;
 use network::Link;
@@ -55,6 +56,9 @@ struct Arguments {
     /// How far away what takes ambient light may be, in metres
     #[arg(long, value_name = "M", default_value_t = occlusion::Settings::default().reach_m)]
     occlusion_reach: f64,
+    /// Keep light from what something held stands before
+    #[arg(long, value_enum, default_value_t)]
+    shadows: ShadowsName,
     /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS, each as needed
     #[arg(long, value_name = "LINK")]
     network: Option<Link>,
@@ -126,6 +130,15 @@ enum OcclusionName {
     Graph,
 }
 
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum ShadowsName {
+    /// Every light arrives everywhere.
+    #[default]
+    None,
+    /// By maps of what each light sees, for the strongest four.
+    Maps,
+}
+
 impl Arguments {
     fn picture(&self) -> PictureOptions {
         let corners = match self.corners {
@@ -141,7 +154,12 @@ impl Arguments {
             OcclusionName::Graph => Occlusion::Graph,
         };
         let reach_m = self.occlusion_reach.max(0.0);
-        PictureOptions { corners, frame, occlusion: occlusion::Settings { occlusion, reach_m, ..Default::default() } }
+        let occlusion = occlusion::Settings { occlusion, reach_m, ..Default::default() };
+        let shadows = match self.shadows {
+            ShadowsName::None => Shadows::None,
+            ShadowsName::Maps => Shadows::Maps,
+        };
+        PictureOptions { corners, frame, occlusion, shadow: shadow::Settings { shadows, ..Default::default() } }
     }
 
     fn budget_bytes(&self) -> u64 {

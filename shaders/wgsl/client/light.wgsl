@@ -10,8 +10,10 @@
 @group(0) @binding(3) var colour: texture_2d<f32>;
 @group(0) @binding(4) var normal_ids: texture_2d<u32>;
 @group(0) @binding(5) var w: texture_2d<f32>;
-// The share of the ambient light that arrives; for `light_occluded` alone.
+// The share of the ambient light that arrives, and in each channel that of a light; for `light_occluded` alone. What all arrives of is a
+// single texel.
 @group(0) @binding(6) var ambient_shares: texture_2d<f32>;
+@group(0) @binding(7) var light_shares: texture_2d<f32>;
 
 struct Lit {
     // sRGB-encoded; alpha 1 where there is a surface, else all zero.
@@ -20,7 +22,7 @@ struct Lit {
     @location(1) w: f32,
 }
 
-fn lit(position: vec2f, ambient_share: f32) -> Lit {
+fn lit(position: vec2f, ambient_share: f32, light_share: vec4f) -> Lit {
     let pixel = vec2i(position);
     let base = textureLoad(colour, pixel, 0);
     if base.a == 0.0 {
@@ -38,7 +40,12 @@ fn lit(position: vec2f, ambient_share: f32) -> Lit {
     }
     var arriving = ambient_share * lighting.ambient;
     for (var index = 0u; index < lighting.light_count; index++) {
-        arriving += diffuse_light(lighting.lights[index], lighting.burley, normal, p_world_axes);
+        var diffuse = diffuse_light(lighting.lights[index], lighting.burley, normal, p_world_axes);
+        let shadow = lighting.lights[index].shadow;
+        if shadow != 0u {
+            diffuse *= light_share[shadow - 1u];
+        }
+        arriving += diffuse;
     }
     let shown = shade_lit(linear_from_srgb(base.rgb), arriving, material);
     return Lit(vec4f(shown, 1.0), inverse_depth);
@@ -46,10 +53,13 @@ fn lit(position: vec2f, ambient_share: f32) -> Lit {
 
 @fragment
 fn light(@builtin(position) position: vec4f) -> Lit {
-    return lit(position.xy, 1.0);
+    return lit(position.xy, 1.0, vec4f(1.0));
 }
 
 @fragment
 fn light_occluded(@builtin(position) position: vec4f) -> Lit {
-    return lit(position.xy, textureLoad(ambient_shares, vec2i(position.xy), 0).x);
+    let pixel = vec2i(position.xy);
+    let ambient_pixel = min(pixel, vec2i(textureDimensions(ambient_shares)) - 1);
+    let light_pixel = min(pixel, vec2i(textureDimensions(light_shares)) - 1);
+    return lit(position.xy, textureLoad(ambient_shares, ambient_pixel, 0).x, textureLoad(light_shares, light_pixel, 0));
 }

@@ -23,9 +23,10 @@ struct Light {
     // Cosines of a spot's inner and outer half angle.
     spot_cos_inner: f32,
     spot_cos_outer: f32,
+    // 1 and the channel of the picture that says where the light arrives; 0 where it arrives everywhere.
+    shadow: u32,
     padding_0: f32,
     padding_1: f32,
-    padding_2: f32,
 }
 
 struct Lighting {

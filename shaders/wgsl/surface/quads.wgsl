@@ -175,6 +175,14 @@ fn fragment(in: Corner) -> Surface {
     return out;
 }
 
+// What casts shadows: its distance, with half of its footprint added.
+@fragment
+fn casting(in: Corner) -> Surface {
+    // The footprint is a share of the distance from where it was captured, 1/in.image.z.
+    let w = w_of(in) / (1.0 + view.setback * in.clip.w);
+    return Surface(vec4f(0.0), vec2u(0u), w);
+}
+
 // Which sample is seen: the twin of `surface::AddressTexel`.
 @fragment
 fn address(in: Corner) -> @location(0) vec4u {

@@ -30,7 +30,11 @@ impl GpuPass {
 
     /// Compiles the pipeline.
     pub(super) fn new(gpu: &Gpu) -> Result<GpuPass, SurfaceError> {
-        Ok(GpuPass { gpu: gpu.clone(), quads: Quads::new(gpu, "address", &[GpuPass::FORMAT])?, targets: None })
+        Ok(GpuPass {
+            gpu: gpu.clone(),
+            quads: Quads::new(gpu, "address", &[GpuPass::FORMAT], Some(wgpu::Face::Back))?,
+            targets: None,
+        })
     }
 
     pub(super) fn gpu(&self) -> &Gpu {
