@@ -243,13 +243,17 @@ fn objects_stand_where_the_cpu_s_walk_and_the_scene_itself_meet_them() {
 fn an_eye_in_the_box_and_a_relief_by_a_pinhole_are_right_too() {
     let camera = Pinhole::symmetric(Rigid::look_at(POT_EYE, POT_BOUNDS.middle()), (SIDE, SIDE), 0.7, 0.5);
     let patch = relief(&Image::take(Camera::Pinhole(camera), pot()));
-    let instances = vec![instance(3, DAffine3::from_translation(FAR_AWAY), [255; 3])];
-    let held = held(&patch, instances.clone());
-    // Within the bounds, over the spout's side.
-    let eye = FAR_AWAY + DVec3::new(0.4, 0.75, 0.68);
-    let view = Pinhole::symmetric(Rigid::look_at(eye, FAR_AWAY), (SIDE, SIDE), 1.5, 0.05);
-    let drawn = Client::of(&held).draw(&held, &view);
-    agree("inside", &drawn, &Walked::new(&patch).expected(&instances, &view));
+    // As it is, and in a mirror, where the triangles of the box run the other way round.
+    for side in [1.0, -1.0] {
+        let now_from_capture = DAffine3::from_translation(FAR_AWAY) * DAffine3::from_scale(DVec3::new(side, 1.0, 1.0));
+        let instances = vec![instance(3, now_from_capture, [255; 3])];
+        let held = held(&patch, instances.clone());
+        // Within the bounds, over the spout's side.
+        let eye = FAR_AWAY + DVec3::new(side * 0.4, 0.75, 0.68);
+        let view = Pinhole::symmetric(Rigid::look_at(eye, FAR_AWAY), (SIDE, SIDE), 1.5, 0.05);
+        let drawn = Client::of(&held).draw(&held, &view);
+        agree("inside", &drawn, &Walked::new(&patch).expected(&instances, &view));
+    }
 }
 
 /// A wall across the left half of the view, at a depth.
