@@ -215,6 +215,22 @@ impl DepthImage {
         octahedral_normal_with_rest(self.normal[index], self.normal_rest.get(index).copied().unwrap_or(0))
     }
 
+    /// Forgets the samples whose flag is false; one flag a sample, in the order of the planes.
+    pub fn retain(&mut self, keep: &[bool]) {
+        let occupied: Vec<(u32, u32)> = self.mask.occupied().collect();
+        for ((x, y), _) in occupied.into_iter().zip(keep).filter(|(_, keep)| !**keep) {
+            self.mask.set(x, y, false);
+        }
+        retain(&mut self.depth, keep);
+        retain(&mut self.normal, keep);
+        if !self.normal_rest.is_empty() {
+            retain(&mut self.normal_rest, keep);
+        }
+        retain(&mut self.colour, keep);
+        retain(&mut self.object, keep);
+        retain(&mut self.material, keep);
+    }
+
     /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, colour 3, object 2, material 1 a sample; planes of
     /// one value are left out, as the codec leaves them out.
     pub fn raw_bytes(&self) -> usize {
@@ -225,6 +241,12 @@ impl DepthImage {
         let normals = plane(&self.normal) + plane(&self.normal_rest);
         plane(&self.depth) + normals + plane(&self.colour) + plane(&self.object) + plane(&self.material)
     }
+}
+
+/// Keeps the values whose flag is true; one flag a value.
+pub(crate) fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    values.retain(|_| *keep.next().expect("one flag a value"));
 }
 
 /// The octahedral code of a unit vector, 8 + 8 bits (mean error 0.34 degrees; [`octahedral_rest`] is for more): the sphere is projected

@@ -8,7 +8,7 @@ use super::digest::{Digest, EMPTY};
 use super::{
     Draft, Edit, Held, HeldError, HeldInstance, HeldPatch, Instance, ObjectPose, Patch, PatchId, Purpose, Update,
 };
-use crate::image::{DepthImage, Mask, Ranks};
+use crate::image::{DepthImage, Mask, Ranks, retain};
 use crate::limits::Limits;
 use crate::wire::is_graph_encodable;
 
@@ -327,17 +327,7 @@ impl HeldPatch {
         for &(x, y) in addresses {
             keep[ranks.of(&image.mask, x, y).ok_or(HeldError::NoSample { patch: id, x, y })?] = false;
         }
-        for &(x, y) in addresses {
-            image.mask.set(u32::from(x), u32::from(y), false);
-        }
-        retain(&mut image.depth, &keep);
-        retain(&mut image.normal, &keep);
-        if !image.normal_rest.is_empty() {
-            retain(&mut image.normal_rest, &keep);
-        }
-        retain(&mut image.colour, &keep);
-        retain(&mut image.object, &keep);
-        retain(&mut image.material, &keep);
+        image.retain(&keep);
         if !self.trims.is_empty() {
             retain(&mut self.trims, &keep);
         }
@@ -359,11 +349,6 @@ impl HeldPatch {
         }
         Ok(())
     }
-}
-
-fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
-    let mut keep = keep.iter();
-    values.retain(|_| *keep.next().expect("one flag a sample"));
 }
 
 fn pixels(mask: &Mask) -> usize {

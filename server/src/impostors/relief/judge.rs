@@ -3,13 +3,11 @@
 
 use camera::{Camera, Pinhole, Rigid};
 use glam::DVec3;
-use impostor::{Impostor, Method, Ray, Sample, Side, Steps};
-use protocol::DepthImage;
-use protocol::image::octahedral_normal;
+use impostor::{Impostor, Method, Ray, Side, Steps};
 use rayon::prelude::*;
 use scene::{Scene, Snapshot};
 
-use super::{DISTANCE_RADII, End, PAST_HALF, SIDE_PX, bounds_of, camera, picture, turned_back};
+use super::{DISTANCE_RADII, End, PAST_HALF, SIDE_PX, bounds_of, camera, impostor, picture, relief, turned_back};
 use crate::imager::{Imager, ImagerError};
 
 /// Images serve a shape where at most this share of the pixels that show it are wrong, over all views.
@@ -80,8 +78,8 @@ pub(super) fn judge(
         let mut images = Vec::new();
         for end in End::BOTH {
             let Some(camera) = camera(scene, snapshot, object, axis * end.sign(), IMAGE_PX) else { continue };
-            let Some(image) = picture(imager, snapshot, object, &camera)? else { continue };
-            images.extend(Impostor::new(image.camera.clone(), &samples(&image)));
+            let Some(image) = relief(imager, snapshot, object, &camera)? else { continue };
+            images.extend(impostor(&image));
         }
         let [upper, lower] = images.as_slice() else { continue };
         let wrong = [wrong_share(&[upper], Some(axis), &views), wrong_share(&[lower], Some(-axis), &views)];
@@ -166,15 +164,4 @@ impl View {
         }
         [wrong, shown]
     }
-}
-
-/// A depth image as rays meet it.
-fn samples(image: &DepthImage) -> Vec<Sample> {
-    let (width, height) = image.mask.size_px();
-    let mut samples = vec![Sample::EMPTY; width as usize * height as usize];
-    for (index, (x, y)) in image.mask.occupied().enumerate() {
-        let normal_world = octahedral_normal(image.normal[index]).as_dvec3();
-        samples[(y * width + x) as usize] = Sample { w: image.depth_scale.w(image.depth[index]).into(), normal_world };
-    }
-    samples
 }

@@ -21,6 +21,8 @@ use std::collections::BTreeMap;
 
 use camera::{Bounds, Camera, Spoc};
 use glam::{DAffine3, DVec3};
+use impostor::{Impostor, Sample};
+use protocol::image::octahedral_normal;
 use protocol::{DepthImage, ObjectPose};
 use scene::{Scene, Snapshot};
 
@@ -41,6 +43,9 @@ const DISTANCE_RADII: f64 = 3.0;
 /// From how far beside they see, see [`Spoc::around`]. Straight sides, as of a barrel, lie a quarter of a right angle to its rays then, and the image still has
 /// four tenths of its width for what faces it.
 const RING_RADII: f64 = 2.0;
+/// The sine of the least angle between a camera ray and a surface that is kept: ten degrees, where a sample's footprint is six times as
+/// long as wide.
+const LEAST_FACING: f64 = 0.17;
 /// A viewer may be so far in the other half of space before an object is shown by the other image: the sine of ten degrees.
 const PAST_HALF: f64 = 0.17;
 
@@ -181,7 +186,7 @@ impl Reliefs {
             let Some(camera) = camera(scene, snapshot, object, verdict.axis * key.end.sign(), side_px) else {
                 return Ok(None);
             };
-            let Some(image) = picture(imager, snapshot, object, &camera)? else { return Ok(None) };
+            let Some(image) = relief(imager, snapshot, object, &camera)? else { return Ok(None) };
             let world_from_object = snapshot.world_from_mesh[usize::from(object)];
             shape.images.insert(place, Relief { image, pose: ObjectPose { object, world_from_object } });
         }
@@ -227,6 +232,35 @@ fn picture(
     camera: &Camera,
 ) -> Result<Option<DepthImage>, ImagerError> {
     imager.impostor(snapshot, &Shot { camera, drawn: &Drawn::Only(object), faces: Faces::Front, is_tinted: false })
+}
+
+/// A picture without what its camera's rays graze: there one sample would stand for a long piece of surface, before and behind itself.
+fn relief(
+    imager: &mut dyn Imager,
+    snapshot: &Snapshot,
+    object: u16,
+    camera: &Camera,
+) -> Result<Option<DepthImage>, ImagerError> {
+    let Some(mut image) = picture(imager, snapshot, object, camera)? else { return Ok(None) };
+    let Some(impostor) = impostor(&image) else { return Ok(None) };
+    let facing: Vec<f64> = impostor.sample_shapes().map(|shape| shape.facing).collect();
+    let (width_px, _) = image.mask.size_px();
+    let at = |(x, y): (u32, u32)| facing[(y * width_px + x) as usize];
+    let keep: Vec<bool> = image.mask.occupied().map(|pixel| at(pixel) >= LEAST_FACING).collect();
+    image.retain(&keep);
+    Ok(Some(image))
+}
+
+/// A depth image as rays meet it; `None` of an empty one.
+fn impostor(image: &DepthImage) -> Option<Impostor> {
+    let (width_px, height_px) = image.mask.size_px();
+    let mut samples = vec![Sample::EMPTY; width_px as usize * height_px as usize];
+    for (index, (x, y)) in image.mask.occupied().enumerate() {
+        let normal_world = octahedral_normal(image.normal[index]).as_dvec3();
+        let w = image.depth_scale.w(image.depth[index]).into();
+        samples[(y * width_px + x) as usize] = Sample { w, normal_world };
+    }
+    Impostor::new(image.camera.clone(), &samples).ok()
 }
 
 /// A direction of the world in an object's space, unit length.
