@@ -28,6 +28,12 @@ impl Bounds {
         self.min.midpoint(self.max)
     }
 
+    /// The eight corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        let pick = |index: usize, axis: usize| if index >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] };
+        std::array::from_fn(|index| DVec3::new(pick(index, 0), pick(index, 1), pick(index, 2)))
+    }
+
     /// The length of the longest side in metres.
     pub fn extent_m(&self) -> f64 {
         (self.max - self.min).max_element()
