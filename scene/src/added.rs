@@ -13,8 +13,7 @@ impl Scene {
         let material_index = self.materials.len() as u32;
         self.materials.push(material);
         let mesh_index = self.meshes.len() as u32;
-        let instance =
-            Instance { mesh: mesh_index, name: name.into(), moves: false, deforms: false, tint: [255; 3] };
+        let instance = Instance { mesh: mesh_index, name: name.into(), moves: false, deforms: false, tint: [255; 3] };
         self.meshes.push(Mesh { material: material_index, ..mesh });
         self.instances.push(instance);
         self.animation = Arc::new(Added { before: self.animation, world_from_mesh });

@@ -12,8 +12,9 @@ const PLACES: i32 = 5;
 /// where the space around it is open, or no corridor-like one, or has no floor.
 ///
 /// Floor and ceiling are those that most places below and above the thing have. What stands still and reaches into the band from halfway
-/// between floor and thing to the thing's top is in the way, and told by cells of a quarter of the radius up to 64 radii away. It takes
-/// 20 ms, and as long again for each 100,000 triangles around.
+/// between floor and thing to the thing's top is in the way, and told by cells of a quarter of the radius up to 64 radii away. On
+/// one core, in a build for tests, that took 0.12 s for 16,000 triangles, 0.24 s for 74,000 and 0.9 s for 816,000; a floor that is
+/// more crowded than a few seconds' work is given up.
 pub fn floor_plan(
     scene: &Scene,
     snapshot: &Snapshot,

@@ -109,7 +109,7 @@ mod tests {
             depth_scale: DepthScale { w_min: 1.0, w_step: 0.0 },
             mask,
             depth: vec![0],
-            normal: vec![0],
+            normal: vec![[0; 2]],
             colour: vec![[0; 3]],
             object: vec![1],
             material: vec![0],

@@ -6,7 +6,7 @@ use crate::{Bounds, HalfSpace};
 
 /// Cells a side.
 const SIDE: usize = 512;
-/// Parts of triangles in cells that are looked at, after which a floor counts as crowded: about two seconds of work.
+/// Parts of triangles in cells that are looked at, after which a floor counts as crowded: a few seconds of work.
 const MOST_PARTS: u32 = 1 << 22;
 /// A corridor has to be this many cells wide, to be told from what stands in it.
 const LEAST_WIDTH_CELLS: f64 = 8.0;
