@@ -138,8 +138,11 @@ pub fn run_topic(topic: &dyn Topic, run: &Run) -> anyhow::Result<Report> {
     Ok(report)
 }
 
-/// The short name of a scene: a built-in name as it is, a file by its stem.
+/// The short name of a scene: a built-in name as it is, a file by its stem, also where it is a part of a built-in scene.
 pub fn scene_label(scene: &str) -> String {
+    if let Some((name, file)) = scene.split_once('+').filter(|_| !Path::new(scene).exists()) {
+        return format!("{name}+{}", scene_label(file));
+    }
     let path = Path::new(scene);
     let stem = if path.extension().is_some() { path.file_stem() } else { path.file_name() };
     stem.map_or_else(|| scene.to_owned(), |stem| stem.to_string_lossy().into_owned())

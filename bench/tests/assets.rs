@@ -4,11 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use camera::Pinhole;
+use glam::{DAffine3, DQuat, DVec2, DVec3};
 use gpu::Gpu;
 use libtest_mimic::{Arguments, Failed, Trial};
+use server::impostors::Needs;
 use vantage_bench::compare::{Picture, score};
 use vantage_bench::render::read_trace;
-use vantage_bench::stage::{Stage, picture};
+use vantage_bench::stage::{Stage, load_scene, picture};
 use vantage_bench::topics::novel_views::peers::PEERS;
 use vantage_bench::topics::novel_views::setup::{QUASAR_2025, quasar_2025, read_seen};
 
@@ -47,6 +49,7 @@ fn main() {
             Box::new(move |assets| a_trace_is_read_as_it_was_seen(assets, scene)),
         );
     }
+    add("a_mirror_in_a_real_interior_is_served".to_owned(), Box::new(a_mirror_in_a_real_interior_is_served));
     add("the_table_of_peers_is_the_published_one".to_owned(), Box::new(the_table_of_peers_is_the_published_one));
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
@@ -97,6 +100,27 @@ fn the_truth_is_their_reference(assets: &Path, file: &str, scene: &str, frame: u
 
 /// Texture filters, the rounding of poses, and walls of `city` that are up to 7 of 255 darker there.
 const MOST_REFERENCE_FLIP: f64 = 0.04;
+
+/// Rooms and stairs, not corridors of one width: a mirror stands there, is given six images, and the reason names them.
+fn a_mirror_in_a_real_interior_is_served(assets: &Path) -> Result<(), Failed> {
+    let interior = load_scene(&assets.join("scenes/gltf/zdm2-interior.glb").to_string_lossy(), 1.0)?;
+    let pot = scene::builtin::load("teapots").ok_or("no pot")?;
+    let pot = pot.meshes.into_iter().max_by_key(|mesh| mesh.indices.len()).ok_or("no mesh")?;
+    let silver = scene::Material { metallic: 1.0, roughness: 0.0, ..scene::Material::default() };
+    let middle = interior.bounds.centre();
+    let below = scene::heights_m(&interior, &interior.at(0.0), None, &[DVec2::new(middle.x, middle.z)], middle.y);
+    let at = middle.with_y(below[0].0);
+    if !at.is_finite() {
+        return Err("nothing is below the middle".into());
+    }
+    let place = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), DQuat::IDENTITY, at);
+    let scene = interior.with("mirror", pot, silver, place);
+    let decision = Needs::new(&scene).decide(&scene, &scene.at(0.0), at + DVec3::new(1.0, 0.5, 1.0));
+    println!("{:?}", decision.reasons);
+    let is_said =
+        decision.reasons.iter().any(|reason| reason.contains("\"mirror\" is a mirror") && reason.contains("6 images"));
+    if is_said { Ok(()) } else { Err(format!("{:?}", decision.reasons).into()) }
+}
 
 /// `Ry(ry) Rx(rx)` of the recorded angles is the quaternion that was drawn; poses are rounded to 1e-5 m and 1e-4 degrees,
 /// their times to milliseconds.

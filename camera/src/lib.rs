@@ -23,8 +23,8 @@ mod trace;
 pub use bounds::{Bounds, ImageBounds};
 pub use convex::HalfSpace;
 pub use graph::{
-    ClipFromOffset, CorridorMap, CorridorMapError, FaceDescription, Frustum, FrustumDescription, FrustumId,
-    GraphCamera, GraphDescription, GraphError, Heading, RayPiece, RootDescription, SegmentPiece, split_behind,
+    ClipFromOffset, CorridorMap, CorridorMapError, FaceDescription, FloorGrid, Frustum, FrustumDescription, FrustumId,
+    GraphCamera, GraphDescription, GraphError, Heading, RayPiece, RootDescription, SegmentPiece, Storey, split_behind,
 };
 pub use pinhole::{ImagePoint, Pinhole};
 pub use rigid::Rigid;

@@ -1,8 +1,11 @@
 //! Scenes: loaded from files or made by code, and sampled in time. Server side only; no GPU.
 
+mod added;
 pub mod builtin;
+mod floor_plan;
 pub mod load;
 pub mod model;
 pub mod sanitize;
 
+pub use floor_plan::{floor_plan, heights_m};
 pub use model::{Bounds, Deformed, Instance, Material, Mesh, Scene, SceneLight, Snapshot, Texture, Vertex};

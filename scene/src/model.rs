@@ -224,7 +224,8 @@ pub struct Scene {
     pub walk: bool,
     /// Where to begin; `None` where the bounds decide.
     pub start: Option<SceneCamera>,
-    /// Where there is room between its walls, where its maker knows: what a graph camera is made of.
+    /// Where there is room between its walls, where its maker knows: what a graph camera is made of. Where it is `None`,
+    /// [`crate::floor_plan`] may find out.
     pub corridors: Option<CorridorMap>,
     /// What was dropped or mended while loading, for the log: each names the thing.
     pub warnings: Vec<String>,
@@ -258,6 +259,15 @@ impl Scene {
     /// Whether anything moves or deforms.
     pub fn is_animated(&self) -> bool {
         self.instances.iter().any(|instance| instance.moves || instance.deforms)
+    }
+
+    /// The box in world space around the box of an instance's mesh at rest; `None` where the mesh has no vertices.
+    pub fn bounds_of(&self, snapshot: &Snapshot, instance: u16) -> Option<camera::Bounds> {
+        let place = snapshot.world_from_mesh.get(usize::from(instance))?;
+        let mesh = &self.meshes[self.instances.get(usize::from(instance))?.mesh as usize];
+        let [min, max] = mesh.bounds.map(|corner| DVec3::from(corner.map(f64::from)));
+        let corners = camera::Bounds { min, max }.corners();
+        camera::Bounds::around(corners.map(|corner| place.transform_point3(corner))).filter(|_| min.cmple(max).all())
     }
 
     /// Triangles drawn, instances counted.

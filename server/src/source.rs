@@ -1,4 +1,4 @@
-//! Which scene to serve: a built-in one by its name, or a file.
+//! Which scene to serve: a built-in one by its name, a file, or a file's model as the mirror of a built-in one.
 
 use std::path::Path;
 
@@ -22,12 +22,18 @@ pub enum SourceError {
     Load(#[from] LoadError),
 }
 
-/// Loads the scene that `name` names (a built-in one where there is no such file), `scale` times as large.
+/// Loads the scene that `name` names (a built-in one where there is no such file), `scale` times as large. `NAME+FILE` is the built-in
+/// scene of that name with the file's model as what reflects there; see [`scene::builtin::load_with`].
 pub fn load(name: &str, scale: f64, progress: &(dyn Fn(Progress) + Sync)) -> Result<Scene, SourceError> {
     let path = Path::new(name);
     let scene = if path.exists() {
         scene::load::load(path, &LoadLimits::default(), progress)?
     } else if let Some(scene) = scene::builtin::load(name) {
+        scene
+    } else if let Some((builtin, file)) = name.split_once('+').filter(|(_, file)| Path::new(file).exists())
+        && let Some(scene) =
+            scene::builtin::load_with(builtin, &scene::load::load(Path::new(file), &LoadLimits::default(), progress)?)
+    {
         scene
     } else {
         return Err(SourceError::Unknown { name: name.to_owned() });

@@ -82,6 +82,34 @@ fn every_corner_of_what_is_near_lies_in_its_image() {
     }
 }
 
+/// The maze's plan is the same map from the corner that it is drawn from: see `scene`'s tests.
+#[test]
+fn corridors_are_those_of_the_floor_where_the_scene_tells_of_none() {
+    let told = scene::builtin::load("mirror-maze").expect("it is built in");
+    let untold = Scene { corridors: None, ..told.clone() };
+    let eye_world = scene::builtin::reflection_path("mirror-maze").expect("a path").poses[0].world_from_eye.translation;
+    let of = |scene: &Scene, needs: &Needs| needs.decide(scene, &scene.at(0.0), eye_world);
+    let [by_map, by_plan] = [&told, &untold].map(|scene| of(scene, &Needs::new(scene)));
+    assert!(by_map.reasons[0].contains("2 graph images of what is around"), "{:?}", by_map.reasons);
+    assert!(by_plan.reasons[0].contains("2 graph images along the floor plan"), "{:?}", by_plan.reasons);
+    let eyes = |decision: &Decision| {
+        let around = decision.wanted.iter().filter(|wanted| wanted.purpose == Purpose::Environment);
+        around.map(|wanted| wanted.camera.eye_world()).collect::<Vec<_>>()
+    };
+    let apart = |(a, b): (&DVec3, &DVec3)| a.distance(*b);
+    assert_eq!((eyes(&by_map).len(), eyes(&by_plan).len()), (2, 2));
+    assert!(eyes(&by_map).iter().zip(&eyes(&by_plan)).map(apart).all(|apart_m| apart_m < 1e-5));
+    // Another storey has another plan.
+    let needs = Needs::new(&untold);
+    of(&untold, &needs);
+    let mut above = untold.at(0.0);
+    above.world_from_mesh.iter_mut().for_each(|place| place.translation.y += 10.0);
+    let above = needs.decide(&untold, &above, eye_world + 10.0 * DVec3::Y);
+    assert!(above.reasons[0].contains("6 images of what is around"), "{:?}", above.reasons);
+    let without = of(&told, &Needs::new(&told).without_corridors());
+    assert!(without.reasons[0].contains("6 images of what is around"), "{:?}", without.reasons);
+}
+
 #[test]
 fn glass_needs_its_inside_too() {
     let decision = decide(&room(glass(), |p| p));
@@ -114,6 +142,44 @@ fn what_is_held_is_made_anew_only_where_it_shows_something_else() {
     assert_eq!(lacking.iter().map(|wanted| wanted.key.shown).collect::<Vec<_>>(), [Some(1)]);
     let none = decide(&room(coloured([0.5; 4]), |p| p));
     assert_eq!(kept.drop_unwanted(&none).len(), 8);
+}
+
+/// How many images of an object, and of surroundings, a client lacks that was sent all of `room` at time 0, when `change` has been at the
+/// scene.
+fn lacking(moves: bool, time_s: f64, change: impl Fn(&mut [DAffine3])) -> [usize; 2] {
+    let mut scene = room(mirror(), |p| p);
+    scene.instances[3].moves = moves;
+    let (needs, mut kept, mut account) = (Needs::new(&scene), Kept::default(), protocol::Held::default());
+    for (wanted, id) in needs.decide(&scene, &scene.at(0.0), EYE).wanted.iter().zip(1..) {
+        kept.replace(wanted, protocol::PatchId(id));
+        add(&mut account, id);
+    }
+    let mut now = scene.at(time_s);
+    change(&mut now.world_from_mesh);
+    let decision = needs.decide(&scene, &now, EYE);
+    let lacking = kept.lacking(&decision, &account);
+    let is_object = |wanted: &&&vantage_server::impostors::Wanted| wanted.key.shown.is_some();
+    let objects = lacking.iter().filter(is_object).count();
+    [objects, lacking.len() - objects]
+}
+
+#[test]
+fn what_turned_or_came_nearer_or_moved_away_is_seen_anew() {
+    let turned = |by_rad: f64| lacking(false, 0.0, |places| places[1] *= DAffine3::from_rotation_y(by_rad));
+    assert_eq!([turned(0.09), turned(-0.09), turned(0.11), turned(-0.11)], [[0, 0], [0, 0], [1, 0], [1, 0]]);
+    // It stands 1.5 m away; a fifth of a natural logarithm is a share of 0.22, or of 0.18 nearer.
+    let away = |times: f64| lacking(false, 0.0, |places| places[1].translation.x *= times);
+    assert_eq!([away(1.21), away(0.83), away(1.23), away(0.81)], [[0, 0], [0, 0], [1, 0], [1, 0]]);
+    // The half diagonal of the mirror's box is 0.87 m.
+    let all = |by_m: f64| lacking(false, 0.0, |places| places.iter_mut().for_each(|place| place.translation.z += by_m));
+    assert_eq!([all(0.43), all(-0.43), all(0.44), all(-0.44)], [[0, 0], [0, 0], [0, 6], [0, 6]]);
+}
+
+#[test]
+fn what_moves_around_is_followed_twice_a_second() {
+    let after = |moves: bool, time_s: f64| lacking(moves, time_s, |_| {});
+    assert_eq!([after(true, 0.49), after(true, 0.5), after(true, -0.5)], [[0, 0], [0, 6], [0, 6]]);
+    assert_eq!(after(false, 1e6), [0, 0], "nothing moves");
 }
 
 #[test]

@@ -175,6 +175,23 @@ fn a_ball_of_air_is_invisible_and_one_of_glass_turns_the_picture_around() {
     assert_eq!((glass.reflected_object[row + 26], glass.reflected_object[row + 37]), (Some(1), Some(0)));
 }
 
+/// A flat mirror whose corners have normals that lean to one side.
+#[test]
+fn rays_are_mirrored_about_the_normals_of_corners_not_of_triangles() {
+    let lean_rad = 0.1_f64;
+    let leaning = dvec3(lean_rad.sin(), 0.0, lean_rad.cos());
+    let mut wall = quad([-20.0, -20.0, -5.0], [40.0, 0.0, 0.0], [0.0, 40.0, 0.0]);
+    wall.vertices.iter_mut().for_each(|vertex| vertex.normal = leaning.as_vec3().into());
+    // The ray along -z turns by twice as much, 5 m away; the ball lies 8 m further on.
+    let out = dvec3((2.0 * lean_rad).sin(), 0.0, (2.0 * lean_rad).cos());
+    let shown = |at: DVec3| {
+        let scene = scene(vec![(wall.clone(), mirror(0.5), DVec3::ZERO), (ball(0.2), plain(0.8), at)]);
+        truth(&scene).picture(&camera(DVec3::ZERO, 9), &Effects::ONE_BOUNCE, 1).reflected_object[40]
+    };
+    let ball_world = dvec3(0.0, 0.0, -5.0) + 8.0 * out;
+    assert_eq!((shown(ball_world), shown(ball_world.with_x(0.0))), (Some(1), None));
+}
+
 #[test]
 fn after_the_last_bounce_a_mirror_shows_its_colour() {
     let front = quad([-50.0, -50.0, -1.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]);

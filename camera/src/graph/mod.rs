@@ -38,7 +38,7 @@ mod frustum;
 mod index;
 mod ray;
 
-pub use build::{CorridorMap, CorridorMapError, Heading, split_behind};
+pub use build::{CorridorMap, CorridorMapError, FloorGrid, Heading, Storey, split_behind};
 pub use description::{FaceDescription, FrustumDescription, GraphDescription, GraphError, RootDescription};
 pub use frustum::{ClipFromOffset, Frustum};
 pub use ray::{RayPiece, SegmentPiece};

@@ -49,10 +49,8 @@ impl Impostors {
         }
         self.remove(patch.id.0);
         // Before anything is allocated: a mask costs a bit a pixel, an impostor hundreds.
-        let (width, height) = patch.image.mask.size_px();
-        let pixels = self.pixels() + u64::from(width) * u64::from(height);
-        if pixels > MOST_PIXELS {
-            return say(patch.id, &UnfitImage::TooMany { pixels });
+        if let Err(error) = fits(self.pixels(), patch.image.mask.size_px()) {
+            return say(patch.id, &error);
         }
         let Some(image) = ImpostorImage::of_patch(patch) else { return };
         if let Err(error) = self.insert(patch.id.0, &image) {
@@ -60,6 +58,12 @@ impl Impostors {
             say(patch.id, &error);
         }
     }
+}
+
+/// Whether an impostor of a size may be held beside those that have `held_px` together.
+fn fits(held_px: u64, (width, height): (u32, u32)) -> Result<(), UnfitImage> {
+    let pixels = held_px.saturating_add(u64::from(width) * u64::from(height));
+    if pixels > MOST_PIXELS { Err(UnfitImage::TooMany { pixels }) } else { Ok(()) }
 }
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -85,5 +89,49 @@ impl Follow for Impostors {
                 Edit::Materials(_) | Edit::Light(_) => {}
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use camera::{Camera, Pinhole, Rigid};
+    use gpu::Gpu;
+    use protocol::{DepthImage, DepthScale, Mask};
+
+    use super::*;
+
+    /// An image of surroundings with one sample.
+    fn patch(id: u32, (width, height): (u32, u32)) -> Patch {
+        let mut mask = Mask::empty(width, height);
+        mask.set(width / 2, height / 2, true);
+        let image = DepthImage {
+            camera: Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (width, height), 1.0, 0.1)),
+            depth_scale: DepthScale { w_min: 1.0, w_step: 0.0 },
+            mask,
+            depth: vec![0],
+            normal: vec![[0; 2]],
+            colour: vec![[0; 3]],
+            object: vec![1],
+            material: vec![0],
+        };
+        Patch { id: PatchId(id), purpose: Purpose::Environment, capture_time_s: 0.0, objects: Vec::new(), image }
+    }
+
+    #[test]
+    fn pixels_of_all_together_are_held_up_to_the_most() {
+        let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+        let mut impostors = Impostors::new(&gpu);
+        let pixels = |impostors: &Impostors| (impostors.len(), impostors.pixels());
+        impostors.hold(&patch(1, (8, 4)));
+        impostors.hold(&patch(2, (16, 4)));
+        impostors.hold(&patch(1, (4, 4)));
+        assert_eq!(pixels(&impostors), (2, 80), "the newer one took the place of the older");
+        impostors.hold(&patch(3, (2048, 4096)));
+        assert_eq!(pixels(&impostors), (2, 80), "as many as may be held alone, and there are others");
+        impostors.remove(1);
+        assert_eq!(pixels(&impostors), (1, 64));
+        assert_eq!(fits(MOST_PIXELS - 64, (8, 8)), Ok(()));
+        assert_eq!(fits(MOST_PIXELS - 63, (8, 8)), Err(UnfitImage::TooMany { pixels: MOST_PIXELS + 1 }));
+        assert!(fits(u64::MAX, (u32::MAX, u32::MAX)).is_err());
     }
 }

@@ -14,6 +14,7 @@ mod kit;
 mod maze;
 mod mesher;
 mod mirror_maze;
+mod model;
 mod mural;
 mod newell;
 mod parking;
@@ -31,6 +32,7 @@ use crate::model::{Scene, SceneCamera};
 use camera::{Rigid, Trace, TracePose};
 use glam::DVec3;
 use kit::Kit;
+pub use model::load_with;
 
 /// What is shown when nobody asks for a scene.
 pub const DEFAULT: &str = "urban-moving";
@@ -100,9 +102,9 @@ pub fn reflecting() -> impl Iterator<Item = &'static str> {
 
 /// 60 poses, ten a second, that see the reflector of a scene of [`reflecting()`]; `None` for other names. Pose
 /// `k` belongs to the scene at `k / 10` seconds. Eyes go 60 degrees around a pot on a table; in the maze they follow
-/// the mirror as it rolls, or come nearer where it stands.
+/// the mirror as it rolls, or come nearer where it stands. What [`load_with`] names has the path of the scene that it is made from.
 pub fn reflection_path(name: &str) -> Option<Trace> {
-    match name {
+    match name.split_once('+').map_or(name, |(scene, _)| scene) {
         "mirror-teapots" | "mirror-teapots-moving" => Some(reflecting::path(reflecting::MIRROR_WORLD, 0.25)),
         "glass-teapots" | "glass-teapots-moving" => Some(reflecting::path(reflecting::GLASS_WORLD, 0.1)),
         "mirror-maze" => Some(mirror_maze::path(false)),

@@ -1,4 +1,4 @@
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use camera::{Bounds, Camera, CorridorMap, GraphCamera, Heading, Pinhole, Rigid, Spoc};
 use glam::{DAffine3, DVec3};
@@ -130,14 +130,22 @@ pub struct Decision {
 #[derive(Debug, Clone)]
 pub struct Needs {
     reflectors: Vec<(u16, Effect)>,
+    /// As the scene's maker knows them, or of the floor plan around the reflector that is served first, once there is one.
+    corridors: OnceLock<Option<CorridorMap>>,
 }
 
 impl Needs {
-    /// Of a scene: the objects whose materials are mirrors or glass.
+    /// Of a scene: the objects whose materials are mirrors or glass, and its corridors where it knows them.
     pub fn new(scene: &Scene) -> Needs {
         let reflectors = scene.instances.iter().zip(0_u16..);
         let with_effect = |(instance, id): (&scene::Instance, u16)| Some((id, effect_of_mesh(scene, instance.mesh)?));
-        Needs { reflectors: reflectors.filter_map(with_effect).collect() }
+        let corridors = scene.corridors.clone().map_or_else(OnceLock::new, |map| OnceLock::from(Some(map)));
+        Needs { reflectors: reflectors.filter_map(with_effect).collect(), corridors }
+    }
+
+    /// The same in a place without corridors, whose surroundings are six images: to compare with.
+    pub fn without_corridors(self) -> Needs {
+        Needs { corridors: OnceLock::from(None), ..self }
     }
 
     /// Whether the scene has no reflector at all.
@@ -155,7 +163,8 @@ impl Needs {
         if self.is_nothing() {
             return Decision { wanted: Vec::new(), reasons: vec!["no mirror and no glass: no impostors".to_owned()] };
         }
-        let bounds: Vec<Option<Bounds>> = (0..scene.instances.len()).map(|id| bounds_of(scene, snapshot, id)).collect();
+        let bounds = scene.instances.iter().zip(0_u16..).map(|(_, id)| scene.bounds_of(snapshot, id));
+        let bounds: Vec<Option<Bounds>> = bounds.collect();
         let size_rad = |ball: &Ball| ball.radius_m / (ball.centre - eye_world).length().max(ball.radius_m);
         let balls = self.reflectors.iter().filter_map(|&(id, effect)| {
             let ball = Ball::around(bounds[usize::from(id)].as_ref()?);
@@ -166,8 +175,13 @@ impl Needs {
         let mut decision = Decision::default();
         let dropped = served.len().saturating_sub(MAX_REFLECTORS);
         served.truncate(MAX_REFLECTORS);
+        let corridors = served.first().and_then(|(id, _, ball)| {
+            let plan = || scene::floor_plan(scene, snapshot, *id, (ball.centre, ball.radius_m));
+            self.corridors.get_or_init(plan).as_ref()
+        });
         for (id, effect, ball) in served {
-            Reflector { id, effect, ball, scene, snapshot, bounds: &bounds }.decide(eye_world, &mut decision);
+            Reflector { id, effect, ball, scene, snapshot, bounds: &bounds, corridors }
+                .decide(eye_world, &mut decision);
         }
         if dropped > 0 {
             decision.reasons.push(format!("{dropped} smaller reflectors get none"));
@@ -199,22 +213,6 @@ impl Ball {
     }
 }
 
-/// The box around an object at a time, along the axes of world space; `None` where it has no triangle.
-pub(super) fn bounds_of(scene: &Scene, snapshot: &Snapshot, object: usize) -> Option<Bounds> {
-    let world_from_mesh = &snapshot.world_from_mesh[object];
-    let [low, high] =
-        scene.meshes[scene.instances[object].mesh as usize].bounds.map(|p| glam::Vec3::from(p).as_dvec3());
-    let corner = |index: usize| {
-        let pick = |bit: usize, low: f64, high: f64| if index >> bit & 1 == 0 { low } else { high };
-        world_from_mesh.transform_point3(DVec3::new(
-            pick(0, low.x, high.x),
-            pick(1, low.y, high.y),
-            pick(2, low.z, high.z),
-        ))
-    };
-    Bounds::around((0..8).map(corner)).filter(|_| low.cmple(high).all())
-}
-
 /// A reflector at a time.
 struct Reflector<'a> {
     id: u16,
@@ -223,6 +221,7 @@ struct Reflector<'a> {
     scene: &'a Scene,
     snapshot: &'a Snapshot,
     bounds: &'a [Option<Bounds>],
+    corridors: Option<&'a CorridorMap>,
 }
 
 impl Reflector<'_> {
@@ -325,13 +324,19 @@ impl Reflector<'_> {
     }
 
     fn surroundings_cameras(&self) -> (Vec<Camera>, &'static str) {
-        let graphs = self.scene.corridors.as_ref().map(|map| self.graph_cameras(map)).unwrap_or_default();
-        if graphs.is_empty() { (self.cube(), "images") } else { (graphs, "graph images") }
+        let graphs = self.corridors.map(|map| self.graph_cameras(map)).unwrap_or_default();
+        match (graphs.is_empty(), &self.scene.corridors) {
+            (true, _) => (self.cube(), "images"),
+            (false, Some(_)) => (graphs, "graph images"),
+            (false, None) => (graphs, "graph images along the floor plan"),
+        }
     }
 
     /// Two cameras, one along the corridor that the reflector stands in and one against it.
     fn graph_cameras(&self, map: &CorridorMap) -> Vec<Camera> {
-        let Some(cell) = map.cell_of(self.ball.centre) else { return Vec::new() };
+        // A floor plan is that of one storey.
+        let is_within = (0.0..map.height_m).contains(&(self.ball.centre.y - map.origin_world.y));
+        let Some(cell) = map.cell_of(self.ball.centre).filter(|_| is_within) else { return Vec::new() };
         let along_x = [Heading::PlusX, Heading::MinusX];
         let is_along_x = along_x.iter().any(|&heading| map.is_free_beside(cell, heading));
         let headings = if is_along_x { along_x } else { [Heading::PlusZ, Heading::MinusZ] };

@@ -9,9 +9,14 @@
 //! | no mirror and no glass in reach of the viewer | none |
 //! | a flat object near a reflector | an image by a pinhole: a billboard |
 //! | another object near a reflector | an image by a single-pole occlusion camera |
-//! | all else around a reflector | an image by graph cameras where corridors are known, else six by pinholes |
+//! | all else around a reflector | images by graph cameras where corridors are known or found on the floor, else six by pinholes |
 //! | the inside of a glass object | an image of its back faces |
 //! | many objects of a shape | one image for all, see [`relief`] |
+//!
+//! The papers walk the map of a maze that its maker gives; where a scene brings none, it is found by [`scene::floor_plan`], once, around
+//! the reflector that is served first. Graph images hold what lies round corners, which no six images of one place do. They are no
+//! better where a mirror stands in the middle of what it shows: in the report's maze (256 x 256, 12 poses) their mean error is 0.027 for
+//! 163 kB, that of six images 0.023 for 53 kB, of an environment map 0.036.
 
 mod decide;
 pub mod draw;

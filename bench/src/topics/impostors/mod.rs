@@ -5,6 +5,7 @@
 //! theirs.
 
 mod coverage;
+mod ground;
 pub mod occlusion;
 mod output;
 mod reflect;
@@ -17,6 +18,8 @@ use anyhow::Context;
 use clap::Args;
 use gpu::Gpu;
 use occlusion::StabilityPlan;
+use scene::Scene;
+use server::impostors::Needs;
 
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
@@ -27,7 +30,7 @@ pub struct Impostors;
 /// What only this topic takes.
 #[derive(Debug, Default, clap::Args)]
 struct Arguments {
-    /// Poses along the path [default: 60, with --quick 6].
+    /// Poses along the path [default: 60, with --quick 6; of occlusion 120 and 24].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     poses: Option<u64>,
     /// Leaves out how much an image holds, what rays cost, and what a session spends.
@@ -42,13 +45,20 @@ struct Settings {
     poses: usize,
     only_errors: bool,
     quick: bool,
+    occlusion: StabilityPlan,
 }
 
 impl Settings {
     fn of(run: &Run, arguments: &Arguments) -> Settings {
         let size_px = run.size_px.unwrap_or(if run.quick { (128, 128) } else { (512, 512) });
         let poses = arguments.poses.map_or(if run.quick { 6 } else { 60 }, |poses| poses as usize);
-        Settings { size_px, poses, only_errors: arguments.only_errors, quick: run.quick }
+        let plan = if run.quick { StabilityPlan::QUICK } else { StabilityPlan::FULL };
+        let occlusion = StabilityPlan {
+            size_px: run.size_px.unwrap_or(plan.size_px),
+            poses: arguments.poses.map_or(plan.poses, |poses| poses as usize),
+            ..plan
+        };
+        Settings { size_px, poses, only_errors: arguments.only_errors, quick: run.quick, occlusion }
     }
 }
 
@@ -67,7 +77,7 @@ impl Topic for Impostors {
     }
 
     fn default_scenes(&self, _quick: bool) -> Vec<String> {
-        ["mirror-teapots", "glass-teapots", "mirror-maze-moving"].map(str::to_owned).to_vec()
+        ["mirror-teapots", "glass-teapots", "mirror-maze-moving", "barrels"].map(str::to_owned).to_vec()
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
@@ -82,7 +92,6 @@ impl Topic for Impostors {
         if !settings.only_errors {
             coverage::measure(&gpu, run, report)?;
             relief::measure(&gpu, &settings, report)?;
-            steady(&gpu, &settings, report)?;
         }
         output::tables(report);
         output::bars(report);
@@ -90,20 +99,22 @@ impl Topic for Impostors {
     }
 }
 
-/// What ambient occlusion is followed on where an eye goes round it.
-const OCCLUDED: &str = "barrels";
-
 /// Ambient occlusion by both kinds of z-buffers.
-fn steady(gpu: &Gpu, settings: &Settings, report: &mut Report) -> anyhow::Result<()> {
-    let plan = if settings.quick { StabilityPlan::QUICK } else { StabilityPlan::FULL };
-    let table = occlusion::stability(gpu, crate::stage::load_scene(OCCLUDED, 1.0)?, &plan)?;
-    output::occlusion(OCCLUDED, &table, &plan, report);
+fn steady(gpu: &Gpu, scene: Scene, settings: &Settings, report: &mut Report) -> anyhow::Result<()> {
+    let label = scene.name.clone();
+    let table = occlusion::stability(gpu, scene, &settings.occlusion)?;
+    output::occlusion(&label, &table, &settings.occlusion, report);
     Ok(())
 }
 
+/// Of a scene in which something reflects, what reflections are worth; of another one, ambient occlusion.
 fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let scene = run.load(name).with_context(|| name.to_owned())?;
     let label = scene.name.clone();
+    if Needs::new(&scene).is_nothing() {
+        let is_file = std::path::Path::new(name).exists();
+        return steady(gpu, if is_file { ground::grounded(scene) } else { scene }, settings, report);
+    }
     let walk = reflect::Path::of(&scene, run.read_trace()?, settings.poses);
     reflect::measure(gpu, &scene, &walk, settings, run, report)?;
     if !settings.only_errors {

@@ -67,6 +67,8 @@ impl Path {
 pub(super) enum Images {
     /// What the server decides.
     Decided,
+    /// What it decides where nobody tells of a scene's corridors.
+    Planned,
     /// The same views by pinholes: conventional depth images, the surroundings as a cube.
     Pinholes,
 }
@@ -81,14 +83,17 @@ pub(super) struct Method {
 
 pub(super) const DECIDED: &str = "non-pinhole";
 pub(super) const PINHOLES: &str = "depth images";
+/// For scenes that tell of their corridors.
+pub(super) const PLANNED: &str = "non-pinhole, own floor plan";
 pub(super) const MAPS: &str = "environment map";
 
-pub(super) const METHODS: [Method; 5] = [
+pub(super) const METHODS: [Method; 6] = [
     Method { name: DECIDED, images: Images::Decided, search: Search::Whole },
     Method { name: "non-pinhole, steps of 1/2", images: Images::Decided, search: Search::Half },
     Method { name: "non-pinhole, steps of 1/4", images: Images::Decided, search: Search::Quarter },
     Method { name: PINHOLES, images: Images::Pinholes, search: Search::Whole },
     Method { name: MAPS, images: Images::Pinholes, search: Search::EnvironmentMap },
+    Method { name: PLANNED, images: Images::Planned, search: Search::Whole },
 ];
 
 /// The impostors of a pose, ready for a client, and what they took.
@@ -101,15 +106,18 @@ pub(super) struct Made {
 /// Makes what clients would be sent.
 pub(super) struct Maker {
     needs: Needs,
+    /// As if nobody had told of the scene's corridors.
+    planned: Needs,
+    cubes: Needs,
     drawer: ImpostorDrawer,
-    /// The scene as one of which no corridors are known: its surroundings are cubes.
-    cubes: Scene,
 }
 
 impl Maker {
     pub fn new(stage: &Stage) -> anyhow::Result<Maker> {
-        let cubes = Scene { corridors: None, ..stage.scene.clone() };
-        Ok(Maker { needs: Needs::new(&stage.scene), drawer: ImpostorDrawer::new(&stage.renderer)?, cubes })
+        let needs = Needs::new(&stage.scene);
+        let planned = Needs::new(&Scene { corridors: None, ..stage.scene.clone() });
+        let cubes = needs.clone().without_corridors();
+        Ok(Maker { needs, planned, cubes, drawer: ImpostorDrawer::new(&stage.renderer)? })
     }
 
     pub fn make(&mut self, stage: &Stage, view: &Pinhole, images: Images) -> anyhow::Result<Made> {
@@ -127,8 +135,12 @@ impl Maker {
         images: Images,
         by: impl Fn(&Camera) -> Camera,
     ) -> anyhow::Result<Made> {
-        let scene = if images == Images::Pinholes { &self.cubes } else { &stage.scene };
-        let decision = self.needs.decide(scene, stage.snapshot(), view.world_from_eye.translation);
+        let needs = match images {
+            Images::Decided => &self.needs,
+            Images::Planned => &self.planned,
+            Images::Pinholes => &self.cubes,
+        };
+        let decision = needs.decide(&stage.scene, stage.snapshot(), view.world_from_eye.translation);
         let mut made = Made { images: Vec::new(), draw_ms: 0.0, bytes: 0 };
         for (wanted, number) in decision.wanted.into_iter().zip(1..) {
             let camera = by(&wanted.camera);
@@ -210,7 +222,9 @@ pub(super) fn measure(
     let mut maker = Maker::new(&stage)?;
     let mut client = ClientView::new(gpu, settings.size_px)?;
     let progress = Progress::new(format!("{label}: reflections"), path.poses.len() as u64);
-    let mut found: Vec<Found> = METHODS.iter().map(|_| Found::default()).collect();
+    let is_other = |method: &&Method| method.images != Images::Planned || scene.corridors.is_some();
+    let methods: &'static [Method] = &METHODS;
+    let mut found: Vec<(&Method, Found)> = methods.iter().filter(is_other).map(|m| (m, Found::default())).collect();
     let mut truth: Option<(f64, RayTruth)> = None;
     let reflecting = reflectors(scene);
     for (pose, (time_s, view)) in path.views(scene, settings.size_px).enumerate() {
@@ -224,7 +238,7 @@ pub(super) fn measure(
         let subject = subject_of(&stage, &view);
         let held = held_view(gpu, &stage, &view)?;
         let mut pictures = vec![traced.picture()];
-        for (method, found) in METHODS.iter().zip(&mut found) {
+        for (method, found) in &mut found {
             let made = maker.make(&stage, &view, method.images)?;
             let options = client::frame::Options {
                 fill: false,
@@ -257,7 +271,7 @@ pub(super) fn measure(
         }
         progress.step();
     }
-    for (method, found) in METHODS.iter().zip(found) {
+    for (method, found) in found {
         report.rows.push(row(&label, method, scene, &found));
     }
     Ok(())

@@ -127,6 +127,13 @@ impl CorridorMap {
         self.next(row * self.columns + column, heading).is_some_and(|cell| self.is_free(cell))
     }
 
+    /// The up to four cells next to one, free or not.
+    pub(super) fn beside(&self, (column, row): (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
+        let next = move |heading| self.next(row * self.columns + column, heading);
+        let cells = Heading::ALL.into_iter().filter_map(next).filter(|&cell| cell < self.free.len());
+        cells.map(|cell| (cell % self.columns, cell / self.columns))
+    }
+
     fn is_free(&self, cell: usize) -> bool {
         self.free.get(cell).copied().unwrap_or(false)
     }

@@ -1,7 +1,9 @@
 //! Graph cameras for common scenes.
 
 mod corridors;
+mod floor;
 mod split;
 
 pub use corridors::{CorridorMap, CorridorMapError, Heading};
+pub use floor::{FloorGrid, Storey};
 pub use split::split_behind;

@@ -7,7 +7,7 @@ use impostor::{Impostor, Method, Ray, Side, Steps};
 use rayon::prelude::*;
 use scene::{Scene, Snapshot};
 
-use super::{DISTANCE_RADII, End, PAST_HALF, SIDE_PX, bounds_of, camera, impostor, picture, relief, turned_back};
+use super::{DISTANCE_RADII, End, PAST_HALF, SIDE_PX, camera, impostor, picture, relief, turned_back};
 use crate::imager::{Imager, ImagerError};
 
 /// Images serve a shape where at most this share of the pixels that show it are wrong, over all views.
@@ -102,7 +102,7 @@ pub(super) fn judge(
 
 /// From the 26 directions of a cube's faces, edges and corners.
 fn views(scene: &Scene, snapshot: &Snapshot, object: u16, imager: &mut dyn Imager) -> Result<Vec<View>, ImagerError> {
-    let Some(bounds) = bounds_of(scene, snapshot, object.into()) else { return Ok(Vec::new()) };
+    let Some(bounds) = scene.bounds_of(snapshot, object) else { return Ok(Vec::new()) };
     let world_from_object = &snapshot.world_from_mesh[usize::from(object)];
     let radius_m = bounds.min.distance(bounds.max) / 2.0;
     let fov_rad = 2.0 * (1.0 / DISTANCE_RADII).asin();

@@ -26,7 +26,7 @@ use protocol::image::octahedral_normal;
 use protocol::{DepthImage, ObjectPose};
 use scene::{Scene, Snapshot};
 
-use super::decide::{bounds_of, effect_of_mesh};
+use super::decide::effect_of_mesh;
 use super::{Drawn, Faces, Shot};
 use crate::imager::{Imager, ImagerError};
 pub use kept::KeptReliefs;
@@ -152,7 +152,7 @@ impl Reliefs {
         for (&mesh, shape) in &mut self.shapes {
             for &object in &shape.objects {
                 let now = shown.get(&object);
-                let Some(bounds) = bounds_of(scene, snapshot, object.into()) else { continue };
+                let Some(bounds) = scene.bounds_of(snapshot, object) else { continue };
                 let Some(side_px) = side_px(&bounds, eye, if now.is_some() { SLACK } else { 1.0 }) else { continue };
                 let verdict = match &shape.verdict {
                     Some(verdict) => verdict,
@@ -217,7 +217,7 @@ fn side_px(bounds: &Bounds, eye: Eye, slack: f64) -> Option<u32> {
 
 /// Looks at an object from where its axis points.
 fn camera(scene: &Scene, snapshot: &Snapshot, object: u16, axis_mesh: DVec3, side_px: u32) -> Option<Camera> {
-    let bounds = bounds_of(scene, snapshot, object.into())?;
+    let bounds = scene.bounds_of(snapshot, object)?;
     let radius_m = bounds.min.distance(bounds.max) / 2.0;
     let axis_world = (snapshot.world_from_mesh[usize::from(object)].matrix3 * axis_mesh).normalize_or_zero();
     let eye_world = bounds.middle() + axis_world * DISTANCE_RADII * radius_m;
