@@ -257,6 +257,29 @@ fn an_eye_in_the_box_and_a_relief_by_a_pinhole_are_right_too() {
     }
 }
 
+#[test]
+fn of_two_reliefs_of_an_object_the_nearer_surface_shows() {
+    let from = |eye: DVec3| {
+        let pose = Rigid::look_at(eye, POT_BOUNDS.middle());
+        relief(&Image::take(Camera::Pinhole(Pinhole::symmetric(pose, (SIDE, SIDE), 0.7, 0.5)), pot()))
+    };
+    let patches = [from(POT_EYE), Patch { id: PatchId(2), ..from(POT_EYE * DVec3::new(1.0, 1.0, -1.0)) }];
+    let side_on = DAffine3::from_translation(FAR_AWAY) * DAffine3::from_rotation_y(1.4);
+    let place = |patch: &Patch| {
+        let placed = Edit::Place(patch.id, vec![instance(3, side_on, [255; 3])]);
+        [Edit::Add(Box::new(patch.clone())), placed]
+    };
+    let draw = |patches: &[Patch]| {
+        let mut held = Held::default();
+        held.commit(patches.iter().flat_map(place).collect(), 0.0, 0).expect("it is held");
+        Client::of(&held).draw(&held, &view()).w
+    };
+    let [both, front, back] = [&patches[..], &patches[..1], &patches[1..]].map(draw);
+    let nearer = |a: &[f32], b: &[f32]| a.iter().zip(b).filter(|(a, b)| a > b).count();
+    assert!(nearer(&front, &back) > 100 && nearer(&back, &front) > 100, "each holds what the other does not");
+    assert!(both.iter().zip(front.iter().zip(&back)).all(|(&both, (&front, &back))| both == front.max(back)));
+}
+
 /// A wall across the left half of the view, at a depth.
 fn wall(view: &Pinhole, z_m: f64) -> Patch {
     let mut mask = Mask::empty(SIDE, SIDE);
