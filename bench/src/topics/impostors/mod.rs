@@ -36,6 +36,9 @@ struct Arguments {
     /// Leaves out how much an image holds, what rays cost, and what a session spends.
     #[arg(long)]
     only_errors: bool,
+    /// Compares one ray through each pixel's centre, in the truth and by the client: what smooths edges and averages colours is in neither.
+    #[arg(long)]
+    one_ray: bool,
 }
 
 /// What a run of the topic measures.
@@ -44,6 +47,7 @@ struct Settings {
     size_px: (u32, u32),
     poses: usize,
     only_errors: bool,
+    one_ray: bool,
     quick: bool,
     occlusion: StabilityPlan,
 }
@@ -58,7 +62,14 @@ impl Settings {
             poses: arguments.poses.map_or(plan.poses, |poses| poses as usize),
             ..plan
         };
-        Settings { size_px, poses, only_errors: arguments.only_errors, quick: run.quick, occlusion }
+        Settings {
+            size_px,
+            poses,
+            only_errors: arguments.only_errors,
+            one_ray: arguments.one_ray,
+            quick: run.quick,
+            occlusion,
+        }
     }
 }
 

@@ -18,6 +18,7 @@ use crate::topic::Run;
 pub(super) fn describe(report: &mut Report, settings: &Settings) {
     report.settings.set("output", format!("{}x{} at 60 degrees", settings.size_px.0, settings.size_px.1));
     report.settings.set("poses", settings.poses);
+    report.settings.set("rays_a_pixel", if settings.one_ray { "one, on both sides" } else { "nine in the truth" });
     report.notes = [
         "Truth: rays on the CPU in f64, nine a pixel, two bounces at most; what a reflector shows of itself is in neither. Clients hold a conventional \
          image of the very view, so that reflections alone differ; normals are those of the wire, of 12 + 12 bits.",

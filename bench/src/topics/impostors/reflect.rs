@@ -234,7 +234,7 @@ pub(super) fn measure(
         }
         let Some((_, tracer)) = &truth else { continue };
         let effects = Effects { max_bounces: 2, ..Effects::ONE_BOUNCE };
-        let traced = tracer.picture(&view, &effects, TRUTH_RAYS_A_SIDE);
+        let traced = tracer.picture(&view, &effects, if settings.one_ray { 1 } else { TRUTH_RAYS_A_SIDE });
         let subject = subject_of(&stage, &view);
         let held = held_view(gpu, &stage, &view)?;
         let mut pictures = vec![traced.picture()];
@@ -242,7 +242,7 @@ pub(super) fn measure(
             let made = maker.make(&stage, &view, method.images)?;
             let options = client::frame::Options {
                 fill: false,
-                reflect: Drawing { search: method.search, ..Drawing::default() },
+                reflect: Drawing { search: method.search, filter: !settings.one_ray, ..Drawing::default() },
                 ..Default::default()
             };
             let impostors = put_up(gpu, &made, None)?;
