@@ -217,7 +217,8 @@ mod tests {
             inverse_range,
             direction,
             spot_cos_inner,
-            spot_cos_outer
+            spot_cos_outer,
+            shadow
         );
         assert_layout!(LightingUniform, shade, "Lighting", ambient, light_count, background, burley, lights);
         assert_layout!(MaterialUniform, shade, "Material", emissive, metallic, roughness, transmission, ior, flags);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use camera::{Pinhole, Rigid};
 use glam::{DAffine3, DVec2, DVec3, Vec3, dvec3};
-use protocol::Lighting;
+use protocol::{Light, Lighting};
 use scene::model::{Animation, Material, Mesh, Vertex};
 use scene::{Bounds, Instance, Scene, Snapshot};
 

@@ -99,7 +99,7 @@ mod tests {
         assert!(
             shows(in_midst(5.0), DVec3::ONE) && shows(in_midst(0.0), DVec3::ONE) && !shows(in_midst(-3.0), DVec3::ONE)
         );
-        assert!(shows(DVec3::new(-8.0, 0.0, 5.0), DVec3::ONE) && !shows(DVec3::new(-10.0, 0.0, 5.0), DVec3::ONE));
+        assert!(shows(DVec3::new(-7.5, 0.0, 5.0), DVec3::ONE) && !shows(DVec3::new(-10.0, 0.0, 5.0), DVec3::ONE));
         assert!(shows(DVec3::new(6.0, 0.0, 5.0), DVec3::new(-2.0, 1.0, 1.0)), "mirrored");
         // Its ball is 2 sqrt(3) m wide, as a pixel is in a depth of 317 m.
         assert!(shows(in_midst(310.0), DVec3::ONE) && !shows(in_midst(325.0), DVec3::ONE));

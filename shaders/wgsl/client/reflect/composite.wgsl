@@ -11,8 +11,8 @@ fn shown(pixel: vec2i) -> vec4f {
     return vec4f(srgb_from_linear(texel.rgb / max(texel.a, 1.0)), texel.a);
 }
 
-// Colours that differ by more than this, of sRGB-encoded ones from 0 to 1, have an edge between them: five steps of an 8-bit
-// picture could be a gradient, a hundred could not.
+// Colours that differ by more than this, of sRGB-encoded ones from 0 to 1, have an edge between them: fifteen steps of an 8-bit
+// picture, which one pixel of a gradient seldom makes, and where a jagged edge begins to be seen.
 const LEAST_EDGE = 0.06;
 
 // 1 where a neighbour on the reflector shows something else.
