@@ -21,12 +21,11 @@
 //! **Behind edges** (ours). A ray that meets nothing in an image of the surroundings passed where its camera does not see; it shows what the
 //! image has in its direction, behind all that is met.
 //!
-//! **Normals** (ours) of reflectors come in 12 + 12 bits; rays leave by averages over pairs of pixels on opposite sides, or mirrors would
-//! have facets.
+//! **Normals** of reflectors come in 12 + 12 bits, or mirrors would have facets.
 //!
 //! **Edges** (ours). Where a pixel shows another colour than its neighbours on the reflector, four more rays leave its area, by normals
 //! as they change from pixel to pixel, and the pixel is the mean of all: adaptive supersampling by contrast (Mitchell, *Generating
-//! antialiased images at low sampling densities*, 1987). The outlines of reflectors themselves stay as the picture has them.
+//! antialiased images at low sampling densities*, 1987). Software renderers do without ([`EdgeRays`]). The outlines of reflectors themselves stay as the picture has them.
 //!
 //! **Minification** (ours). The rays of two neighbouring pixels tell how much of the impostor a pixel shows, whatever lies between;
 //! colours are averages over as much.
@@ -79,6 +78,18 @@ impl Search {
     }
 }
 
+/// Who sends four more rays from pixels that differ from their neighbours on a reflector: five times the passes, which a GPU leaves
+/// early in most pixels, and a software renderer does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EdgeRays {
+    /// Nobody.
+    Never,
+    /// All but software renderers.
+    OnGpu,
+    /// Everybody.
+    Always,
+}
+
 /// How reflections are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
@@ -88,15 +99,24 @@ pub struct Settings {
     pub search: Search,
     /// Fade samples of single-pole cameras that were seen at a grazing angle.
     pub fade: bool,
-    /// Average colours over what a pixel shows, by more rays too where edges are.
+    /// Average colours over what a pixel shows.
     pub filter: bool,
+    /// Whether pixels that differ from their neighbours on a reflector get more rays.
+    pub edges: EdgeRays,
     /// Count steps, for a report: everything is walked twice.
     pub count_steps: bool,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { bounces: Bounces::Two, search: Search::Whole, fade: true, filter: true, count_steps: false }
+        Settings {
+            bounces: Bounces::Two,
+            search: Search::Whole,
+            fade: true,
+            filter: true,
+            edges: EdgeRays::OnGpu,
+            count_steps: false,
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use surface::GBuffer;
 use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
 
 use super::uniforms::{PlacedUniform, RoundUniform};
-use super::{Bounces, Reflectors, Search, Settings, fades};
+use super::{Bounces, EdgeRays, Reflectors, Search, Settings, fades};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, begin, uniform};
 use crate::impostors::{ImpostorKind, Impostors, Placed, PlacedCamera};
 use crate::light::Lit;
@@ -192,7 +192,11 @@ impl ReflectPass {
             drop(begin(encoder, "count", true, &[&count.view], None));
         }
         let sum = BindingResource::TextureView(&targets.sum.view);
-        let rays = if inputs.settings.filter { OFFSETS_PX.len() } else { 1 };
+        let rays = match inputs.settings.edges {
+            EdgeRays::Always => OFFSETS_PX.len(),
+            EdgeRays::OnGpu if !self.gpu.caps.software => OFFSETS_PX.len(),
+            EdgeRays::OnGpu | EdgeRays::Never => 1,
+        };
         for (index, offset_px) in OFFSETS_PX.into_iter().take(rays).enumerate() {
             if index == 1 {
                 self.edges.encode(encoder, std::slice::from_ref(&sum), &[&targets.edges.view]);

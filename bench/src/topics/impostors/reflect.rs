@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use camera::{Camera, Pinhole, Rigid, Trace};
 use client::impostors::{ImpostorImage, ImpostorKind, Impostors};
-use client::reflect::{Search, Settings as Drawing};
+use client::reflect::{EdgeRays, Search, Settings as Drawing};
 use gpu::Gpu;
 use protocol::codec::{Coding, encode_patch};
 use protocol::held::{ObjectPose, Patch, PatchId};
@@ -79,6 +79,8 @@ pub(super) struct Method {
     pub name: &'static str,
     pub images: Images,
     pub search: Search,
+    /// Whether edges get more rays.
+    pub edges: bool,
 }
 
 pub(super) const DECIDED: &str = "non-pinhole";
@@ -87,14 +89,26 @@ pub(super) const PINHOLES: &str = "depth images";
 pub(super) const PLANNED: &str = "non-pinhole, own floor plan";
 pub(super) const MAPS: &str = "environment map";
 
-pub(super) const METHODS: [Method; 6] = [
-    Method { name: DECIDED, images: Images::Decided, search: Search::Whole },
-    Method { name: "non-pinhole, steps of 1/2", images: Images::Decided, search: Search::Half },
-    Method { name: "non-pinhole, steps of 1/4", images: Images::Decided, search: Search::Quarter },
-    Method { name: PINHOLES, images: Images::Pinholes, search: Search::Whole },
-    Method { name: MAPS, images: Images::Pinholes, search: Search::EnvironmentMap },
-    Method { name: PLANNED, images: Images::Planned, search: Search::Whole },
+pub(super) const METHODS: [Method; 8] = [
+    Method::new(DECIDED, Images::Decided, Search::Whole),
+    Method::new("non-pinhole, steps of 1/2", Images::Decided, Search::Half),
+    Method::new("non-pinhole, steps of 1/4", Images::Decided, Search::Quarter),
+    Method::new(PINHOLES, Images::Pinholes, Search::Whole),
+    Method::new(MAPS, Images::Pinholes, Search::EnvironmentMap),
+    Method::new("non-pinhole, five rays at edges", Images::Decided, Search::Whole).with_edges(),
+    Method::new("depth images, five rays at edges", Images::Pinholes, Search::Whole).with_edges(),
+    Method::new(PLANNED, Images::Planned, Search::Whole),
 ];
+
+impl Method {
+    const fn new(name: &'static str, images: Images, search: Search) -> Method {
+        Method { name, images, search, edges: false }
+    }
+
+    const fn with_edges(self) -> Method {
+        Method { edges: true, ..self }
+    }
+}
 
 /// The impostors of a pose, ready for a client, and what they took.
 pub(super) struct Made {
@@ -222,7 +236,10 @@ pub(super) fn measure(
     let mut maker = Maker::new(&stage)?;
     let mut client = ClientView::new(gpu, settings.size_px)?;
     let progress = Progress::new(format!("{label}: reflections"), path.poses.len() as u64);
-    let is_other = |method: &&Method| method.images != Images::Planned || scene.corridors.is_some();
+    // One ray a pixel is asked for, or nobody tells of corridors anyway: then some would say the same again.
+    let is_other = |method: &&Method| {
+        (method.images != Images::Planned || scene.corridors.is_some()) && !(method.edges && settings.one_ray)
+    };
     let methods: &'static [Method] = &METHODS;
     let mut found: Vec<(&Method, Found)> = methods.iter().filter(is_other).map(|m| (m, Found::default())).collect();
     let mut truth: Option<(f64, RayTruth)> = None;
@@ -242,7 +259,12 @@ pub(super) fn measure(
             let made = maker.make(&stage, &view, method.images)?;
             let options = client::frame::Options {
                 fill: false,
-                reflect: Drawing { search: method.search, filter: !settings.one_ray, ..Drawing::default() },
+                reflect: Drawing {
+                    search: method.search,
+                    filter: !settings.one_ray,
+                    edges: if method.edges { EdgeRays::Always } else { EdgeRays::Never },
+                    ..Drawing::default()
+                },
                 ..Default::default()
             };
             let impostors = put_up(gpu, &made, None)?;

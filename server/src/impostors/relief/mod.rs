@@ -18,6 +18,7 @@ mod kept;
 mod serve;
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use camera::{Bounds, Camera, Spoc};
 use glam::{DAffine3, DVec3};
@@ -181,16 +182,16 @@ impl Reliefs {
     ) -> Result<Option<&Relief>, ImagerError> {
         let Some(shape) = self.shapes.get_mut(&key.mesh) else { return Ok(None) };
         let (Some(verdict), Some(&object)) = (&shape.verdict, shape.objects.first()) else { return Ok(None) };
-        let place = (key.end, side_px);
-        if !shape.images.contains_key(&place) {
-            let Some(camera) = camera(scene, snapshot, object, verdict.axis * key.end.sign(), side_px) else {
-                return Ok(None);
-            };
-            let Some(image) = relief(imager, snapshot, object, &camera)? else { return Ok(None) };
-            let world_from_object = snapshot.world_from_mesh[usize::from(object)];
-            shape.images.insert(place, Relief { image, pose: ObjectPose { object, world_from_object } });
-        }
-        Ok(shape.images.get(&place))
+        Ok(Some(match shape.images.entry((key.end, side_px)) {
+            Entry::Occupied(image) => image.into_mut(),
+            Entry::Vacant(place) => {
+                let axis = verdict.axis * key.end.sign();
+                let Some(camera) = camera(scene, snapshot, object, axis, side_px) else { return Ok(None) };
+                let Some(image) = relief(imager, snapshot, object, &camera)? else { return Ok(None) };
+                let world_from_object = snapshot.world_from_mesh[usize::from(object)];
+                place.insert(Relief { image, pose: ObjectPose { object, world_from_object } })
+            }
+        }))
     }
 }
 

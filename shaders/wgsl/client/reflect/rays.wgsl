@@ -14,54 +14,32 @@
 // Of `composite.wgsl`.
 @group(0) @binding(6) var edges: texture_2d<f32>;
 
-// Normals are rounded, and triangles interpolate them: a mirror doubles what they leap by and shows it as facets. Averages over pixels
-// around tell the surface from the rounding.
-const NORMAL_REACH_PX = 2;
-// Cosine of how far a normal may turn within the reach: 15 degrees, 30 times as much as rounding does. Beyond, there is an edge.
+// Cosine of how far a normal may turn from one pixel to the next: 15 degrees. Beyond, there is an edge.
 const NORMAL_TURN_COS = 0.966;
 
 // Sine of 15 degrees: see `facing_normal`.
 const GRAZING_SIN = 0.26;
 
-// The normal in a pixel, `offset_px` from its centre, as the pixels around have it: the mean of pairs on opposite sides, which what
-// bends evenly does not shift, and how it changes from pixel to pixel by least squares over them.
-fn steadied_normal(pixel: vec2i, ids: vec2u, offset_px: vec2f) -> vec3f {
+// How a normal changes by a step of a pixel, as neighbours on both sides have it; nothing where an edge lies between.
+fn normal_change(pixel: vec2i, step: vec2i, ids: vec2u, own: vec3f) -> vec3f {
+    let a = textureLoad(normal_ids, pixel + step, 0).xy;
+    let b = textureLoad(normal_ids, pixel - step, 0).xy;
+    let normal_a = octahedral_normal_fine(a.x);
+    let normal_b = octahedral_normal_fine(b.x);
+    let is_smooth = min(dot(normal_a, own), dot(normal_b, own)) >= NORMAL_TURN_COS;
+    return select(vec3f(0.0), (normal_a - normal_b) * 0.5, is_smooth && a.y == ids.y && b.y == ids.y);
+}
+
+// The normal `offset_px` beside a pixel's centre. At the centre it is the pixel's own: an average over neighbours would be steadier, but
+// flatter than what bends, and a mirror doubles that.
+fn normal_beside(pixel: vec2i, ids: vec2u, offset_px: vec2f) -> vec3f {
     let own = octahedral_normal_fine(ids.x);
-    var sum = own;
-    // What differences add up to, times steps to the right and down; and the sums of these steps' products.
-    var right = vec3f(0.0);
-    var down = vec3f(0.0);
-    var products = vec3f(0.0);
-    for (var y = 0; y <= NORMAL_REACH_PX; y++) {
-        for (var x = -NORMAL_REACH_PX; x <= NORMAL_REACH_PX; x++) {
-            // One of each pair.
-            if y == 0 && x <= 0 {
-                continue;
-            }
-            let a = textureLoad(normal_ids, pixel + vec2i(x, y), 0).xy;
-            let b = textureLoad(normal_ids, pixel - vec2i(x, y), 0).xy;
-            if a.y != ids.y || b.y != ids.y {
-                continue;
-            }
-            let normal_a = octahedral_normal_fine(a.x);
-            let normal_b = octahedral_normal_fine(b.x);
-            if min(dot(normal_a, own), dot(normal_b, own)) >= NORMAL_TURN_COS {
-                sum += normal_a + normal_b;
-                let step = vec2f(f32(x), f32(y));
-                right += (normal_a - normal_b) * step.x;
-                down += (normal_a - normal_b) * step.y;
-                products += 2.0 * vec3f(step.x * step.x, step.y * step.y, step.x * step.y);
-            }
-        }
+    if all(offset_px == vec2f(0.0)) {
+        return own;
     }
-    // Steps are whole numbers: 0 where all of them lie on a line, which says nothing of the other direction.
-    let determinant = products.x * products.y - products.z * products.z;
-    if determinant == 0.0 {
-        return normalize(sum);
-    }
-    let of_right = (products.y * offset_px.x - products.z * offset_px.y) / determinant;
-    let of_down = (products.x * offset_px.y - products.z * offset_px.x) / determinant;
-    return normalize(normalize(sum) + of_right * right + of_down * down);
+    let right = normal_change(pixel, vec2i(1, 0), ids, own);
+    let down = normal_change(pixel, vec2i(0, 1), ids, own);
+    return normalize(own + right * offset_px.x + down * offset_px.y);
 }
 
 // A normal on the side that light arrives from. At outlines interpolated and rounded normals turn away a little: there light passes
@@ -92,7 +70,7 @@ fn ray_of_pixel(position: vec2f) -> PixelRay {
     if !(is_mirror(material) || is_glass(material)) {
         return ray;
     }
-    let normal = facing_normal(steadied_normal(pixel, ids, round.offset_px), arriving);
+    let normal = facing_normal(normal_beside(pixel, ids, round.offset_px), arriving);
     if is_mirror(material) {
         ray.state = RAY_OUTSIDE;
         ray.bounces -= 1u;
