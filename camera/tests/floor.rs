@@ -133,7 +133,7 @@ fn open_places_rooms_and_walls_off_the_squares_have_none() {
     for (rows, middle) in [(&pillars[..], (3, 3)), (&room, (2, 2)), (&straight, (1, 3)), (&[], (0, 0))] {
         assert_eq!(HERE.found(rows, middle), None, "{rows:?}");
     }
-    let is_pillar = |k: usize| k % 2 == 0;
+    let is_pillar = |k: usize| k.is_multiple_of(2);
     let pillar = |row: usize, column: usize| {
         let is_rim = [row, column].iter().any(|&k| k == 0 || k == 18);
         if is_rim || is_pillar(row) && is_pillar(column) { '#' } else { '.' }

@@ -18,14 +18,20 @@ use support::scenes;
 use surface::HeldSurfaces;
 use vantage_client::frame::{FrameRenderer, Options};
 use vantage_client::impostors::{ImpostorImage, ImpostorKind, Impostors, UnfitImage};
-use vantage_client::reflect::{Bounces, Search, Settings, StepSum};
+use vantage_client::reflect::{Bounces, EdgeRays, Search, Settings, StepSum};
 
 const SIDE: u32 = 64;
 const BACKGROUND: [u8; 3] = [90, 140, 200];
 
 /// Edges are as wide as a sample, so that places can be told.
-const SHARP: Settings =
-    Settings { bounces: Bounces::Two, search: Search::Whole, fade: true, filter: false, count_steps: false };
+const SHARP: Settings = Settings {
+    bounces: Bounces::Two,
+    search: Search::Whole,
+    fade: true,
+    filter: false,
+    edges: EdgeRays::Never,
+    count_steps: false,
+};
 
 // Codes of the materials.
 const UNLIT: u8 = 0;

@@ -67,8 +67,7 @@ fn update_of(size_px: (u32, u32)) -> Update {
         range_m: f32::INFINITY,
     };
     let lighting = Lighting { ambient: [0.1; 3], lights: vec![light; 16], background: [1, 2, 3], burley: true };
-    let pose =
-        ObjectPose { object: 7, world_from_object: glam::DAffine3::from_translation(glam::DVec3::new(1e7, 0.0, 0.5)) };
+    let pose = ObjectPose { object: 7, world_from_object: glam::DAffine3::from_translation(DVec3::new(1e7, 0.0, 0.5)) };
     let edits = vec![
         Edit::Clear,
         Edit::Materials(vec![Material::default(); 256]),

@@ -177,7 +177,7 @@ mod tests {
             let centre = frame.world_from_eye.transform_point(DVec3::Z * frame.near_m * 2.0);
             let radius_m = f64::from(SIDE_PX / 2 - 1) * 2.0 * frame.near_m / frame.focal_px;
             let right = frame.world_from_eye.transform_vector(DVec3::X);
-            for share in [0.0, 0.3, 0.7071, 0.95] {
+            for share in [0.0, 0.3, 0.7, 0.95] {
                 // Both ends of a chord of the ball along the light.
                 let (aside, half) = (share * radius_m, (1.0 - share * share).sqrt() * radius_m);
                 let ends = [-half, half].map(|way| texel(frame, centre + right * aside + along * way).expect("inside"));
