@@ -327,7 +327,7 @@ mod tests {
             sums = [sums[0] + off[0], sums[1] + off[1]];
             assert_eq!(octahedral_normal_with_rest(code, 0), octahedral_normal(code));
         }
-        assert!(sums[1] < sums[0] / 15.0, "{sums:?}");
+        assert!(sums[1] < sums[0] / 14.5, "{sums:?}");
         // Half a step upwards is the one that has no nibble: seven sixteenths stand for it.
         assert!(coarse < 0.0165 && fine < 0.0165 / 8.0, "{coarse} and {fine}");
         assert_eq!(rest_steps(0x8f), [-1, -8]);

@@ -11,7 +11,7 @@ use super::{DISTANCE_RADII, End, PAST_HALF, SIDE_PX, camera, impostor, picture, 
 use crate::imager::{Imager, ImagerError};
 
 /// Images serve a shape where at most this share of the pixels that show it are wrong, over all views.
-const MOST_WRONG: f64 = 0.05;
+const MOST_WRONG: f64 = 0.03;
 /// The side of the images that are judged, in pixels: the finest. Coarser ones are looked at from further away.
 const IMAGE_PX: u32 = SIDE_PX[1];
 /// The side of the views, in pixels.

@@ -140,8 +140,8 @@ impl Reliefs {
         self.shapes.is_empty()
     }
 
-    /// What a viewer should be shown by which images; `shown` says what it is shown by now. Shapes that come into reach for the first
-    /// time are judged, and what was found is said in the log.
+    /// What a viewer should be shown by which images; `shown` says what it is shown by now. A shape that comes into reach for the first
+    /// time is judged, and what was found is said in the log; one a call, for it takes a software renderer a second.
     pub fn wanted(
         &mut self,
         (scene, snapshot): (&Scene, &Snapshot),
@@ -150,6 +150,7 @@ impl Reliefs {
         imager: &mut dyn Imager,
     ) -> Result<BTreeMap<Key, Wanted>, ImagerError> {
         let mut wanted: BTreeMap<Key, Wanted> = BTreeMap::new();
+        let mut has_judged = false;
         for (&mesh, shape) in &mut self.shapes {
             for &object in &shape.objects {
                 let now = shown.get(&object);
@@ -157,7 +158,11 @@ impl Reliefs {
                 let Some(side_px) = side_px(&bounds, eye, if now.is_some() { SLACK } else { 1.0 }) else { continue };
                 let verdict = match &shape.verdict {
                     Some(verdict) => verdict,
-                    None => shape.verdict.insert(judge::judge(scene, snapshot, object, imager)?),
+                    None if has_judged => continue,
+                    None => {
+                        has_judged = true;
+                        shape.verdict.insert(judge::judge(scene, snapshot, object, imager)?)
+                    }
                 };
                 let world_from_object = &snapshot.world_from_mesh[usize::from(object)];
                 let to_eye = turned_back(world_from_object, eye.eye_world - bounds.middle());
