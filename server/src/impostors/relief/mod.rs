@@ -17,6 +17,7 @@ mod judge;
 mod kept;
 mod serve;
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
@@ -35,6 +36,8 @@ pub use serve::serve;
 
 /// Fewer objects of a shape are not worth images of it from all sides.
 const LEAST_OBJECTS: usize = 8;
+/// Shapes that are looked at: those of the most objects.
+const MOST_SHAPES: usize = 32;
 /// The sides of images, in pixels: powers of two between these.
 const SIDE_PX: [u32; 2] = [32, 256];
 /// An object that is shown so stays it until it is nearer by this factor, so that who walks to and fro is not sent it again and again.
@@ -132,7 +135,10 @@ impl Reliefs {
             }
         }
         shapes.retain(|_, shape| shape.objects.len() >= LEAST_OBJECTS);
-        Reliefs { shapes }
+        let mut by_count: Vec<(u32, Shape)> = shapes.into_iter().collect();
+        by_count.sort_by_key(|(_, shape)| Reverse(shape.objects.len()));
+        by_count.truncate(MOST_SHAPES);
+        Reliefs { shapes: by_count.into_iter().collect() }
     }
 
     /// Whether there is nothing to decide.
