@@ -20,7 +20,7 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
     report.settings.set("poses", settings.poses);
     report.settings.set("rays_a_pixel", if settings.one_ray { "one, on both sides" } else { "nine in the truth" });
     report.notes = [
-        "Truth: rays on the CPU in f64, nine a pixel, two bounces at most; what a reflector shows of itself is in neither. Clients hold a conventional \
+        "Truth: rays on the CPU in f64, nine a pixel or as the settings say, two bounces at most; what a reflector shows of itself is in neither. Clients hold a conventional \
          image of the very view, so that reflections alone differ; normals are those of the wire, of 12 + 12 bits.",
         "Error: mean absolute difference of sRGB values, 0 to 1, over the pixels where the truth or the result shows the object in question: \
          of the result, those that change without its image. In a maze: over all of the reflector.",

@@ -7,7 +7,7 @@
 //! - **which shapes**: a mesh that eight objects and more have, rigid, neither mirror nor glass, and of which one image
 //!   holds nearly all that viewers see, by rays against it (`judge.rs`);
 //! - **which side**: images are taken from both ends of an axis of the mesh. Where one holds all that viewers on its half of space see,
-//!   as of a barrel or a car from above, they get that alone; otherwise both, of which the nearer surface shows;
+//!   as of a box, they get that alone; otherwise both, as of a barrel or a ball, of which the nearer surface shows;
 //! - **how fine**: as fine as the nearest object that it shows needs for the viewer's output; what is nearer than the finest
 //!   image serves is sampled as everything else.
 //!
