@@ -118,6 +118,11 @@ impl ClientView {
         Ok(encoded.map().wait(&self.gpu)?.values(shares))
     }
 
+    /// What surfaces looked like in the last frame.
+    pub fn gbuffer(&self) -> Option<&surface::GBuffer> {
+        self.frames.gbuffer()
+    }
+
     /// Draws and waits; gives the wall time in ms.
     pub fn draw(&mut self, set: &HeldSet, camera: &Pinhole, options: Options) -> anyhow::Result<f64> {
         self.draw_reflecting(set, None, camera, options)

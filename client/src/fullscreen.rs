@@ -9,6 +9,8 @@ pub(crate) enum Binding {
     Uniform,
     FloatTexture,
     UintTexture,
+    /// A buffer that is read; not on WebGL2.
+    Storage,
 }
 
 /// What a pass does to what its targets hold.
@@ -181,6 +183,11 @@ fn layout_entry(binding: u32, visibility: ShaderStages, kind: Binding) -> wgpu::
     let ty = match kind {
         Binding::Uniform => wgpu::BindingType::Buffer {
             ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        Binding::Storage => wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
             has_dynamic_offset: false,
             min_binding_size: None,
         },

@@ -33,6 +33,7 @@ pub mod relief;
 pub mod shadow;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod socket;
+pub mod soft;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod traffic;
 pub mod viewer;

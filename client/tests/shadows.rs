@@ -3,17 +3,22 @@
 mod common;
 
 use camera::Pinhole;
-use common::{Block, FLOOR, SIDE, Stage, World, entry, view};
+use common::{Block, FLOOR, OnFloor, Stage, World, camera, entry, lit_by, on_floor, view};
 use glam::DVec3;
-use protocol::{Held, Light, Lighting};
+use protocol::{Held, Light};
 use vantage_client::shadow::{Settings, Shadows};
+use vantage_client::soft;
 
 /// Of shadow maps.
 const MAP_PX: u32 = 256;
 /// Of the images that are held.
 const HELD_PX: u32 = 256;
 const CUBE: Block = (DVec3::new(-0.7, 0.5, -0.6), DVec3::new(0.6, 1.7, 0.7));
-const MAPS: Settings = Settings { shadows: Shadows::Maps, side_px: MAP_PX };
+const MAPS: Settings = Settings {
+    shadows: Shadows::Maps,
+    side_px: MAP_PX,
+    soft: soft::Settings { method: soft::Method::Maps, points: 16, map_px: MAP_PX },
+};
 const HERE: World = World { origin: DVec3::ZERO, scale: 1.0, side_px: HELD_PX };
 
 /// None sees a face of the cube edge-on: such samples reach far beyond it.
@@ -24,10 +29,6 @@ const EYES: [DVec3; 5] = [
     DVec3::new(-7.0, 5.0, 0.0),
     DVec3::new(0.0, 9.0, 0.0),
 ];
-
-fn lit_by(lights: Vec<Light>) -> Lighting {
-    Lighting { ambient: [0.1; 3], lights, background: [0; 3], burley: false }
-}
 
 fn sun(direction: DVec3) -> Light {
     Light::Directional { direction_world: direction.normalize().as_vec3().to_array(), irradiance: [3.0; 3] }
@@ -40,13 +41,8 @@ fn lamp(world: &World, place: DVec3) -> Light {
         direction_world: [0.0, -1.0, 0.0],
         spot_cos: [-1.0, -2.0],
         range_m: f32::INFINITY,
+        area: None,
     }
-}
-
-fn camera(world: &World) -> Pinhole {
-    let mut camera = view(world.point(DVec3::new(1.5, 5.0, 5.5)), world.origin);
-    camera.near_m *= world.scale;
-    camera
 }
 
 /// A stage with shadows of a held copy.
@@ -60,33 +56,6 @@ fn stage(held: &Held) -> Stage {
 fn shares(stage: &mut Stage, held: &Held, camera: &Pinhole) -> Vec<[u8; 4]> {
     stage.shoot(held, camera);
     stage.read(stage.frames.light_shares().expect("a light casts"))
-}
-
-/// A pixel whose middle shows the top of a floor, in the boxes' units.
-struct OnFloor {
-    pixel: usize,
-    p: DVec3,
-    /// What it spans there.
-    footprint: f64,
-}
-
-/// Of the picture that was drawn last; pixels that show something else, as held samples end beside what they show, are left out.
-fn on_floor(stage: &Stage, world: &World, camera: &Pinhole, blocks: &[Block]) -> Vec<OnFloor> {
-    let drawn_w: Vec<f32> = stage.read(&stage.frames.gbuffer().expect("drawn").w);
-    let from = (camera.world_from_eye.translation - world.origin) / world.scale;
-    let at = |pixel: u32| {
-        let ray = camera.ray_eye_from_image(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5);
-        let along = camera.world_from_eye.transform_vector(ray);
-        let hits = blocks.iter().map(|block| entry(*block, from, along));
-        let first = (0..).zip(hits).filter_map(|(block, hit)| Some((block, hit?)));
-        let (block, (t, normal)) = first.min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
-        let footprint = t / camera.focal_px / -along.normalize().y;
-        // By as much the depth differs within the pixel.
-        let is_drawn = (1.0 / (f64::from(drawn_w[pixel as usize]) * world.scale) - t).abs() < footprint;
-        let found = OnFloor { pixel: pixel as usize, p: from + t * along, footprint };
-        (block == 0 && normal == DVec3::Y && is_drawn).then_some(found)
-    };
-    (0..SIDE * SIDE).filter_map(at).collect()
 }
 
 /// Compares with the closed form: where rays to the light agree all around a point, within the sum of a texel of the map, a pixel
@@ -151,7 +120,7 @@ fn a_lamp_casts_the_outline_of_a_cube() {
 fn a_spot_casts_by_one_map() {
     let Light::Point { position_world, intensity, range_m, .. } = lamp(&HERE, LAMP) else { unreachable!() };
     let direction_world = [0.0, -1.0, 0.0];
-    let light = Light::Point { position_world, intensity, direction_world, spot_cos: [0.9, 0.6], range_m };
+    let light = Light::Point { position_world, intensity, direction_world, spot_cos: [0.9, 0.6], range_m, area: None };
     let texel = 2.0 * LAMP.y * (1.0 / 0.36 - 1.0_f64).sqrt() / f64::from(MAP_PX - 2);
     compare(light, |p| LAMP - p, texel, SAMPLE * LAMP_GROWS);
 }

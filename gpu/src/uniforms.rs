@@ -123,7 +123,7 @@ impl LightUniform {
             Light::Directional { direction_world, irradiance } => {
                 LightUniform { kind: 0, colour: irradiance, direction: direction_world, ..LightUniform::zeroed() }
             }
-            Light::Point { position_world, intensity, direction_world, spot_cos, range_m } => LightUniform {
+            Light::Point { position_world, intensity, direction_world, spot_cos, range_m, .. } => LightUniform {
                 position: (DVec3::from(position_world) - eye_world).as_vec3().to_array(),
                 kind: 1,
                 colour: intensity,

@@ -22,5 +22,5 @@ pub mod wire;
 pub use held::{Edit, Held, HeldError, HeldInstance, Instance, ObjectPose, Patch, PatchId, Purpose, Update};
 pub use image::{DepthImage, DepthScale, Mask};
 pub use limits::Limits;
-pub use look::{Effect, Light, Lighting, Look, Material};
+pub use look::{Area, AreaShape, Effect, Light, Lighting, Look, Material};
 pub use message::{ClientMessage, ServerMessage};

@@ -1,5 +1,6 @@
 //! How samples are shown: materials, lights, and the transfer from light to the screen.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// What shading needs beside a sample's own colour and normal. Scene materials that agree in it share one entry.
@@ -66,7 +67,7 @@ impl Default for Material {
     }
 }
 
-/// A light without extent. Colours are linear RGB times strength, already in exposed units (see [`Lighting`]).
+/// A light. Colours are linear RGB times strength, already in exposed units (see [`Lighting`]).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Light {
     /// Light from infinitely far along `direction_world` (the way it travels, unit length).
@@ -88,7 +89,77 @@ pub enum Light {
         spot_cos: [f32; 2],
         /// Metres after which it has no effect; infinite where unlimited.
         range_m: f32,
+        /// The surface that it shines from; `None` of a light without extent. A surface point is lit as by all of the light in
+        /// its middle, `position_world`, times the share of the area that the point sees.
+        area: Option<Area>,
     },
+}
+
+/// The surface of a light, around its position.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Area {
+    /// From the middle to the middles of two sides of the rectangle, or along two radii of the disc that touches them; in world
+    /// space, at right angles. Its front is where their cross product points.
+    pub half_world: [[f64; 3]; 2],
+    /// Rectangle or disc.
+    pub shape: AreaShape,
+}
+
+/// What is lit up of the rectangle of an [`Area`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum AreaShape {
+    /// All of it.
+    Rectangle,
+    /// The ellipse in it.
+    Disc,
+}
+
+impl Area {
+    /// The corners of the rectangle, from `middle_world`, in the order of their parameters `(-1, -1)`, `(1, -1)`, `(-1, 1)`, `(1, 1)`.
+    /// They bound a disc too.
+    pub fn corners_world(&self, middle_world: DVec3) -> [DVec3; 4] {
+        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(|(s, t)| self.at(middle_world, s, t))
+    }
+
+    /// The points that stand for it: `side * side` of equal shares, row by row. Those of a rectangle are the middles of a
+    /// grid's cells; a disc's are the same, taken to the disc so that areas keep their proportions (Shirley, Chiu, *A low
+    /// distortion map between disk and square*, 1997).
+    pub fn points_world(&self, middle_world: DVec3, side: u32) -> impl Iterator<Item = DVec3> + use<> {
+        let area = *self;
+        let parameter = move |index: u32| (2.0 * f64::from(index) + 1.0) / f64::from(side) - 1.0;
+        (0..side * side).map(move |index| {
+            let (s, t) = (parameter(index % side), parameter(index / side));
+            let (s, t) = if area.shape == AreaShape::Disc { disc_from_square(s, t) } else { (s, t) };
+            area.at(middle_world, s, t)
+        })
+    }
+
+    /// The unit vector that its front faces; `None` where it has no surface.
+    pub fn normal_world(&self) -> Option<DVec3> {
+        let [u, v] = self.half_world.map(DVec3::from);
+        u.cross(v).try_normalize()
+    }
+
+    fn at(&self, middle_world: DVec3, s: f64, t: f64) -> DVec3 {
+        let [u, v] = self.half_world.map(DVec3::from);
+        middle_world + u * s + v * t
+    }
+
+    /// Whether its sides are finite.
+    pub fn is_finite(&self) -> bool {
+        self.half_world.iter().flatten().all(|number| number.is_finite())
+    }
+}
+
+/// From `[-1, 1]²` to the unit disc: rings to rings.
+fn disc_from_square(s: f64, t: f64) -> (f64, f64) {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+    if s == 0.0 && t == 0.0 {
+        return (0.0, 0.0);
+    }
+    let (radius, angle) =
+        if s.abs() > t.abs() { (s, FRAC_PI_4 * (t / s)) } else { (t, FRAC_PI_2 - FRAC_PI_4 * (s / t)) };
+    (radius * angle.cos(), radius * angle.sin())
 }
 
 /// Which transfer the picture uses.

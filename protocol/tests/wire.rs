@@ -17,7 +17,8 @@ use vantage_protocol::wire::{
     server_message_kind,
 };
 use vantage_protocol::{
-    ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, ObjectPose, PatchId, Update,
+    Area, AreaShape, ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, ObjectPose, PatchId,
+    Update,
 };
 
 const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
@@ -65,6 +66,7 @@ fn update_of(size_px: (u32, u32)) -> Update {
         direction_world: [0.0, -1.0, 0.0],
         spot_cos: [-1.0, -2.0],
         range_m: f32::INFINITY,
+        area: Some(Area { half_world: [[1.0, 0.0, 0.0], [0.0, 0.0, 2.0]], shape: AreaShape::Disc }),
     };
     let lighting = Lighting { ambient: [0.1; 3], lights: vec![light; 16], background: [1, 2, 3], burley: true };
     let pose = ObjectPose { object: 7, world_from_object: glam::DAffine3::from_translation(DVec3::new(1e7, 0.0, 0.5)) };

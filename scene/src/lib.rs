@@ -8,4 +8,4 @@ pub mod model;
 pub mod sanitize;
 
 pub use floor_plan::{floor_plan, heights_m};
-pub use model::{Bounds, Deformed, Instance, Material, Mesh, Scene, SceneLight, Snapshot, Texture, Vertex};
+pub use model::{Bounds, Deformed, Instance, LightArea, Material, Mesh, Scene, SceneLight, Snapshot, Texture, Vertex};

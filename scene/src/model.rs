@@ -141,7 +141,18 @@ pub enum SceneLight {
         spot_angles_rad: Option<[f32; 2]>,
         /// Metres; infinite where the file gives none.
         range_m: f32,
+        /// The surface that it shines from, around its position; `None` of a light without extent.
+        area: Option<LightArea>,
     },
+}
+
+/// The surface of a light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightArea {
+    /// From the middle to the middles of two sides, in world space, at right angles.
+    pub half_world: [DVec3; 2],
+    /// The ellipse in the rectangle, instead of all of it.
+    pub is_disc: bool,
 }
 
 /// An axis-aligned box in world space. Empty where `min > max`.

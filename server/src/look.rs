@@ -14,8 +14,8 @@
 //! look's is black.
 
 use glam::DVec3;
-use protocol::{Light, Lighting, Look};
-use scene::{Scene, SceneLight, Snapshot};
+use protocol::{Area, AreaShape, Light, Lighting, Look};
+use scene::{LightArea, Scene, SceneLight, Snapshot};
 
 /// Where exposure takes a facing surface; see the module.
 pub const TYPICAL_IRRADIANCE: f32 = 5.0;
@@ -101,12 +101,16 @@ fn exposed_light(light: &SceneLight, exposure: f32) -> Light {
         SceneLight::Directional { direction_world, colour } => {
             Light::Directional { direction_world: unit(direction_world), irradiance: colour.map(|c| c * exposure) }
         }
-        SceneLight::Point { position_world, colour, direction_world, spot_angles_rad, range_m } => Light::Point {
+        SceneLight::Point { position_world, colour, direction_world, spot_angles_rad, range_m, area } => Light::Point {
             position_world: position_world.to_array(),
             intensity: colour.map(|c| c * exposure),
             direction_world: unit(direction_world),
             spot_cos: spot_angles_rad.map_or([-1.0, -2.0], |angles| angles.map(f32::cos)),
             range_m,
+            area: area.map(|LightArea { half_world, is_disc }| Area {
+                half_world: half_world.map(|half| half.to_array()),
+                shape: if is_disc { AreaShape::Disc } else { AreaShape::Rectangle },
+            }),
         },
     }
 }
@@ -183,6 +187,7 @@ mod tests {
             direction_world: DVec3::NEG_Y,
             spot_angles_rad: None,
             range_m: f32::INFINITY,
+            area: None,
         }
     }
 

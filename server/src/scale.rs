@@ -33,8 +33,11 @@ impl Animation for Scaled {
             *world_from_mesh = scaled_from_world * *world_from_mesh;
         }
         for light in &mut snapshot.lights {
-            if let SceneLight::Point { position_world, colour, range_m, .. } = light {
+            if let SceneLight::Point { position_world, colour, range_m, area, .. } = light {
                 *position_world *= self.scale;
+                if let Some(area) = area {
+                    area.half_world = area.half_world.map(|half| half * self.scale);
+                }
                 *range_m *= self.scale as f32;
                 *colour = colour.map(|candela| candela * (self.scale * self.scale) as f32);
             }

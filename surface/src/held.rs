@@ -12,7 +12,7 @@ use crate::corners::{CornerRules, Corners};
 use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex};
 use crate::tiles::{Bounds, Tiles};
 
-/// The surfaces of everything held that is for the eye, one mesh a patch: on the GPU, or in the host's memory for what draws there.
+/// The surfaces of everything held that is for one purpose, the eye if nothing else is said, one mesh a patch: on the GPU, or in the host's memory for what draws there.
 ///
 /// A patch whose samples were trimmed is built anew. Deleted samples are no longer drawn; the corners that they shared stay
 /// where they are. A moved object costs nothing here, as its pose is read when it is drawn.
@@ -22,6 +22,8 @@ pub struct HeldSurfaces {
     gpu: Option<Gpu>,
     corners: Corners,
     rules: CornerRules,
+    /// Patches of others are left out.
+    purpose: Purpose,
     patches: BTreeMap<PatchId, PatchSurface>,
     poses_now: BTreeMap<u16, DAffine3>,
     /// By material code.
@@ -94,7 +96,12 @@ impl HeldSurfaces {
 
     fn empty(gpu: Option<Gpu>, corners: Corners, rules: CornerRules) -> HeldSurfaces {
         let (patches, poses_now, double_sided) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
-        HeldSurfaces { gpu, corners, rules, patches, poses_now, double_sided, revision: 0 }
+        HeldSurfaces { gpu, corners, rules, purpose: Purpose::Eye, patches, poses_now, double_sided, revision: 0 }
+    }
+
+    /// The same of what is held for something else; of a store that holds nothing yet.
+    pub fn of(self, purpose: Purpose) -> HeldSurfaces {
+        HeldSurfaces { purpose, ..self }
     }
 
     /// Follows an update that `held` has just applied.
@@ -132,15 +139,15 @@ impl HeldSurfaces {
         held.patches.values().for_each(|patch| self.insert(patch));
     }
 
-    /// Builds a patch's surface, or builds it anew. Patches that are not for the eye are left out.
+    /// Builds a patch's surface, or builds it anew. Patches for other purposes are left out.
     pub fn insert(&mut self, held: &HeldPatch) {
         let mesh = self.mesh(held);
         self.place(held, mesh);
     }
 
-    /// The mesh of a patch, not yet placed: several can be built at once. Empty for patches that are not for the eye.
+    /// The mesh of a patch, not yet placed: several can be built at once. Empty for patches for other purposes.
     pub fn mesh(&self, held: &HeldPatch) -> PatchMesh {
-        if held.patch.purpose != Purpose::Eye {
+        if held.patch.purpose != self.purpose {
             return PatchMesh::default();
         }
         mesh::build(held, &self.mesh_options())
@@ -256,9 +263,11 @@ impl QuadBuffers {
         let buffer = |label, contents, usage| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
         };
-        let changing = wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST;
+        // Compute shaders read them too: see [`crate::FlattenPass`].
+        let read = if gpu.caps.compute { wgpu::BufferUsages::STORAGE } else { wgpu::BufferUsages::empty() };
+        let changing = wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST | read;
         QuadBuffers::Gpu {
-            vertices: buffer("corners", bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX),
+            vertices: buffer("corners", bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX | read),
             indices: buffer("quads", bytemuck::cast_slice(&mesh.indices), changing),
             index_count: mesh.indices.len() as u32,
         }

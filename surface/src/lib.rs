@@ -16,6 +16,7 @@ pub mod corners;
 mod gbuffer;
 mod held;
 pub mod mesh;
+mod parallelograms;
 mod pass;
 mod points;
 pub mod tiles;
@@ -26,7 +27,8 @@ pub use corners::{CornerRules, Corners};
 pub use gbuffer::GBuffer;
 pub use held::{HeldSurfaces, SurfaceStats};
 pub use mesh::{PatchMesh, ProvokingVertex, Vertex};
-pub use pass::{SETBACK_FOOTPRINTS, Smoothing, SurfacePass};
+pub use parallelograms::{FlattenPass, Parallelograms, dispatch};
+pub use pass::{CastPass, SETBACK_FOOTPRINTS, Smoothing, SurfacePass};
 pub use points::{FRUSTUM_PLANES, PointBuffer, PointPass, Projection};
 
 /// Why surfaces could not be built or drawn.

@@ -62,7 +62,7 @@ pub struct SurfacePass(Quads);
 impl SurfacePass {
     /// Compiles the pipeline.
     pub fn new(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
-        Ok(SurfacePass(Quads::new(gpu, "fragment", &SurfacePass::FORMATS, Some(wgpu::Face::Back))?))
+        Ok(SurfacePass(Quads::new(gpu, ("vertex", "fragment"), &SurfacePass::FORMATS, Some(wgpu::Face::Back))?))
     }
 
     /// Draws what casts shadows, as seen from a light: everything from both sides, as a body whose lit side nobody has seen casts the
@@ -70,7 +70,7 @@ impl SurfacePass {
     /// [`GBuffer::w`] (see [`SETBACK_FOOTPRINTS`]): samples of one surface differ by less, so none shadows another. Colour and
     /// normal are left empty.
     pub fn casting(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
-        Ok(SurfacePass(Quads::new(gpu, "casting", &SurfacePass::FORMATS, None)?))
+        Ok(SurfacePass(Quads::new(gpu, ("vertex", "casting"), &SurfacePass::FORMATS, None)?))
     }
 
     const FORMATS: [wgpu::TextureFormat; 3] = [GBuffer::COLOUR, GBuffer::NORMAL_IDS, GBuffer::W];
@@ -90,7 +90,29 @@ impl SurfacePass {
     }
 }
 
-/// The pipeline that draws the quads of all patches with one of the fragment stages of `surface/quads.wgsl`.
+/// Draws what casts shadows as [`SurfacePass::casting`] does, but no more than a shadow map needs: inverse depths.
+#[derive(Debug)]
+pub struct CastPass(Quads);
+
+impl CastPass {
+    /// Compiles the pipeline.
+    pub fn new(gpu: &Gpu) -> Result<CastPass, SurfaceError> {
+        Ok(CastPass(Quads::new(gpu, ("cast_vertex", "casting_w"), &[GBuffer::W], None)?))
+    }
+
+    /// Clears the targets, of [`GBuffer::W`] and [`GBuffer::DEPTH`], and draws everything held as seen by `camera`, whose size is theirs.
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        camera: &Pinhole,
+        (w, depth): (&wgpu::TextureView, &wgpu::TextureView),
+    ) {
+        self.0.encode(encoder, surfaces, camera, Smoothing::None, &[w], depth);
+    }
+}
+
+/// The pipeline that draws the quads of all patches with a vertex and a fragment stage of `surface/quads.wgsl`.
 #[derive(Debug)]
 pub(crate) struct Quads {
     gpu: Gpu,
@@ -104,13 +126,13 @@ impl Quads {
     /// `unseen` says which face of a surface of one side is not drawn.
     pub(crate) fn new(
         gpu: &Gpu,
-        fragment: &str,
+        stages: (&str, &str),
         formats: &[wgpu::TextureFormat],
         unseen: Option<wgpu::Face>,
     ) -> Result<Quads, SurfaceError> {
         let module = gpu.shader("surface/quads.wgsl")?;
         let layout = bind_group_layout(gpu);
-        let pipeline = |cull| pipeline(gpu, &module, &layout, fragment, formats, cull);
+        let pipeline = |cull| pipeline(gpu, &module, &layout, stages, formats, cull);
         let both_sides = pipeline(None);
         let one_sided = unseen.map_or_else(|| both_sides.clone(), |face| pipeline(Some(face)));
         Ok(Quads { gpu: gpu.clone(), layout, both_sides, one_sided })
@@ -358,7 +380,7 @@ fn pipeline(
     gpu: &Gpu,
     module: &wgpu::ShaderModule,
     layout: &wgpu::BindGroupLayout,
-    fragment: &str,
+    (vertex, fragment): (&str, &str),
     formats: &[wgpu::TextureFormat],
     cull_mode: Option<wgpu::Face>,
 ) -> wgpu::RenderPipeline {
@@ -375,7 +397,7 @@ fn pipeline(
         layout: Some(&pipeline_layout),
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some("vertex"),
+            entry_point: Some(vertex),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: size_of::<Vertex>() as u64,

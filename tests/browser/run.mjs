@@ -59,9 +59,32 @@ function mortalWorkers() {
   };
 }
 
+/** Pictures of a scene without and with what a wish in the address brings, once the page holds as many impostors as it takes. */
+async function pictures(at, scene, wish, suffices) {
+  const { renderer, log } = at;
+  const server = await startServer({ bin, web, port: await freePort(), scene, log });
+  const taken = [];
+  for (const asked of ['', `&${wish}`]) {
+    const page = await at.page.context().newPage();
+    page.on('console', (message) => log(`console ${message.type()}: ${message.text()}`));
+    await page.goto(`${server.origin}/?renderer=${renderer}${asked}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+    await until(page, 'impostors', (now) => now.picture && suffices(now.impostors));
+    await settled(page);
+    taken.push(await canvasPixels(page, join(shots, `${renderer}-9-${scene}${asked.replace(/\W/g, '-')}.png`)));
+    await page.close();
+  }
+  await server.stop();
+  return taken;
+}
+
+function darkens(before, after) {
+  const [plain, dark] = [before, after].map(brightness);
+  assert.ok(plain - dark > 0.5, `brightness goes from ${plain} to ${dark}`);
+}
+
 /** One browser, one server, every test on it in order. */
 function tests(renderer) {
-  const at = {};
+  const at = { renderer };
   return [
     ['shows the first picture', async () => {
       at.port = await freePort();
@@ -182,22 +205,15 @@ function tests(renderer) {
       }
     }],
     ['shows what a mirror reflects, and occlusion where asked for', async () => {
-      const server = await startServer({ bin, web, port: await freePort(), scene: 'mirror-teapots', log: at.log });
-      const pictures = [];
-      for (const wish of ['', '&occlusion=graph']) {
-        const page = await at.page.context().newPage();
-        page.on('console', (message) => at.log(`console ${message.type()}: ${message.text()}`));
-        await page.goto(`${server.origin}/?renderer=${renderer}${wish}`, { waitUntil: 'load', timeout: PATIENCE_MS });
-        // The other pot, and six sides of what is around.
-        await until(page, 'impostors', (now) => now.picture && now.impostors === 7);
-        await settled(page);
-        pictures.push(await canvasPixels(page, join(shots, `${renderer}-9-mirror${wish.replace(/\W/g, '-')}.png`)));
-        await page.close();
-      }
-      await server.stop();
-      assert.ok(colours(pictures[0]) >= 8, `only ${colours(pictures[0])} colours`);
-      const [plain, occluded] = pictures.map(brightness);
-      assert.ok(plain - occluded > 0.5, `occlusion takes brightness from ${plain} to ${occluded}`);
+      // The other pot, and six sides of what is around.
+      const [plain, occluded] = await pictures(at, 'mirror-teapots', 'occlusion=graph', (impostors) => impostors === 7);
+      assert.ok(colours(plain) >= 8, `only ${colours(plain)} colours`);
+      darkens(plain, occluded);
+    }],
+    ['shows barrels by reliefs, and shadows where asked for', async () => {
+      const [plain, shadowed] = await pictures(at, 'barrels', 'shadows=maps', (impostors) => impostors > 0);
+      assert.ok(colours(plain) >= 8, `only ${colours(plain)} colours`);
+      darkens(plain, shadowed);
     }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))

@@ -133,7 +133,8 @@ fn wishes() -> Result<Wishes, String> {
     let shadows = match query.get("shadows").as_deref() {
         None => Shadows::None,
         Some("maps") => Shadows::Maps,
-        Some(other) => return Err(format!("?shadows={other}: use maps")),
+        Some("soft") => Shadows::Soft,
+        Some(other) => return Err(format!("?shadows={other}: use maps or soft")),
     };
     let shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
     let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };

@@ -88,7 +88,7 @@ impl Lights {
 fn arriving(light: &Light, p_world: DVec3) -> (DVec3, DVec3) {
     match *light {
         Light::Directional { direction_world, irradiance } => (-rgb(direction_world), rgb(irradiance)),
-        Light::Point { position_world, intensity, direction_world, spot_cos, range_m } => {
+        Light::Point { position_world, intensity, direction_world, spot_cos, range_m, .. } => {
             let offset = DVec3::from(position_world) - p_world;
             // The look's own bound: a surface at the light is lit as from a centimetre.
             let squared = offset.length_squared().max(1e-4);

@@ -179,6 +179,25 @@ impl RayTruth {
         follow(&self.surfaces, &self.lights, effects, Ray { origin, direction }, camera.near_m)
     }
 
+    /// Of each pixel of a camera, which of `points_world` the first hit at its centre does not see: bits, 64 a word, in order; `None` where
+    /// the ray leaves the scene. A point behind the surface, by its interpolated normal, is not seen. Everything hides, from both
+    /// sides; what lies in a point itself does not.
+    pub fn hidden_points(&self, camera: &Pinhole, points_world: &[DVec3]) -> Vec<Option<Vec<u64>>> {
+        let hidden = |pixel: u32| {
+            let place_px = DVec2::new((pixel % camera.width_px).into(), (pixel / camera.width_px).into()) + 0.5;
+            let first = self.along(camera, &Effects::PLAIN, place_px).first?;
+            let mut words = vec![0u64; points_world.len().div_ceil(64)];
+            for (index, point) in points_world.iter().enumerate() {
+                let direction = *point - self.surfaces.geometry.anchor_world - first.p;
+                if first.shading.dot(direction) <= 0.0 || !self.surfaces.reaches(&first, direction) {
+                    words[index / 64] |= 1 << (index % 64);
+                }
+            }
+            Some(words)
+        };
+        (0..camera.width_px * camera.height_px).into_par_iter().map(hidden).collect()
+    }
+
     /// Ambient occlusion: the share of the directions around `normal_world`, weighted by their cosine, along which
     /// nothing lies within `reach_m`, by `rays` rays that are the same at every call. Everything hides, from both
     /// sides. Rays begin a thousandth of the reach above the surface.

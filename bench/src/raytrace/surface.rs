@@ -126,6 +126,15 @@ impl Surfaces {
         emissive + surface.base * lights.diffuse(p_world, surface.shading, direction, arrives)
     }
 
+    /// Whether nothing lies between a surface and the end of `way`, which begins on it.
+    pub fn reaches(&self, surface: &Surface, way: DVec3) -> bool {
+        let length_m = way.length();
+        let skip = self.geometry.skip_m / length_m;
+        let query =
+            Query { among: Among::Solid, without: None, leaves: Some(surface.facet), t_range: [skip, 1.0 - skip] };
+        self.first(&Ray { origin: surface.p, direction: way }, &query).is_none()
+    }
+
     /// Whether nothing, seen from either side, lies on the ray up to `reach` lengths of its direction.
     pub fn is_free(&self, ray: &Ray, reach: f64) -> bool {
         let query = Query { among: Among::Solid, without: None, leaves: None, t_range: [0.0, reach] };

@@ -271,6 +271,7 @@ fn a_plate_shades_the_floor_beneath_from_either_side() {
         direction_world: [0.0, -1.0, 0.0],
         spot_cos: [-1.0, -2.0],
         range_m: f32::INFINITY,
+        area: None,
     };
     let floor_pixels = 20 * 33;
     for plate in [up, down] {

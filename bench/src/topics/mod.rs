@@ -6,6 +6,7 @@ pub mod novel_views;
 pub mod reconstruction;
 pub mod sampling;
 pub mod sent_once;
+pub mod shadows;
 pub mod timing;
 
 use crate::topic::Topic;
@@ -18,5 +19,6 @@ pub const ALL: &[&dyn Topic] = &[
     &timing::Timing,
     &codec::Codec,
     &impostors::Impostors,
+    &shadows::Shadows,
     &novel_views::NovelViews,
 ];

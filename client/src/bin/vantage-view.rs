@@ -137,6 +137,8 @@ enum ShadowsName {
     None,
     /// By maps of what each light sees, for the strongest four.
     Maps,
+    /// The same, but soft ones of lights with an area.
+    Soft,
 }
 
 impl Arguments {
@@ -158,6 +160,7 @@ impl Arguments {
         let shadows = match self.shadows {
             ShadowsName::None => Shadows::None,
             ShadowsName::Maps => Shadows::Maps,
+            ShadowsName::Soft => Shadows::Soft,
         };
         PictureOptions { corners, frame, occlusion, shadow: shadow::Settings { shadows, ..Default::default() } }
     }

@@ -17,7 +17,7 @@ const GROWTH: f64 = 1.189_207_115_002_721;
 
 /// By how much the inverse depths of a caster and of a receiver may differ by rounding alone, as a share of them: the vertex stage's map into
 /// the light's eye space, interpolation and the perspective division round about 8 times by 2^-24 together.
-pub(super) const ROUNDING: f64 = 8.0 / (1u64 << 24) as f64;
+pub(crate) const ROUNDING: f64 = 8.0 / (1u64 << 24) as f64;
 
 /// The widest half angle of a spot that one map holds, 60 degrees; a wider one is seen like a point light.
 const WIDEST_SPOT_COS: f64 = 0.5;
@@ -152,6 +152,7 @@ mod tests {
             direction_world: [0.0, -1.0, 0.0],
             spot_cos,
             range_m: f32::INFINITY,
+            area: None,
         }
     }
 

@@ -1,4 +1,5 @@
-//! Hard shadows of the scene's own lights, by shadow maps that are drawn from the held samples.
+//! Shadows of the scene's own lights: hard ones by shadow maps that are drawn from the held samples, and soft ones of lights with an area by
+//! [`crate::soft`].
 //!
 //! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.2, shade relief
 //! surfaces by "a conventional shadow map", so that they cast and receive. So it is here for all that is held: drawn as a light
@@ -45,6 +46,7 @@
 //! follow where it was captured. Objects that reliefs show cast and receive like the rest, without half a footprint's lead, and while
 //! there are some, maps are drawn again at every update.
 
+mod lamps;
 mod maps;
 mod pass;
 
@@ -58,6 +60,9 @@ use wgpu::TextureView;
 use crate::frame::Shown;
 use crate::fullscreen::Target;
 use crate::held_pass::{self, HeldPass};
+use crate::soft::{self, Lamp};
+use lamps::LampPass;
+pub(crate) use maps::ROUNDING;
 use pass::{CHANNELS, Maps, SharePass};
 
 /// The most lights that cast shadows.
@@ -69,8 +74,10 @@ pub enum Shadows {
     /// Nothing: every light arrives everywhere.
     #[default]
     None,
-    /// What is held, by shadow maps.
+    /// What is held, by shadow maps; lights with an area cast from their middles.
     Maps,
+    /// The same, but lights with an area cast soft shadows.
+    Soft,
 }
 
 /// How shadows are drawn.
@@ -80,11 +87,13 @@ pub struct Settings {
     pub shadows: Shadows,
     /// Texels of a map's side, at least 16 and as many as the device draws at most. A map takes 4 bytes a texel, and all together 20 more.
     pub side_px: u32,
+    /// How lights with an area cast, by [`Shadows::Soft`].
+    pub soft: soft::Settings,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { shadows: Shadows::None, side_px: 1024 }
+        Settings { shadows: Shadows::None, side_px: 1024, soft: soft::Settings::default() }
     }
 }
 
@@ -101,7 +110,7 @@ pub(crate) struct LightShares<'a> {
 #[derive(Debug)]
 pub(crate) struct ShadowRenderer {
     gpu: Gpu,
-    side_px: u32,
+    settings: Settings,
     passes: Option<Passes>,
     /// Drawn maps, also some that the last frame had no use for.
     maps: Vec<ShadowMap>,
@@ -114,6 +123,26 @@ pub(crate) struct ShadowRenderer {
 struct Passes {
     casting: HeldPass,
     shares: SharePass,
+    /// Made when a lamp first casts.
+    lamps: Option<LampPass>,
+}
+
+/// By what a light casts.
+#[derive(Debug)]
+enum Caster {
+    /// By maps of these views.
+    Maps(Vec<Pinhole>),
+    /// By its points.
+    Lamp(Lamp),
+}
+
+impl Caster {
+    fn views(&self) -> &[Pinhole] {
+        match self {
+            Caster::Maps(views) => views,
+            Caster::Lamp(_) => &[],
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -130,8 +159,9 @@ impl ShadowRenderer {
     pub(crate) fn new(gpu: &Gpu, settings: Settings) -> Option<ShadowRenderer> {
         let (passes, maps, shares, lights) = (None, Vec::new(), None, Vec::new());
         let side_px = settings.side_px.clamp(16, gpu.device.limits().max_texture_dimension_2d);
-        let renderer = ShadowRenderer { gpu: gpu.clone(), side_px, passes, maps, shares, lights };
-        (settings.shadows == Shadows::Maps).then_some(renderer)
+        let settings = Settings { side_px, ..settings };
+        let renderer = ShadowRenderer { gpu: gpu.clone(), settings, passes, maps, shares, lights };
+        (settings.shadows != Shadows::None).then_some(renderer)
     }
 
     /// Draws what the lights see, where it changed, and how much of each arrives at the pixels of a G-buffer.
@@ -149,17 +179,30 @@ impl ShadowRenderer {
         }
         if self.passes.is_none() {
             let (casting, shares) = (HeldPass::casting(&self.gpu)?, SharePass::new(&self.gpu)?);
-            self.passes = Some(Passes { casting, shares });
+            self.passes = Some(Passes { casting, shares, lamps: None });
         }
-        let all: Vec<Pinhole> = wanted.iter().flat_map(|(_, views)| views.iter().copied()).collect();
+        let all: Vec<Pinhole> = wanted.iter().flat_map(|(_, caster)| caster.views().iter().copied()).collect();
         self.draw_maps(encoder, shown, &all);
         let kept =
             self.shares.take().filter(|target| (target.texture.width(), target.texture.height()) == gbuffer.size_px);
         let shares = kept.unwrap_or_else(|| Target::new(&self.gpu, "light shares", gbuffer.size_px, SharePass::FORMAT));
         let map_of = |view| (view, self.map_of(view).expect("drawn before"));
-        let maps: Vec<Maps<'_>> = wanted.iter().map(|(_, views)| views.iter().map(map_of).collect()).collect();
+        let maps: Vec<Maps<'_>> =
+            wanted.iter().map(|(_, caster)| caster.views().iter().map(map_of).collect()).collect();
+        let lamp = |(channel, (_, caster)): (usize, &(usize, Caster))| match caster {
+            Caster::Lamp(lamp) => Some((channel, *lamp)),
+            Caster::Maps(_) => None,
+        };
+        let lamps: Vec<(usize, Lamp)> = wanted.iter().enumerate().filter_map(lamp).collect();
         if let Some(passes) = &self.passes {
             passes.shares.encode(encoder, (gbuffer, shown.held, view), &maps, &shares);
+        }
+        if let Some(passes) = self.passes.as_mut().filter(|_| !lamps.is_empty()) {
+            let pass = match &mut passes.lamps {
+                Some(pass) => pass,
+                None => passes.lamps.insert(LampPass::new(&self.gpu, self.settings.soft)?),
+            };
+            pass.encode(encoder, &lamps, shown, (view, gbuffer), &shares)?;
         }
         self.shares = Some(shares);
         Ok(())
@@ -176,8 +219,8 @@ impl ShadowRenderer {
         Some(LightShares { target, lights: &self.lights })
     }
 
-    /// The lights that cast, the strongest first, by their places in the lighting, with the views of their maps.
-    fn wanted(&self, shown: Shown<'_>, view: &Pinhole) -> Vec<(usize, Vec<Pinhole>)> {
+    /// The lights that cast, the strongest first, by their places in the lighting, and by what they do.
+    fn wanted(&self, shown: Shown<'_>, view: &Pinhole) -> Vec<(usize, Caster)> {
         let Some((lighting, bounds)) = shown.held.lighting.as_ref().zip(held_pass::bounds_world(shown)) else {
             return Vec::new();
         };
@@ -187,9 +230,15 @@ impl ShadowRenderer {
         lights.truncate(Lighting::MAX_LIGHTS);
         lights.retain(|(_, strength)| *strength > 0.0);
         lights.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let views =
-            |(light, _): (usize, f64)| (light, maps::views(&lighting.lights[light], bounds, view, self.side_px));
-        lights.into_iter().map(views).filter(|(_, views)| !views.is_empty()).take(LIGHTS).collect()
+        let caster = |(index, _): (usize, f64)| {
+            let light = &lighting.lights[index];
+            if let Some(lamp) = Lamp::of(light).filter(|_| self.settings.shadows == Shadows::Soft) {
+                return Some((index, Caster::Lamp(lamp)));
+            }
+            let views = maps::views(light, bounds, view, self.settings.side_px);
+            (!views.is_empty()).then_some((index, Caster::Maps(views)))
+        };
+        lights.into_iter().filter_map(caster).take(LIGHTS).collect()
     }
 
     /// Draws the views that no map shows as they are now, in place of maps that are of no use to any of them.
@@ -204,7 +253,7 @@ impl ShadowRenderer {
             let gbuffer = match (spare, self.maps.first()) {
                 (Some(place), _) => self.maps.swap_remove(place).gbuffer,
                 (None, Some(other)) => other.gbuffer.beside(&self.gpu),
-                (None, None) => GBuffer::new(&self.gpu, (self.side_px, self.side_px)),
+                (None, None) => GBuffer::new(&self.gpu, (self.settings.side_px, self.settings.side_px)),
             };
             if let Some(passes) = &mut self.passes {
                 passes.casting.encode(encoder, shown, view, Smoothing::None, &gbuffer);

@@ -6,7 +6,7 @@ use glam::DVec3;
 use gpu::{Gpu, Readback};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Held, Lighting, Mask, Material, Patch, PatchId, Purpose};
+use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::HeldSurfaces;
 use vantage_client::frame::{FrameRenderer, Options};
 
@@ -98,6 +98,45 @@ impl World {
         held.lighting = Some(lighting);
         held
     }
+}
+
+/// By lights and a little from everywhere.
+pub fn lit_by(lights: Vec<Light>) -> Lighting {
+    Lighting { ambient: [0.1; 3], lights, background: [0; 3], burley: false }
+}
+
+/// From the side and above; where shadows are looked at.
+pub fn camera(world: &World) -> Pinhole {
+    let mut camera = view(world.point(DVec3::new(1.5, 5.0, 5.5)), world.origin);
+    camera.near_m *= world.scale;
+    camera
+}
+
+/// A pixel whose middle shows the top of a floor, in the boxes' units.
+pub struct OnFloor {
+    pub pixel: usize,
+    pub p: DVec3,
+    /// What it spans there.
+    pub footprint: f64,
+}
+
+/// Of the picture that was drawn last; pixels that show something else, as held samples end beside what they show, are left out.
+pub fn on_floor(stage: &Stage, world: &World, camera: &Pinhole, blocks: &[Block]) -> Vec<OnFloor> {
+    let drawn_w: Vec<f32> = stage.read(&stage.frames.gbuffer().expect("drawn").w);
+    let from = (camera.world_from_eye.translation - world.origin) / world.scale;
+    let at = |pixel: u32| {
+        let ray = camera.ray_eye_from_image(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5);
+        let along = camera.world_from_eye.transform_vector(ray);
+        let hits = blocks.iter().map(|block| entry(*block, from, along));
+        let first = (0..).zip(hits).filter_map(|(block, hit)| Some((block, hit?)));
+        let (block, (t, normal)) = first.min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+        let footprint = t / camera.focal_px / -along.normalize().y;
+        // By as much the depth differs within the pixel.
+        let is_drawn = (1.0 / (f64::from(drawn_w[pixel as usize]) * world.scale) - t).abs() < footprint;
+        let found = OnFloor { pixel: pixel as usize, p: from + t * along, footprint };
+        (block == 0 && normal == DVec3::Y && is_drawn).then_some(found)
+    };
+    (0..SIDE * SIDE).filter_map(at).collect()
 }
 
 /// Draws pictures of one held copy.

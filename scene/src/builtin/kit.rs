@@ -13,6 +13,8 @@ use crate::model::{
 
 /// Where a thing is after a share of the scene's period; it must return to its start at 1.
 type Path = Box<dyn Fn(f64) -> DAffine3 + Send + Sync>;
+/// A lamp after a share of the scene's period.
+type Lamp = Box<dyn Fn(f64) -> SceneLight + Send + Sync>;
 /// A thing's vertices after a share of the scene's period, from those at rest.
 type Bend = Box<dyn Fn(f64, &[Vertex]) -> Vec<Vertex> + Send + Sync>;
 
@@ -34,6 +36,7 @@ pub(super) struct Kit {
     instances: Vec<Instance>,
     motions: Vec<Motion>,
     lights: Vec<SceneLight>,
+    lamps: Vec<Lamp>,
     period_s: f64,
 }
 
@@ -51,6 +54,7 @@ impl Kit {
             instances: Vec::new(),
             motions: Vec::new(),
             lights: Vec::new(),
+            lamps: Vec::new(),
             period_s,
         }
     }
@@ -129,6 +133,16 @@ impl Kit {
         self.lights.push(SceneLight::Directional { direction_world: towards.normalize(), colour });
     }
 
+    /// Takes all lights away.
+    pub fn darken(&mut self) {
+        self.lights.clear();
+    }
+
+    /// A light that moves.
+    pub fn hang(&mut self, path: impl Fn(f64) -> SceneLight + Send + Sync + 'static) {
+        self.lamps.push(Box::new(path));
+    }
+
     /// A low warm sun, the sky above and what the ground throws back.
     pub fn daylight(&mut self) {
         self.light(dvec3(-0.55, -0.75, -0.4), [1.75, 1.62, 1.40]);
@@ -149,7 +163,8 @@ impl Kit {
             instance.moves &= moving;
             instance.deforms &= moving;
         }
-        let animation = Motions { period_s: self.period_s, motions: self.motions, lights: self.lights, moving };
+        let (period_s, motions, lights, lamps) = (self.period_s, self.motions, self.lights, self.lamps);
+        let animation = Motions { period_s, motions, lights, lamps, moving };
         let mut scene = Scene {
             name: name.into(),
             meshes: self.meshes,
@@ -191,6 +206,7 @@ struct Motions {
     period_s: f64,
     motions: Vec<Motion>,
     lights: Vec<SceneLight>,
+    lamps: Vec<Lamp>,
     moving: bool,
 }
 
@@ -212,7 +228,7 @@ impl Animation for Motions {
             time_s,
             world_from_mesh: self.motions.iter().map(place).collect(),
             deformed: self.motions.par_iter().enumerate().filter_map(bent).collect(),
-            lights: self.lights.clone(),
+            lights: self.lights.iter().copied().chain(self.lamps.iter().map(|lamp| lamp(share))).collect(),
         }
     }
 }

@@ -11,6 +11,7 @@ mod car;
 mod figure;
 mod grass;
 mod kit;
+mod lamplit;
 mod maze;
 mod mesher;
 mod mirror_maze;
@@ -45,6 +46,7 @@ type Entry = (&'static str, &'static str, fn() -> Kit);
 
 const SCENES: &[Entry] = &[
     ("teapots", "teapots-moving", teapots::build),
+    ("lamp-teapots", "lamp-teapots-moving", lamplit::build),
     ("birdnest", "birdnest-moving", birdnest::build),
     ("grass", "grass-moving", grass::build),
     ("urban", "urban-moving", urban::build),

@@ -79,6 +79,27 @@ fn set_back(depth: f32, z: f32) -> f32 {
     return depth * (1.0 - min(view.setback / z, 0.5) * (1.0 - depth / z));
 }
 
+// Where a moving object's texels begin; 0 is none.
+fn mover_texel(mover: u32) -> vec2i {
+    let slot = view.first_mover + mover - 1u;
+    return vec2i(i32(6u * (slot % MOVERS_A_ROW)), i32(slot / MOVERS_A_ROW));
+}
+
+fn rows_of(mover: u32) -> array<vec4f, 3> {
+    let texel = mover_texel(mover);
+    return array(
+        textureLoad(movers, texel, 0),
+        textureLoad(movers, texel + vec2i(1, 0), 0),
+        textureLoad(movers, texel + vec2i(2, 0), 0),
+    );
+}
+
+// In the output's eye space, times the patch's `w`.
+fn eye_from_image(rows: array<vec4f, 3>, image: vec3f) -> vec3f {
+    let point = vec4f((image.xy - view.centre_px) / view.focal_px, 1.0, image.z);
+    return vec3f(dot(rows[0], point), dot(rows[1], point), dot(rows[2], point));
+}
+
 @vertex
 fn vertex(in: VertexIn) -> Corner {
     var rows = view.eye_from_patch;
@@ -89,22 +110,18 @@ fn vertex(in: VertexIn) -> Corner {
     out.quad_normal = quad_normal;
     let mover = in.corner_normal_mover >> 16u;
     if mover != 0u {
-        let slot = view.first_mover + mover - 1u;
-        let texel = vec2i(i32(6u * (slot % MOVERS_A_ROW)), i32(slot / MOVERS_A_ROW));
+        let texel = mover_texel(mover);
         let turn = mat3x3f(
             textureLoad(movers, texel + vec2i(3, 0), 0).xyz,
             textureLoad(movers, texel + vec2i(4, 0), 0).xyz,
             textureLoad(movers, texel + vec2i(5, 0), 0).xyz,
         );
-        rows[0] = textureLoad(movers, texel, 0);
-        rows[1] = textureLoad(movers, texel + vec2i(1, 0), 0);
-        rows[2] = textureLoad(movers, texel + vec2i(2, 0), 0);
+        rows = rows_of(mover);
         // `turn` holds rows.
         out.normal = normal * turn;
         out.quad_normal = quad_normal * turn;
     }
-    let point = vec4f((in.image.xy - view.centre_px) / view.focal_px, 1.0, in.image.z);
-    let eye = vec3f(dot(rows[0], point), dot(rows[1], point), dot(rows[2], point));
+    let eye = eye_from_image(rows, in.image);
     let depth = set_back(view.near_m * in.image.z, eye.z);
     out.clip = vec4f(view.clip_scale * eye.xy + view.clip_shift * eye.z, depth, eye.z);
     out.image = in.image;
@@ -175,12 +192,39 @@ fn fragment(in: Corner) -> Surface {
     return out;
 }
 
-// What casts shadows: its distance, with half of its footprint added.
+// What casts shadows: its distance, with half of its footprint added. The footprint is a share of the distance from where it was captured,
+// 1/patch_w; `nearer` is how many times as far that is as its depth now.
+fn cast_w(patch_w: f32, nearer: f32) -> f32 {
+    return patch_w * nearer / (1.0 + view.setback * nearer);
+}
+
 @fragment
 fn casting(in: Corner) -> Surface {
-    // The footprint is a share of the distance from where it was captured, 1/in.image.z.
-    let w = w_of(in) / (1.0 + view.setback * in.clip.w);
-    return Surface(vec4f(0.0), vec2u(0u), w);
+    return Surface(vec4f(0.0), vec2u(0u), cast_w(in.image.z, in.clip.w));
+}
+
+struct CastCorner {
+    @builtin(position) clip: vec4f,
+    // In the patch's image.
+    @location(0) w: f32,
+}
+
+// The same where nothing but `w` is drawn.
+@vertex
+fn cast_vertex(in: VertexIn) -> CastCorner {
+    var rows = view.eye_from_patch;
+    let mover = in.corner_normal_mover >> 16u;
+    if mover != 0u {
+        rows = rows_of(mover);
+    }
+    let eye = eye_from_image(rows, in.image);
+    let depth = set_back(view.near_m * in.image.z, eye.z);
+    return CastCorner(vec4f(view.clip_scale * eye.xy + view.clip_shift * eye.z, depth, eye.z), in.image.z);
+}
+
+@fragment
+fn casting_w(in: CastCorner) -> @location(0) f32 {
+    return cast_w(in.w, in.clip.w);
 }
 
 // Which sample is seen: the twin of `surface::AddressTexel`.

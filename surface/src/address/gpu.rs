@@ -32,7 +32,7 @@ impl GpuPass {
     pub(super) fn new(gpu: &Gpu) -> Result<GpuPass, SurfaceError> {
         Ok(GpuPass {
             gpu: gpu.clone(),
-            quads: Quads::new(gpu, "address", &[GpuPass::FORMAT], Some(wgpu::Face::Back))?,
+            quads: Quads::new(gpu, ("vertex", "address"), &[GpuPass::FORMAT], Some(wgpu::Face::Back))?,
             targets: None,
         })
     }

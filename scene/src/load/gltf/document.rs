@@ -422,6 +422,9 @@ pub(super) struct Light {
     pub range: Option<f32>,
     #[serde(default)]
     pub spot: Spot,
+    /// Ours: `radius` of a disc or `size` (width and height) of a rectangle that the light shines from, in metres.
+    #[serde(default)]
+    pub extras: Value,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -3,9 +3,9 @@
 use glam::{DAffine3, DVec3};
 
 use super::document::{self, Document};
-use crate::SceneLight;
 use crate::load::Warnings;
 use crate::model::SceneCamera;
+use crate::{LightArea, SceneLight};
 
 /// A light and the node that carries it.
 #[derive(Debug)]
@@ -14,6 +14,35 @@ pub(super) struct NodeLight {
     kind: Kind,
     colour: [f32; 3],
     range_m: f32,
+    area: Option<Area>,
+}
+
+/// What a light shines from, in its node's xy plane, in metres: it faces along -z as the light does.
+#[derive(Debug, Clone, Copy)]
+struct Area {
+    half: [f64; 2],
+    is_disc: bool,
+}
+
+impl Area {
+    /// `radius` or `size` of a light's `extras`; `None` where there is neither, or what is there is none.
+    fn of(extras: &serde_json::Value) -> Option<Area> {
+        let length = |value: &serde_json::Value| value.as_f64().filter(|length| *length >= 0.0 && length.is_finite());
+        if let Some(radius) = extras.get("radius") {
+            return length(radius).map(|radius| Area { half: [radius; 2], is_disc: true });
+        }
+        let [width, height] = extras.get("size")?.as_array()?.as_slice() else { return None };
+        Some(Area { half: [length(width)? / 2.0, length(height)? / 2.0], is_disc: false })
+    }
+
+    /// Turned with its node, not scaled: as distances of lights are.
+    fn placed(self, world_from_node: &DAffine3) -> LightArea {
+        let along = |axis: DVec3, instead: DVec3| world_from_node.transform_vector3(axis).normalize_or(instead);
+        let right = along(DVec3::X, DVec3::X);
+        let up = along(DVec3::Y, DVec3::Y).reject_from(right).normalize_or(right.any_orthonormal_vector());
+        // Front is where the cross product points: -z.
+        LightArea { half_world: [up * self.half[1], right * self.half[0]], is_disc: self.is_disc }
+    }
 }
 
 #[derive(Debug)]
@@ -34,7 +63,14 @@ impl NodeLight {
                 continue;
             };
             match NodeLight::of(node, light) {
-                Some(light) => lights.push(light),
+                Some(placed) => {
+                    let is_area = ["radius", "size"].iter().any(|name| light.extras.get(name).is_some());
+                    if is_area && placed.area.is_none() {
+                        warnings
+                            .add(format!("nodes[{node}]: radius or size of light {} is no length", reference.light));
+                    }
+                    lights.push(placed);
+                }
                 None => {
                     warnings.add(format!("nodes[{node}]: light {} is of no known type or not finite", reference.light));
                 }
@@ -53,8 +89,9 @@ impl NodeLight {
         };
         let colour = light.color.unwrap_or([1.0; 3]).map(|c| c * light.intensity.unwrap_or(1.0));
         let range_m = light.range.unwrap_or(f32::INFINITY);
+        let area = Area::of(&light.extras).filter(|_| !matches!(kind, Kind::Directional));
         let usable = colour.iter().all(|c| c.is_finite() && *c >= 0.0) && range_m > 0.0;
-        usable.then_some(NodeLight { node, kind, colour, range_m })
+        usable.then_some(NodeLight { node, kind, colour, range_m, area })
     }
 
     /// In its place; lights shine along -z of their node.
@@ -72,6 +109,7 @@ impl NodeLight {
                     _ => None,
                 },
                 range_m: self.range_m,
+                area: self.area.map(|area| area.placed(world_from_node)),
             },
         }
     }

@@ -1,0 +1,158 @@
+//! The lamp's images, and a client that draws shadows from them.
+
+use std::time::Instant;
+
+use camera::Pinhole;
+use client::soft::{Count, Lamp, Receivers, Settings, SoftShadows};
+use gpu::{Gpu, Readback};
+use protocol::held::Held;
+use protocol::{DepthImage, Lighting, Material};
+use server::discretize::{DepthPrecision, Discretization, Discretizer};
+use surface::{GBuffer, HeldSurfaces};
+use wgpu::TextureView;
+
+use super::hidden::{Hidden, pixel_count};
+use super::lamp::{corner_views, middle_view};
+use crate::client_view::{ClientView, HeldSet};
+use crate::sets::{self, ImageSet};
+use crate::stage::Stage;
+
+/// The paper's.
+pub(super) const SETS: [&str; 3] = ["non-redundant", "conventional", "depth-peeling"];
+/// Images of a set.
+const IMAGES: usize = 4;
+
+/// The images of a lamp: of its corners, or layers from its middle.
+pub(super) fn make(
+    stage: &Stage,
+    discretizer: &mut Discretizer,
+    method: Discretization,
+    lamp: &Lamp,
+    image_px: u32,
+) -> anyhow::Result<ImageSet> {
+    let views = if method == Discretization::DepthPeeling {
+        vec![middle_view(lamp, &stage.scene, image_px)?; IMAGES]
+    } else {
+        corner_views(lamp, &stage.scene, image_px)?
+    };
+    // The first run warms up.
+    sets::make(stage, discretizer, &views, method, DepthPrecision::Finest)?;
+    sets::make(stage, discretizer, &views, method, DepthPrecision::Finest)
+}
+
+/// Surfaces that cast.
+pub(super) struct Casters {
+    surfaces: HeldSurfaces,
+    pub build_ms: f64,
+}
+
+/// A client that holds an image of a view.
+pub(super) struct Client {
+    gpu: Gpu,
+    view: Pinhole,
+    set: HeldSet,
+    materials: Vec<Material>,
+    lighting: Lighting,
+    frames: ClientView,
+}
+
+impl Client {
+    pub fn new(gpu: &Gpu, stage: &Stage, shown: &DepthImage, view: &Pinhole) -> anyhow::Result<Client> {
+        let look = (stage.renderer.materials(), &stage.lighting);
+        let set = HeldSet::new(gpu, std::slice::from_ref(shown), look)?;
+        let mut frames = ClientView::new(gpu, (view.width_px, view.height_px))?;
+        frames.draw(&set, view, client::frame::Options::default())?;
+        let (materials, lighting) = (look.0.to_vec(), stage.lighting.clone());
+        Ok(Client { gpu: gpu.clone(), view: *view, set, materials, lighting, frames })
+    }
+
+    /// Rebuilds the surfaces of images.
+    pub fn casters(&self, images: &[DepthImage]) -> anyhow::Result<Casters> {
+        let HeldSet { surfaces, build_ms, .. } = HeldSet::new(&self.gpu, images, (&self.materials, &self.lighting))?;
+        Ok(Casters { surfaces, build_ms })
+    }
+
+    fn gbuffer(&self) -> &GBuffer {
+        self.frames.gbuffer().expect("a frame was drawn")
+    }
+
+    fn held(&self) -> &Held {
+        &self.set.held
+    }
+
+    /// What drawing a lamp's shadows takes, in ms; pipelines are warm, everything else is cold.
+    pub fn shadows(&self, lamp: &Lamp, casters: &Casters, settings: Settings) -> anyhow::Result<f64> {
+        let mut shadows = SoftShadows::new(&self.gpu, settings);
+        self.encode(&mut shadows, lamp, casters)?;
+        self.encode(&mut shadows, lamp, casters)
+    }
+
+    fn encode(&self, shadows: &mut SoftShadows, lamp: &Lamp, casters: &Casters) -> anyhow::Result<f64> {
+        let started = Instant::now();
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let target = shadows.target(&mut encoder, self.gbuffer().size_px);
+        let hidden = target.create_view(&wgpu::TextureViewDescriptor::default());
+        let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
+        let count = Count::Share { hidden: &hidden, channel: 0 };
+        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, count)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.wait_idle()?;
+        Ok(started.elapsed().as_secs_f64() * 1e3)
+    }
+
+    /// Which points of a lamp each pixel does not see.
+    pub fn hidden(&self, lamp: &Lamp, casters: &Casters, settings: Settings) -> anyhow::Result<Hidden> {
+        let mut shadows = SoftShadows::new(&self.gpu, settings);
+        let points = settings.points.pow(2) as usize;
+        let size_px = self.gbuffer().size_px;
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let targets: Vec<wgpu::Texture> =
+            (0..points.div_ceil(Count::POINTS_A_TARGET)).map(|_| shadows.target(&mut encoder, size_px)).collect();
+        let views: Vec<TextureView> = targets.iter().map(|target| target.create_view(&Default::default())).collect();
+        let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
+        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, Count::Each(&views))?;
+        let mut readback = Readback::default();
+        let slots: Vec<_> = targets.iter().map(|target| readback.texture(target, 0, size_px)).collect();
+        let w = readback.texture(&self.gbuffer().w, 0, size_px);
+        let encoded = readback.encode(&self.gpu, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        let mapped = encoded.map().wait(&self.gpu)?;
+        let w: Vec<f32> = mapped.values(w);
+        let planes: Vec<Vec<[u16; 4]>> = slots.into_iter().map(|slot| mapped.values(slot)).collect();
+        let words = |pixel: usize| {
+            let mut words = vec![0u64; points.div_ceil(64)];
+            for (target, plane) in planes.iter().enumerate() {
+                for (channel, half) in plane[pixel].iter().enumerate() {
+                    let first = target * Count::POINTS_A_TARGET + channel * 8;
+                    words[first / 64] |= u64::from(whole_from_half(*half)) << (first % 64);
+                }
+            }
+            words
+        };
+        let pixels = (0..pixel_count(&self.view)).map(|pixel| (w[pixel] > 0.0).then(|| words(pixel))).collect();
+        Ok(Hidden { points, pixels })
+    }
+}
+
+/// A whole number below 256 from a 16-bit float.
+fn whole_from_half(half: u16) -> u8 {
+    let exponent = i32::from(half >> 10 & 31) - 15;
+    let mantissa = u32::from(half & 0x3ff) | 0x400;
+    if exponent < 0 { 0 } else { (mantissa << exponent >> 10) as u8 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_come_back_from_halves() {
+        // From the format's definition: 1 + 15 at the exponent, ten bits after the point.
+        for whole in 1u16..256 {
+            let exponent = whole.ilog2() as u16;
+            let half = (exponent + 15) << 10 | (whole << (10 - exponent) & 0x3ff);
+            assert_eq!(u16::from(whole_from_half(half)), whole);
+        }
+        assert_eq!(whole_from_half(0), 0);
+    }
+}

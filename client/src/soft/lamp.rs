@@ -1,0 +1,29 @@
+//! A light with an area, and the views from its points: plain maths.
+
+use camera::{Bounds, Pinhole, parallel_views};
+use glam::DVec3;
+use protocol::{Area, Light};
+
+/// A light with an area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lamp {
+    /// Its middle.
+    pub middle_world: DVec3,
+    /// What shines around it.
+    pub area: Area,
+}
+
+impl Lamp {
+    /// `None` of a light without an area, or where numbers of it are not finite.
+    pub fn of(light: &Light) -> Option<Lamp> {
+        let Light::Point { position_world, area: Some(area), .. } = light else { return None };
+        let lamp = Lamp { middle_world: DVec3::from(*position_world), area: *area };
+        (lamp.middle_world.is_finite() && area.is_finite()).then_some(lamp)
+    }
+
+    /// The views of its points that hold a box, face by face, all of them in each.
+    pub fn views(&self, bounds: Bounds, points: u32, map_px: u32) -> Vec<Vec<Pinhole>> {
+        let eyes: Vec<DVec3> = self.area.points_world(self.middle_world, points).collect();
+        parallel_views(&eyes, self.area.half_world.map(DVec3::from), bounds, map_px)
+    }
+}

@@ -1,0 +1,197 @@
+//! Soft shadows of lights with an area: the share of the light's points that each pixel sees, from the samples that the light's own
+//! images brought.
+//!
+//! Method: Xie, Wang, Popescu, *Non-redundant rendering for efficient multi-view scene discretization*, 2016, section 5 and Alg. 5: the
+//! scene is sampled from the four corners of the light, surfaces are rebuilt from the samples, and visibility is estimated from each of
+//! `n x n` points of the light. The eye moves freely: nothing here depends on where it is but the pixels that are asked for.
+//!
+//! All points of a light look the same way with the same scale ([`camera::parallel_views`]); a **lamp** ([`lamp`]) is a light with those views.
+//!
+//! [`Method`] says how the visibility of a point is found:
+//!
+//! | method | of each of the light's points |
+//! |---|---|
+//! | [`Method::Maps`] | a shadow map is drawn from the rebuilt surfaces: the paper's |
+//! | [`Method::Warp`] | the same map is written by a compute shader, many points at once |
+//!
+//! # The comparison
+//!
+//! A pixel's point is compared with the one texel of a map that it lies in, by the rule of [`crate::shadow`]: its tangent plane in the texel's
+//! middle against the caster's inverse depth, less half of the caster's footprint, what the plane rises over half a texel, and
+//! rounding. One texel and not four: a light's many points smooth by themselves, and each of them sees or does not.
+
+mod compare;
+mod lamp;
+mod maps;
+mod warp;
+
+use camera::Pinhole;
+use gpu::Gpu;
+use protocol::Held;
+use surface::{GBuffer, HeldSurfaces, SurfaceError};
+
+pub use lamp::Lamp;
+
+use crate::fullscreen::Target;
+use compare::ComparePass;
+use maps::PointMaps;
+use warp::PointWarps;
+
+/// How it is found out which points of a light are seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Method {
+    /// A shadow map from each (2016 paper, Alg. 5).
+    Maps,
+    /// The same maps from parallelograms, by compute shaders; [`Method::Maps`] where there are none, and of lamps amid what they light.
+    #[default]
+    Warp,
+}
+
+/// How soft shadows are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// By what.
+    pub method: Method,
+    /// A light is `points * points` points; at most [`Settings::MAX_POINTS`].
+    pub points: u32,
+    /// A map has as many texels as a square of this side.
+    pub map_px: u32,
+}
+
+impl Settings {
+    /// Shares are sums of equal parts, which 16-bit floats hold exactly up to 2,048 of them where their number is a power of two.
+    pub const MAX_POINTS: u32 = 32;
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { method: Method::default(), points: 8, map_px: 512 }
+    }
+}
+
+/// Where the hidden points of a light are counted, in targets of [`SoftShadows::FORMAT`] and the view's size that began as zero.
+#[derive(Debug, Clone, Copy)]
+pub enum Count<'a> {
+    /// Their share, added to a channel.
+    Share {
+        /// The target.
+        hidden: &'a wgpu::TextureView,
+        /// 0 to 3.
+        channel: usize,
+    },
+    /// Each by itself, for measuring: point `p` of a light is bit `p % 8` of channel `p / 8 % 4` of target `p / 32`.
+    Each(&'a [wgpu::TextureView]),
+}
+
+impl<'a> Count<'a> {
+    /// Points that a target of [`Count::Each`] holds.
+    pub const POINTS_A_TARGET: usize = 32;
+
+    /// Where a point counts, and what.
+    fn of(self, point: usize, points: usize) -> (&'a wgpu::TextureView, [f32; 4]) {
+        let only = |channel: usize, value: f32| std::array::from_fn(|index| if index == channel { value } else { 0.0 });
+        match self {
+            Count::Share { hidden, channel } => (hidden, only(channel, 1.0 / points as f32)),
+            Count::Each(targets) => {
+                let bit = point % Count::POINTS_A_TARGET;
+                (&targets[point / Count::POINTS_A_TARGET], only(bit / 8, f32::from(1u8 << (bit % 8))))
+            }
+        }
+    }
+}
+
+/// A view with what it shows: where shadows fall.
+#[derive(Debug, Clone, Copy)]
+pub struct Receivers<'a> {
+    /// Its surfaces.
+    pub gbuffer: &'a GBuffer,
+    /// Whose materials they have.
+    pub held: &'a Held,
+    /// Where it was drawn from.
+    pub view: &'a Pinhole,
+}
+
+/// Draws how much of a lamp is hidden. Pipelines are made when a lamp first casts.
+#[derive(Debug)]
+pub struct SoftShadows {
+    gpu: Gpu,
+    settings: Settings,
+    passes: Option<Passes>,
+}
+
+#[derive(Debug)]
+struct Passes {
+    compare: ComparePass,
+    maps: PointMaps,
+    warps: Option<PointWarps>,
+}
+
+impl Passes {
+    fn new(gpu: &Gpu, method: Method) -> Result<Passes, SurfaceError> {
+        let warps = (method == Method::Warp && gpu.caps.compute).then(|| PointWarps::new(gpu)).transpose()?;
+        Ok(Passes { compare: ComparePass::new(gpu)?, maps: PointMaps::new(gpu)?, warps })
+    }
+}
+
+impl SoftShadows {
+    /// Of what is drawn.
+    pub const FORMAT: wgpu::TextureFormat = ComparePass::FORMAT;
+
+    /// Makes nothing yet.
+    pub fn new(gpu: &Gpu, settings: Settings) -> SoftShadows {
+        let points = settings.points.clamp(1, Settings::MAX_POINTS);
+        let map_px = settings.map_px.clamp(16, gpu.device.limits().max_texture_dimension_2d / 2);
+        SoftShadows { gpu: gpu.clone(), settings: Settings { points, map_px, ..settings }, passes: None }
+    }
+
+    /// How they are drawn.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// Whether a lamp ever cast.
+    pub fn is_made(&self) -> bool {
+        self.passes.is_some()
+    }
+
+    /// Counts, at each pixel, the points of a lamp that `casters` hide from it. Points are numbered as [`protocol::Area::points_world`]
+    /// gives them.
+    pub fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (lamp, casters): (&Lamp, &HeldSurfaces),
+        receivers: Receivers<'_>,
+        count: Count<'_>,
+    ) -> Result<(), SurfaceError> {
+        let Some(bounds) = casters.bounds_world() else { return Ok(()) };
+        let faces = lamp.views(bounds, self.settings.points, self.settings.map_px);
+        if faces.is_empty() {
+            return Ok(());
+        }
+        let passes = match &mut self.passes {
+            Some(passes) => passes,
+            None => self.passes.insert(Passes::new(&self.gpu, self.settings.method)?),
+        };
+        let ready = passes.compare.prepare(receivers);
+        for face in &faces {
+            match passes.warps.as_mut().filter(|_| PointWarps::may_warp(face)) {
+                Some(warps) => warps.encode(encoder, (face, casters), receivers, count),
+                None => {
+                    for (point, map) in face.iter().enumerate() {
+                        let target = passes.maps.draw(encoder, casters, map);
+                        let (hidden, weights) = count.of(point, face.len());
+                        passes.compare.encode(encoder, &ready, (map, target), weights, hidden);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A target for [`SoftShadows::encode`], all zero.
+    pub fn target(&self, encoder: &mut wgpu::CommandEncoder, size_px: (u32, u32)) -> wgpu::Texture {
+        let target = Target::new(&self.gpu, "hidden light", size_px, SoftShadows::FORMAT);
+        drop(crate::fullscreen::begin(encoder, "nothing hidden", true, &[&target.view], None));
+        target.texture
+    }
+}

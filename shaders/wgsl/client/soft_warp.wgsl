@@ -1,0 +1,64 @@
+// Shadow maps of several of a lamp's points at once, drawn by scattering parallelograms: see `client::soft::warp`.
+#import "surface/parallelogram.wgsl"
+#import "client/soft_points.wgsl"
+
+@group(0) @binding(0) var<uniform> points: WarpPoints;
+@group(0) @binding(1) var<storage, read> list: array<Parallelogram>;
+// Bits of inverse depths, a map after the other; 0 where nothing casts.
+@group(0) @binding(2) var<storage, read_write> maps: array<atomic<u32>>;
+
+// A parallelogram that would cover more texels than this in a row or a column is cut.
+const MOST_TEXELS: i32 = 24;
+
+@compute @workgroup_size(64)
+fn warp(@builtin(global_invocation_id) id: vec3u) {
+    let index = id.y * points.row + id.x;
+    if index >= points.count {
+        return;
+    }
+    let shape = list[index];
+    let w = shape.middle.z;
+    if w <= 0.0 {
+        return;
+    }
+    for (var point = 0u; point < points.point_count; point++) {
+        let place = points.places[point];
+        // An eye that stands aside sees everything shifted by its inverse depth.
+        let middle = shape.middle.xy - place.xy * w + place.zw;
+        let right = shape.right.xy - place.xy * shape.right.z;
+        let down = shape.down.xy - place.xy * shape.down.z;
+        let determinant = right.x * down.y - right.y * down.x;
+        let high = abs(right.y) + abs(down.y);
+        let first_row = max(i32(ceil(middle.y - high - 0.5)), 0);
+        let last_row = min(i32(floor(middle.y + high - 0.5)), min(i32(points.size_px.y) - 1, first_row + MOST_TEXELS));
+        if first_row > last_row || determinant == 0.0 {
+            continue;
+        }
+        // At a texel's centre, `way` from the middle, s = (way.x * down.y - way.y * down.x) / determinant, and t likewise; both lie in [-1, 1]
+        // inside. Along a row each is between two places that lie evenly around one.
+        let width = abs(vec2f(1.0 / down.y, 1.0 / right.y) * determinant);
+        let lean = vec2f(down.x / down.y, right.x / right.y);
+        let rate_w = vec2f(
+            shape.right.z * down.y - shape.down.z * right.y,
+            shape.down.z * right.x - shape.right.z * down.x,
+        ) / determinant;
+        let middle_w = w + shape.middle.w;
+        let map = point * points.size_px.x * points.size_px.y;
+        for (var y = first_row; y <= last_row; y++) {
+            let up = f32(y) + 0.5 - middle.y;
+            // A side that lies along the rows bounds none of them.
+            let of_right = select(vec2f(-1e9, 1e9), up * lean.x + vec2f(-width.x, width.x), down.y != 0.0);
+            let of_down = select(vec2f(-1e9, 1e9), up * lean.y + vec2f(-width.y, width.y), right.y != 0.0);
+            let left = middle.x - 0.5 + max(of_right.x, of_down.x);
+            let end = middle.x - 0.5 + min(of_right.y, of_down.y);
+            let first = max(i32(ceil(left)), 0);
+            let last = min(i32(floor(end)), min(i32(points.size_px.x) - 1, first + MOST_TEXELS));
+            for (var x = first; x <= last; x++) {
+                let cast_w = middle_w + dot(rate_w, vec2f(f32(x) + 0.5 - middle.x, up));
+                let texel = map + u32(y) * points.size_px.x + u32(x);
+                // Bits of floats above zero are in the order of the floats.
+                atomicMax(&maps[texel], bitcast<u32>(max(cast_w, 0.0)));
+            }
+        }
+    }
+}

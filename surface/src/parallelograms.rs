@@ -1,0 +1,173 @@
+//! Everything held as one list of small parallelograms in the image of a frame, for compute shaders that draw it many times over.
+//!
+//! Of each sample's quad the middle and the two mean half sides are kept, in `(u, v, w)` of the frame: a plane there, as planes are linear in
+//! `w`. An eye that looks the same way as the frame from a place beside it sees all of them shifted by what is linear in `w`
+//! ([`camera::parallel_views`]), so the same list serves all of a lamp's points. What its quads share at corners is lost by up to what their
+//! planes differ.
+
+use bytemuck::{Pod, Zeroable};
+use camera::Pinhole;
+use gpu::Gpu;
+use gpu::uniforms::Rows;
+use wgpu::util::DeviceExt;
+
+use crate::SurfaceError;
+use crate::held::{HeldSurfaces, PatchSurface, QUAD_INDICES, QuadBuffers};
+use crate::pass::{Placement, movers_texture, setback};
+
+/// `Patch` of `surface/parallelograms.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+struct PatchUniform {
+    frame_from_patch: Rows,
+    centre_px: [f32; 2],
+    focal_px: f32,
+    first_mover: u32,
+    frame_focal_px: f32,
+    setback: f32,
+    quad_count: u32,
+    first: u32,
+    row: u32,
+    padding: [u32; 3],
+}
+
+/// Invocations of a workgroup of compute shaders over lists.
+const GROUP: u32 = 64;
+/// Workgroups in a row of a dispatch: any device allows as many.
+const GROUPS_A_ROW: u32 = 1024;
+
+/// A list, as an array of `Parallelogram` (`surface/parallelogram.wgsl`).
+#[derive(Debug)]
+pub struct Parallelograms {
+    /// 48 bytes each.
+    pub buffer: wgpu::Buffer,
+    /// How many; some may be empty.
+    pub count: u32,
+}
+
+/// Makes lists. Needs [`gpu::Caps::compute`].
+#[derive(Debug)]
+pub struct FlattenPass {
+    gpu: Gpu,
+    pipeline: wgpu::ComputePipeline,
+}
+
+impl FlattenPass {
+    /// Compiles the pipeline.
+    pub fn new(gpu: &Gpu) -> Result<FlattenPass, SurfaceError> {
+        let module = gpu.shader("surface/parallelograms.wgsl")?;
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("flatten"),
+            layout: None,
+            module: &module,
+            entry_point: Some("flatten"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Ok(FlattenPass { gpu: gpu.clone(), pipeline })
+    }
+
+    /// Everything held on the GPU, in the image of `frame`; `None` where nothing is.
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        frame: &Pinhole,
+    ) -> Option<Parallelograms> {
+        let device = &self.gpu.device;
+        let quads = |patch: &PatchSurface| match &patch.quads {
+            QuadBuffers::Gpu { index_count, .. } => index_count / QUAD_INDICES as u32,
+            QuadBuffers::Host { .. } => 0,
+        };
+        let count: u32 = surfaces.patches().map(|(_, patch)| quads(patch)).sum();
+        if count == 0 {
+            return None;
+        }
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("parallelograms"),
+            size: u64::from(count) * 48,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        let frame_from_world = frame.world_from_eye.inverse().to_affine();
+        let placements: Vec<Placement> =
+            surfaces.patches().map(|(_, patch)| Placement::new(surfaces, patch, &frame_from_world)).collect();
+        let movers = placements.iter().flat_map(|placement| &placement.movers);
+        let texels = movers.flat_map(|mover| mover.eye_from_patch.into_iter().chain(mover.turn)).collect();
+        let movers = movers_texture(&self.gpu, texels).create_view(&wgpu::TextureViewDescriptor::default());
+        let (mut first, mut first_mover) = (0, 0);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&self.pipeline);
+        for ((_, patch), placement) in surfaces.patches().zip(&placements) {
+            let QuadBuffers::Gpu { vertices, indices, .. } = &patch.quads else { continue };
+            let groups = dispatch(quads(patch));
+            let uniform = PatchUniform {
+                frame_from_patch: placement.eye_from_patch,
+                centre_px: patch.camera.centre_px.as_vec2().to_array(),
+                focal_px: patch.camera.focal_px as f32,
+                first_mover,
+                frame_focal_px: frame.focal_px as f32,
+                setback: setback(patch),
+                quad_count: quads(patch),
+                first,
+                row: groups[0] * GROUP,
+                padding: [0; 3],
+            };
+            first += quads(patch);
+            first_mover += placement.movers.len() as u32;
+            let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("patch"),
+                contents: bytemuck::bytes_of(&uniform),
+                usage: wgpu::BufferUsages::UNIFORM,
+            });
+            let resources = [
+                uniform.as_entire_binding(),
+                vertices.as_entire_binding(),
+                indices.as_entire_binding(),
+                buffer.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&movers),
+            ];
+            let entries: Vec<_> =
+                (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("flatten"),
+                layout: &self.pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            });
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(groups[0], groups[1], 1);
+        }
+        drop(pass);
+        Some(Parallelograms { buffer, count })
+    }
+}
+
+/// Workgroups of 64 in rows and columns for so many invocations: no more in a row than any device allows.
+pub fn dispatch(count: u32) -> [u32; 2] {
+    let groups = count.div_ceil(GROUP);
+    [groups.min(GROUPS_A_ROW), groups.div_ceil(GROUPS_A_ROW)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uniforms_are_laid_out_as_in_wgsl() {
+        let path = "surface/parallelograms.wgsl";
+        shaders::assert_layout!(
+            PatchUniform,
+            path,
+            "Patch",
+            frame_from_patch,
+            centre_px,
+            focal_px,
+            first_mover,
+            frame_focal_px,
+            setback,
+            quad_count,
+            first,
+            row
+        );
+    }
+}
