@@ -43,7 +43,7 @@ fn shadows_of_held_samples_are_near_traced_ones() {
         let traced = |shadows| rays.picture(&camera, &Effects { shadows, ..Effects::PLAIN }, 3).picture();
         let truth = traced(true);
         let plain = client.frame(&held, &camera, Options::default()).expect("drawn").picture;
-        client.set_shadows(Settings { shadows: Shadows::Maps, side_px: 1024 });
+        client.set_shadows(Settings { shadows: Shadows::Maps, side_px: 1024, ..Settings::default() });
         let drawn = client.frame(&held, &camera, Options::default()).expect("drawn");
         let again_ms = client.draw(&held, &camera, Options::default()).expect("drawn");
         let (off, on) = (codes_apart(&plain, &truth), codes_apart(&drawn.picture, &truth));

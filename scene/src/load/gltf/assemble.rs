@@ -16,6 +16,7 @@ use super::instancing::{self, Offset};
 use super::light::{self, NodeLight};
 use super::material::Materials;
 use super::motion::{DeformSource, Motion, Skin, Source, invertible};
+use super::panel::rectangle;
 use super::primitive::{Place, Primitive};
 use super::{Request, Stage, Warnings};
 use crate::load::geometry::bounds_of;
@@ -23,7 +24,10 @@ use crate::load::motion::Still;
 use crate::load::source::shorten;
 use crate::load::{LoadError, summary};
 use crate::model::Animation;
-use crate::{Instance, Mesh, Scene};
+use crate::{Instance, Material, Mesh, Scene};
+
+/// Rectangles of a file that are lights: no more count in a picture ([`NodeLight`]s of other kinds come first).
+const PANELS: usize = 16;
 
 /// Mesh and primitive.
 type PrimitiveId = (usize, usize);
@@ -73,7 +77,8 @@ pub(super) fn scene(
         });
     }
     let cameras = light::cameras(document, &visible, &worlds, &mut warnings);
-    let lights = NodeLight::read(document, &visible, &mut warnings);
+    let mut lights = NodeLight::read(document, &visible, &mut warnings);
+    lights.extend(panels((&meshes, &instances, &sources), &materials.materials, &worlds, &mut warnings));
     let motion = Motion { hierarchy, clips, skins, sources, deforms, lights, rest };
     let snapshot = motion.snapshot(0.0);
     let bounds = summary::bounds(&meshes, &instances, &snapshot);
@@ -97,6 +102,33 @@ pub(super) fn scene(
         warnings: warnings.into_messages(),
         animation,
     })
+}
+
+/// The rectangles that emit light, the strongest first; [`PANELS`] at most.
+fn panels(
+    (meshes, instances, sources): (&[Mesh], &[Instance], &[Source]),
+    materials: &[Material],
+    worlds: &[DAffine3],
+    warnings: &mut Warnings,
+) -> Vec<NodeLight> {
+    let panel = |(instance, source): (&Instance, &Source)| {
+        let mesh = &meshes[instance.mesh as usize];
+        let material = &materials[mesh.material as usize];
+        let emits = material.emissive.iter().any(|channel| *channel > 0.0) && !material.unlit && !instance.deforms;
+        let rectangle = emits.then(|| rectangle(mesh)).flatten()?;
+        Some(NodeLight::panel(
+            source.node,
+            (rectangle, source.node_from_mesh),
+            (material.emissive, material.double_sided),
+        ))
+    };
+    let mut panels: Vec<NodeLight> = instances.iter().zip(sources).filter_map(panel).collect();
+    panels.sort_by(|a, b| b.panel_strength(worlds).total_cmp(&a.panel_strength(worlds)));
+    if panels.len() > PANELS {
+        warnings.add(format!("{} rectangles emit light; the {PANELS} strongest are lights", panels.len()));
+        panels.truncate(PANELS);
+    }
+    panels
 }
 
 /// All skins of a document; those that no shown node uses stay empty.

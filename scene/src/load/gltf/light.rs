@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::document::{self, Document};
+use super::panel::Rectangle;
 use crate::load::Warnings;
 use crate::model::SceneCamera;
 use crate::{LightArea, SceneLight};
@@ -49,7 +50,16 @@ impl Area {
 enum Kind {
     Directional,
     Point,
-    Spot { inner_rad: f32, outer_rad: f32 },
+    Spot {
+        inner_rad: f32,
+        outer_rad: f32,
+    },
+    /// A rectangle in its mesh's space that emits `NodeLight::colour` a square metre.
+    Panel {
+        rectangle: Rectangle,
+        node_from_mesh: DAffine3,
+        double_sided: bool,
+    },
 }
 
 impl NodeLight {
@@ -79,6 +89,26 @@ impl NodeLight {
         lights
     }
 
+    /// A rectangle of a node's mesh that emits light.
+    pub fn panel(
+        node: usize,
+        (rectangle, node_from_mesh): (Rectangle, DAffine3),
+        (emissive, double_sided): ([f32; 3], bool),
+    ) -> NodeLight {
+        let kind = Kind::Panel { rectangle, node_from_mesh, double_sided };
+        NodeLight { node, kind, colour: emissive, range_m: f32::INFINITY, area: None }
+    }
+
+    /// What a panel emits in all directions together, for comparison; infinite for other lights.
+    pub fn panel_strength(&self, worlds: &[DAffine3]) -> f64 {
+        match self.placed(worlds) {
+            SceneLight::Point { colour, .. } if matches!(self.kind, Kind::Panel { .. }) => {
+                colour.iter().map(|channel| f64::from(*channel)).sum()
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
     fn of(node: usize, light: &document::Light) -> Option<NodeLight> {
         let outer_rad = light.spot.outer_cone_angle.unwrap_or(std::f32::consts::FRAC_PI_4);
         let kind = match light.kind.as_str() {
@@ -100,6 +130,22 @@ impl NodeLight {
         let direction_world = forward(world_from_node);
         match self.kind {
             Kind::Directional => SceneLight::Directional { direction_world, colour: self.colour },
+            Kind::Panel { rectangle, node_from_mesh, double_sided } => {
+                let world_from_mesh = *world_from_node * node_from_mesh;
+                let half_world = rectangle.half.map(|half| world_from_mesh.transform_vector3(half));
+                let across = half_world[0].cross(half_world[1]);
+                let mirrored = world_from_mesh.matrix3.determinant() < 0.0;
+                let front = across.normalize_or(DVec3::NEG_Y) * if mirrored { -1.0 } else { 1.0 };
+                let [u, v] = half_world;
+                SceneLight::Point {
+                    position_world: world_from_mesh.transform_point3(rectangle.middle),
+                    colour: self.colour.map(|radiance| radiance * (4.0 * across.length()) as f32),
+                    direction_world: front,
+                    spot_angles_rad: (!double_sided).then_some([0.0, std::f32::consts::FRAC_PI_2]),
+                    range_m: self.range_m,
+                    area: Some(LightArea { half_world: if mirrored { [v, u] } else { [u, v] }, is_disc: false }),
+                }
+            }
             Kind::Point | Kind::Spot { .. } => SceneLight::Point {
                 position_world: world_from_node.translation,
                 colour: self.colour,

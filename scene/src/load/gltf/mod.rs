@@ -7,6 +7,11 @@
 //!
 //! Extensions: EXT_mesh_gpu_instancing, EXT_meshopt_compression, KHR_lights_punctual, KHR_materials_emissive_strength,
 //! KHR_materials_ior, KHR_materials_transmission, KHR_materials_unlit, KHR_mesh_quantization, KHR_texture_transform.
+//!
+//! Lights with an area: a point or spot light whose `extras` hold `"radius": R` is a disc, one with `"size": [W, H]` a rectangle, in metres, in the
+//! xy plane of its node; and a mesh of two triangles that form a rectangle and emit light is a light of its size, which sends the more light
+//! the more it is seen from the front (with the square of the cosine, from both sides where its material has two).
+//!
 //! Other extensions are ignored where the file merely uses them, and refused by name where it requires them.
 
 mod accessor;
@@ -24,6 +29,7 @@ mod lint;
 mod material;
 mod meshopt;
 mod motion;
+mod panel;
 mod primitive;
 
 use super::{LoadError, Request, Stage, Warnings};

@@ -274,6 +274,50 @@ fn lights_and_cameras_stand_where_their_nodes_are() {
 }
 
 #[test]
+fn lights_with_a_size_and_rectangles_that_emit_have_an_area() {
+    let lamp = |extras: serde_json::Value| {
+        let scene = triangle_with(|b| {
+            b.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point", "extras": extras}]}});
+            b.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+            b.push("nodes", json!({"translation": [1, 2, 3], "scale": [9, 9, 9], "extensions": {"KHR_lights_punctual": {"light": 0}}}));
+            b.json["scenes"][0]["nodes"] = json!([0, 1]);
+        });
+        let crate::SceneLight::Point { area, .. } = scene.at(0.0).lights[0] else { panic!("a point light") };
+        (area, scene.warnings.join("; "))
+    };
+    let (disc, _) = lamp(json!({"radius": 0.25}));
+    let disc = disc.expect("a disc");
+    assert!(disc.is_disc);
+    assert_near(disc.half_world[0].cross(disc.half_world[1]), [0.0, 0.0, -0.0625]);
+    let (rectangle, _) = lamp(json!({"size": [2.0, 0.5]}));
+    let rectangle = rectangle.expect("a rectangle");
+    assert!(!rectangle.is_disc);
+    assert_near(rectangle.half_world[1], [1.0, 0.0, 0.0]);
+    assert_near(rectangle.half_world[0], [0.0, 0.25, 0.0]);
+    assert_eq!(lamp(json!({"name": "anything"})).0, None);
+    for extras in [json!({"radius": -1.0}), json!({"size": [1.0]}), json!({"size": "large"})] {
+        let (area, warnings) = lamp(extras);
+        assert!(area.is_none() && warnings.contains("radius or size of light 0 is no length"), "{warnings}");
+    }
+
+    let positions = [0., 0., 0., 0., 0., 1., 2., 0., 1., 0., 0., 0., 2., 0., 1., 2., 0., 0.];
+    let mut builder = Builder::of_positions(&positions);
+    builder.json["materials"] = json!([{"emissiveFactor": [1.0, 0.5, 0.0]}]);
+    builder.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    builder.json["nodes"][0]["translation"] = json!([0, 5, 0]);
+    let scene = load_gltf(&builder.glb()).unwrap();
+    let lights = scene.at(0.0).lights;
+    let [crate::SceneLight::Point { position_world, colour, direction_world, area: Some(area), .. }] = lights[..]
+    else {
+        panic!("a panel");
+    };
+    assert_near(position_world, [1.0, 5.0, 0.5]);
+    assert_near(direction_world, [0.0, 1.0, 0.0]);
+    assert_eq!(colour, [2.0, 1.0, 0.0], "two square metres");
+    assert_near(area.half_world[0].cross(area.half_world[1]), [0.0, 0.5, 0.0]);
+}
+
+#[test]
 fn a_room_seen_from_inside_is_walked_in_and_a_box_is_turned() {
     let box_of = |size: f32, inward: bool| {
         let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32 * size);
