@@ -59,18 +59,18 @@ function mortalWorkers() {
   };
 }
 
-/** Pictures of a scene without and with what a wish in the address brings, once the page holds as many impostors as it takes. */
-async function pictures(at, scene, wish, suffices) {
+/** Pictures of a scene by what addresses wish for, once the page holds as many impostors as it takes. */
+async function pictures(at, scene, wishes, suffices) {
   const { renderer, log } = at;
   const server = await startServer({ bin, web, port: await freePort(), scene, log });
   const taken = [];
-  for (const asked of ['', `&${wish}`]) {
+  for (const wish of wishes) {
     const page = await at.page.context().newPage();
     page.on('console', (message) => log(`console ${message.type()}: ${message.text()}`));
-    await page.goto(`${server.origin}/?renderer=${renderer}${asked}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+    await page.goto(`${server.origin}/?renderer=${renderer}${wish}`, { waitUntil: 'load', timeout: PATIENCE_MS });
     await until(page, 'impostors', (now) => now.picture && suffices(now.impostors));
     await settled(page);
-    taken.push(await canvasPixels(page, join(shots, `${renderer}-9-${scene}${asked.replace(/\W/g, '-')}.png`)));
+    taken.push(await canvasPixels(page, join(shots, `${renderer}-9-${scene}${wish.replace(/\W/g, '-')}.png`)));
     await page.close();
   }
   await server.stop();
@@ -206,14 +206,20 @@ function tests(renderer) {
     }],
     ['shows what a mirror reflects, and occlusion where asked for', async () => {
       // The other pot, and six sides of what is around.
-      const [plain, occluded] = await pictures(at, 'mirror-teapots', 'occlusion=graph', (impostors) => impostors === 7);
+      const wishes = ['', '&occlusion=graph'];
+      const [plain, occluded] = await pictures(at, 'mirror-teapots', wishes, (impostors) => impostors === 7);
       assert.ok(colours(plain) >= 8, `only ${colours(plain)} colours`);
       darkens(plain, occluded);
     }],
-    ['shows barrels by reliefs, and shadows where asked for', async () => {
-      const [plain, shadowed] = await pictures(at, 'barrels', 'shadows=maps', (impostors) => impostors > 0);
-      assert.ok(colours(plain) >= 8, `only ${colours(plain)} colours`);
-      darkens(plain, shadowed);
+    ['shows barrels by reliefs', async () => {
+      const [barrels] = await pictures(at, 'barrels', [''], (impostors) => impostors > 0);
+      assert.ok(colours(barrels) >= 8, `only ${colours(barrels)} colours`);
+    }],
+    ['shows hard and soft shadows where asked for', async () => {
+      const wishes = ['', '&shadows=maps', '&shadows=soft&soft-points=2'];
+      const [plain, ...shadowed] = await pictures(at, 'lamp-teapots', wishes, () => true);
+      shadowed.forEach((picture) => darkens(plain, picture));
+      assert.ok(difference(...shadowed) > 0.002, 'soft shadows look like hard ones');
     }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))

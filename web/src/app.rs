@@ -9,6 +9,7 @@ use client::controls::{Controls, Mode};
 use client::occlusion::{self, Occlusion};
 use client::picture::PictureOptions;
 use client::shadow::{self, Shadows};
+use client::soft;
 use client::viewer::{SocketCommand, Viewer};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
@@ -136,7 +137,12 @@ fn wishes() -> Result<Wishes, String> {
         Some("soft") => Shadows::Soft,
         Some(other) => return Err(format!("?shadows={other}: use maps or soft")),
     };
-    let shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
+    let mut shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
+    if let Some(points) = query.get("soft-points") {
+        let number = points.parse().ok().filter(|number| (1..=soft::Settings::MAX_POINTS).contains(number));
+        let most = soft::Settings::MAX_POINTS;
+        shadow.soft.points = number.ok_or_else(|| format!("?soft-points={points}: use 1 to {most}"))?;
+    }
     let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
     let url = match query.get("server") {
         Some(server) if server.contains("://") => server,

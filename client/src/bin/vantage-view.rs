@@ -9,6 +9,7 @@ use client::headless::{self, HeadlessError, Way};
 use client::occlusion::{self, Occlusion};
 use client::picture::PictureOptions;
 use client::shadow::{self, Shadows};
+use client::soft;
 use client::window::{self, Renderer, WindowError};
 use gpu::GpuError;
 use network::Link;
@@ -59,6 +60,13 @@ struct Arguments {
     /// Keep light from what something held stands before
     #[arg(long, value_enum, default_value_t)]
     shadows: ShadowsName,
+    /// For soft shadows a light is N x N points
+    #[arg(long, value_name = "N", default_value_t = soft::Settings::default().points,
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(soft::Settings::MAX_POINTS)))]
+    soft_points: u32,
+    /// How it is found out which of them are seen
+    #[arg(long, value_enum, default_value_t)]
+    soft_method: SoftMethodName,
     /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS, each as needed
     #[arg(long, value_name = "LINK")]
     network: Option<Link>,
@@ -141,6 +149,15 @@ enum ShadowsName {
     Soft,
 }
 
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum SoftMethodName {
+    /// Maps of many points at once, by compute shaders; `maps` where there are none.
+    #[default]
+    Warp,
+    /// A shadow map from each point.
+    Maps,
+}
+
 impl Arguments {
     fn picture(&self) -> PictureOptions {
         let corners = match self.corners {
@@ -162,7 +179,12 @@ impl Arguments {
             ShadowsName::Maps => Shadows::Maps,
             ShadowsName::Soft => Shadows::Soft,
         };
-        PictureOptions { corners, frame, occlusion, shadow: shadow::Settings { shadows, ..Default::default() } }
+        let method = match self.soft_method {
+            SoftMethodName::Warp => soft::Method::Warp,
+            SoftMethodName::Maps => soft::Method::Maps,
+        };
+        let soft = soft::Settings { method, points: self.soft_points, ..soft::Settings::default() };
+        PictureOptions { corners, frame, occlusion, shadow: shadow::Settings { shadows, soft, ..Default::default() } }
     }
 
     fn budget_bytes(&self) -> u64 {
