@@ -15,7 +15,7 @@ const NEAREST: f64 = 1.0 / 4096.0;
 /// The pinholes by which `eyes` see all of `bounds`, a face after the other, and in each face one for each eye, in order. All of a face share
 /// rotation, focal length and size; their image centres differ, so that each holds the box as closely as that size allows.
 ///
-/// One face along `plane`'s normal is enough where the box lies on one side of it and is seen within [`WIDEST_TANGENT`]; else one towards
+/// One face along `plane`'s normal is enough where the box lies on one side of it and is seen within 70 degrees of it; else one towards
 /// the box; else those faces of cubes around the eyes that the box reaches into. A face has about `side_px²` pixels, one of a cube a
 /// quarter of that. `plane` are two vectors in the plane that the eyes lie in; images lie parallel to it, where they can. None where the
 /// box is empty or not finite.

@@ -63,6 +63,7 @@ use crate::held_pass::{self, HeldPass};
 use crate::soft::{self, Lamp};
 use lamps::LampPass;
 pub(crate) use maps::ROUNDING;
+pub(crate) use pass::from_view;
 use pass::{CHANNELS, Maps, SharePass};
 
 /// The most lights that cast shadows.

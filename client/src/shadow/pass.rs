@@ -107,16 +107,17 @@ impl ShadowUniform {
 
 impl MapUniform {
     fn new(map: &Pinhole, eye_world: DVec3) -> MapUniform {
-        let map_from_world = map.world_from_eye.inverse();
-        let turn = glam::DMat3::from_quat(map_from_world.rotation);
-        let eye_map = map_from_world.transform_point(eye_world);
-        let column = |axis: DVec3| axis.extend(0.0).as_vec4().to_array();
-        MapUniform {
-            map_from_view: [turn.x_axis, turn.y_axis, turn.z_axis, eye_map].map(column),
-            focal_px: map.focal_px as f32,
-            padding: [0.0; 3],
-        }
+        MapUniform { map_from_view: from_view(map, eye_world), focal_px: map.focal_px as f32, padding: [0.0; 3] }
     }
+}
+
+/// Columns of the map from points relative to an output eye, with the world's axes, to a map's eye space; the difference of the eyes
+/// is taken in f64.
+pub(crate) fn from_view(map: &Pinhole, eye_world: DVec3) -> [[f32; 4]; 4] {
+    let map_from_world = map.world_from_eye.inverse();
+    let turn = glam::DMat3::from_quat(map_from_world.rotation);
+    let eye_map = map_from_world.transform_point(eye_world);
+    [turn.x_axis, turn.y_axis, turn.z_axis, eye_map].map(|axis| axis.extend(0.0).as_vec4().to_array())
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use super::Receivers;
 use crate::fullscreen::{Binding, FullscreenPass, Onto, uniform};
-use crate::shadow::ROUNDING;
+use crate::shadow::{ROUNDING, from_view};
 
 /// `PointMap` of `client/soft_compare.wgsl`.
 #[repr(C)]
@@ -87,12 +87,8 @@ impl ComparePass {
 
 impl MapUniform {
     fn new(map: &Pinhole, eye_world: DVec3, weights: [f32; 4]) -> MapUniform {
-        let map_from_world = map.world_from_eye.inverse();
-        let turn = glam::DMat3::from_quat(map_from_world.rotation);
-        let eye_map = map_from_world.transform_point(eye_world);
-        let column = |axis: DVec3| axis.extend(0.0).as_vec4().to_array();
         MapUniform {
-            map_from_view: [turn.x_axis, turn.y_axis, turn.z_axis, eye_map].map(column),
+            map_from_view: from_view(map, eye_world),
             weights,
             centre_px: map.centre_px.as_vec2().to_array(),
             size_px: [map.width_px as f32, map.height_px as f32],

@@ -1,11 +1,12 @@
-//! Soft shadows of lights with an area: the share of the light's points that each pixel sees, from the samples that the light's own
-//! images brought.
+//! Soft shadows of lights with an area: the share of the light's points that each pixel sees, by surfaces that are rebuilt from samples.
 //!
 //! Method: Xie, Wang, Popescu, *Non-redundant rendering for efficient multi-view scene discretization*, 2016, section 5 and Alg. 5: the
 //! scene is sampled from the four corners of the light, surfaces are rebuilt from the samples, and visibility is estimated from each of
 //! `n x n` points of the light. The eye moves freely: nothing here depends on where it is but the pixels that are asked for.
+//! **Deviation**: in frames all that a client holds casts ([`crate::shadow`]), as no images of lights are sent yet; reports measure with the images
+//! of the corners.
 //!
-//! All points of a light look the same way with the same scale ([`camera::parallel_views`]); a **lamp** ([`lamp`]) is a light with those views.
+//! All points of a light look the same way with the same scale ([`camera::parallel_views`]); a **lamp** ([`Lamp`]) is a light with those views.
 //!
 //! [`Method`] says how the visibility of a point is found:
 //!

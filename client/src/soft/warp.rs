@@ -14,7 +14,7 @@ use wgpu::BindingResource;
 
 use super::{Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, uniform};
-use crate::shadow::ROUNDING;
+use crate::shadow::{ROUNDING, from_view};
 
 /// Points whose maps are drawn together at most; the twin of the constant in `client/soft_points.wgsl`.
 const POINTS: usize = 32;
@@ -183,12 +183,8 @@ impl PointsUniform {
 
 impl FrameUniform {
     fn new(frame: &Pinhole, view: &Pinhole) -> FrameUniform {
-        let frame_from_world = frame.world_from_eye.inverse();
-        let turn = glam::DMat3::from_quat(frame_from_world.rotation);
-        let eye_frame = frame_from_world.transform_point(view.world_from_eye.translation);
-        let columns = [turn.x_axis, turn.y_axis, turn.z_axis, eye_frame];
         FrameUniform {
-            frame_from_view: columns.map(|axis| axis.extend(0.0).as_vec4().to_array()),
+            frame_from_view: from_view(frame, view.world_from_eye.translation),
             focal_px: frame.focal_px as f32,
             near_m: frame.near_m as f32,
             rounding: ROUNDING as f32,

@@ -133,7 +133,7 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
     let view = lamp::output(&stage.scene, settings.size_px);
     let mut discretizer = Discretizer::new(&stage.renderer)?;
     let shown = discretizer.run(&stage.renderer, &[view], Discretization::Conventional)?.wait()?.remove(0);
-    let mut client = Client::new(gpu, &stage, &shown.depth_image(DepthPrecision::Finest), &view)?;
+    let client = Client::new(gpu, &stage, &shown.depth_image(DepthPrecision::Finest), &view)?;
     let progress = Progress::new(format!("{label}: shadows"), (settings.cells.len() * settings.sets.len()) as u64);
     let mut last: Option<(f64, Truths)> = None;
     for &(size, image_px) in &settings.cells {
@@ -145,14 +145,8 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
         let Some((_, truths)) = &last else { continue };
         for (set, method) in &settings.sets {
             progress.say(format!("{label}: {set}, images of {image_px}, a lamp of {size}"));
-            let made = cell(
-                &stage,
-                &mut discretizer,
-                (set, *method),
-                (&lamp, size, image_px),
-                &mut client,
-                (settings, truths),
-            );
+            let made =
+                cell(&stage, &mut discretizer, (set, *method), (&lamp, size, image_px), &client, (settings, truths));
             for (row, hidden) in made.unwrap_or_else(|error| {
                 report.rows.push(Row::failed(&label, set, &error));
                 Vec::new()
@@ -177,7 +171,7 @@ fn cell(
     discretizer: &mut Discretizer,
     (set, method): (&str, Discretization),
     (lamp, size, image_px): (&Lamp, f64, u32),
-    client: &mut Client,
+    client: &Client,
     (settings, truths): (&Settings, &Truths),
 ) -> anyhow::Result<Vec<(Row, Hidden)>> {
     let made = sets::make(stage, discretizer, method, lamp, image_px)?;
