@@ -192,3 +192,39 @@ impl Lighting {
     /// What a client draws at most; a server keeps the strongest and says so.
     pub const MAX_LIGHTS: usize = 16;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HALF: [[f64; 3]; 2] = [[2.0, 0.0, 0.0], [0.0, 0.0, 0.5]];
+
+    #[test]
+    fn points_of_a_rectangle_are_the_middles_of_its_cells() {
+        let area = Area { half_world: HALF, shape: AreaShape::Rectangle };
+        let middle = DVec3::new(1.0, 5.0, -1.0);
+        let points: Vec<DVec3> = area.points_world(middle, 4).collect();
+        assert_eq!(points.len(), 16);
+        assert_eq!(points[0], middle + DVec3::new(-1.5, 0.0, -0.375));
+        assert_eq!(points[1] - points[0], DVec3::X);
+        assert_eq!(points[4] - points[0], DVec3::Z * 0.25);
+        assert_eq!(area.points_world(middle, 1).collect::<Vec<_>>(), [middle]);
+        assert_eq!(area.corners_world(middle)[3], middle + DVec3::new(2.0, 0.0, 0.5));
+        assert_eq!(area.normal_world(), Some(DVec3::NEG_Y));
+        assert_eq!(Area { half_world: [[0.0; 3]; 2], ..area }.normal_world(), None);
+    }
+
+    #[test]
+    fn points_of_a_disc_share_its_area_evenly() {
+        let area = Area { half_world: HALF, shape: AreaShape::Disc };
+        let points: Vec<DVec3> = area.points_world(DVec3::ZERO, 32).map(|p| p / DVec3::new(2.0, 1.0, 0.5)).collect();
+        assert!(points.iter().all(|p| p.length() < 1.0));
+        // A disc's share within a radius is its square.
+        for radius in [0.25, 0.5, 0.75] {
+            let share = points.iter().filter(|p| p.length() < radius).count() as f64 / 1024.0;
+            assert!((share - radius * radius).abs() < 0.03, "{share} within {radius}");
+        }
+        let right = points.iter().filter(|p| p.x > p.z.abs()).count();
+        assert!((240..=272).contains(&right), "{right} of 1,024 in a quarter");
+    }
+}

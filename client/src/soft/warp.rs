@@ -16,12 +16,12 @@ use super::{Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, uniform};
 use crate::shadow::{ROUNDING, from_view};
 
-/// Points whose maps are drawn together at most; the twin of the constant in `client/soft_points.wgsl`.
+/// Points whose maps are drawn together at most; the twin of the constant in `client/compute/warp_points.wgsl`.
 const POINTS: usize = 32;
 /// The maps of a batch take no more bytes than this: as many as most caches hold.
 const BATCH_BYTES: u64 = 16 << 20;
 
-/// `WarpPoints` of `client/soft_points.wgsl`.
+/// `WarpPoints` of `client/compute/warp_points.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 struct PointsUniform {
@@ -34,7 +34,7 @@ struct PointsUniform {
     weights: [[f32; 4]; POINTS],
 }
 
-/// `Frame` of `client/soft_lookup.wgsl`.
+/// `Frame` of `client/compute/warp_lookup.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 struct FrameUniform {
@@ -58,7 +58,7 @@ pub(super) struct PointWarps {
 impl PointWarps {
     pub(super) fn new(gpu: &Gpu) -> Result<PointWarps, SurfaceError> {
         use Binding::{FloatTexture, Storage, UintTexture, Uniform};
-        let module = gpu.shader("client/soft_warp.wgsl")?;
+        let module = gpu.shader("client/compute/warp.wgsl")?;
         let warp = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("warp"),
             layout: None,
@@ -68,7 +68,7 @@ impl PointWarps {
             cache: None,
         });
         let bindings = [Uniform, Uniform, Uniform, Uniform, FloatTexture, UintTexture, Storage];
-        let shader = ("client/soft_lookup.wgsl", "hidden_by_maps");
+        let shader = ("client/compute/warp_lookup.wgsl", "hidden_by_maps");
         let lookup = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[super::SoftShadows::FORMAT])?;
         Ok(PointWarps { gpu: gpu.clone(), flatten: FlattenPass::new(gpu)?, warp, lookup, maps: None })
     }
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn uniforms_are_laid_out_as_in_wgsl() {
-        let path = "client/soft_lookup.wgsl";
+        let path = "client/compute/warp_lookup.wgsl";
         shaders::assert_layout!(PointsUniform, path, "WarpPoints", size_px, count, row, point_count, places, weights);
         shaders::assert_layout!(FrameUniform, path, "Frame", frame_from_view, focal_px, near_m, rounding);
     }

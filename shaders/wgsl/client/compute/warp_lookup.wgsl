@@ -1,10 +1,10 @@
-// Which pixels do not see some of a lamp's points, by the maps that `client/soft_warp.wgsl` drew: `client/soft_compare.wgsl` of many at
+// Which pixels do not see some of a lamp's points, by the maps that `client/compute/warp.wgsl` drew: `client/soft_compare.wgsl` of many at
 // once. Positions are relative to the output eye, with the world's axes.
 #import "client/fullscreen.wgsl"
 #import "camera/pinhole.wgsl"
 #import "common/octahedral.wgsl"
 #import "common/shade.wgsl"
-#import "client/soft_points.wgsl"
+#import "client/compute/warp_points.wgsl"
 
 struct Frame {
     // Takes a point to the frame's eye space.

@@ -1,6 +1,6 @@
 // Shadow maps of several of a lamp's points at once, drawn by scattering parallelograms: see `client::soft::warp`.
 #import "surface/parallelogram.wgsl"
-#import "client/soft_points.wgsl"
+#import "client/compute/warp_points.wgsl"
 
 @group(0) @binding(0) var<uniform> points: WarpPoints;
 @group(0) @binding(1) var<storage, read> list: array<Parallelogram>;
