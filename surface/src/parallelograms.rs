@@ -45,6 +45,13 @@ pub struct Parallelograms {
     pub count: u32,
 }
 
+impl Parallelograms {
+    /// What a list of so many takes.
+    pub fn bytes(count: usize) -> u64 {
+        48 * count as u64
+    }
+}
+
 /// Makes lists. Needs [`gpu::Caps::compute`].
 #[derive(Debug)]
 pub struct FlattenPass {
@@ -85,7 +92,7 @@ impl FlattenPass {
         }
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("parallelograms"),
-            size: u64::from(count) * 48,
+            size: Parallelograms::bytes(count as usize),
             usage: wgpu::BufferUsages::STORAGE,
             mapped_at_creation: false,
         });

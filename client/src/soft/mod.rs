@@ -3,8 +3,8 @@
 //! Method: Xie, Wang, Popescu, *Non-redundant rendering for efficient multi-view scene discretization*, 2016, section 5 and Alg. 5: the
 //! scene is sampled from the four corners of the light, surfaces are rebuilt from the samples, and visibility is estimated from each of
 //! `n x n` points of the light. The eye moves freely: nothing here depends on where it is but the pixels that are asked for.
-//! **Deviation**: in frames all that a client holds casts ([`crate::shadow`]), as no images of lights are sent yet; reports measure with the images
-//! of the corners.
+//! **Deviation**: in frames all samples that a client holds cast ([`crate::shadow`]; objects that reliefs show do not), as no images of lights are
+//! sent yet; reports measure with the images of the corners.
 //!
 //! All points of a light look the same way with the same scale ([`camera::parallel_views`]); a **lamp** ([`Lamp`]) is a light with those views.
 //!
@@ -43,7 +43,8 @@ use warp::PointWarps;
 pub enum Method {
     /// A shadow map from each (2016 paper, Alg. 5).
     Maps,
-    /// The same maps from parallelograms, by compute shaders; [`Method::Maps`] where there are none, and of lamps amid what they light.
+    /// The same maps from parallelograms, by compute shaders; [`Method::Maps`] where there are none, of lamps amid what they light, and of more than a buffer
+    /// may hold (2.8 million samples on the least of devices).
     #[default]
     Warp,
 }
@@ -175,7 +176,7 @@ impl SoftShadows {
         };
         let ready = passes.compare.prepare(receivers);
         for face in &faces {
-            match passes.warps.as_mut().filter(|_| PointWarps::may_warp(face)) {
+            match passes.warps.as_mut().filter(|warps| PointWarps::may_warp(face) && warps.has_room_for(casters)) {
                 Some(warps) => warps.encode(encoder, (face, casters), receivers, count),
                 None => {
                     for (point, map) in face.iter().enumerate() {

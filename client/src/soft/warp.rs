@@ -9,7 +9,7 @@
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
-use surface::{FlattenPass, HeldSurfaces, SurfaceError, dispatch};
+use surface::{FlattenPass, HeldSurfaces, Parallelograms, SurfaceError, dispatch};
 use wgpu::BindingResource;
 
 use super::{Count, Receivers};
@@ -80,6 +80,11 @@ impl PointWarps {
         let away = |view: &Pinhole| frame_from_world.transform_point(view.world_from_eye.translation);
         // A millionth of how far the eyes lie apart moves what is as near as they are by less than a thousandth of a texel.
         face.iter().all(|view| away(view).z.abs() <= 1e-6 * away(view).length())
+    }
+
+    /// Whether the device takes a list of all that casts.
+    pub(super) fn has_room_for(&self, casters: &HeldSurfaces) -> bool {
+        Parallelograms::bytes(casters.stats().samples) <= self.gpu.device.limits().max_storage_buffer_binding_size
     }
 
     /// Counts the points of a face, the first of which is number 0.
