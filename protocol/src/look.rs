@@ -134,12 +134,6 @@ impl Area {
         })
     }
 
-    /// The unit vector that its front faces; `None` where it has no surface.
-    pub fn normal_world(&self) -> Option<DVec3> {
-        let [u, v] = self.half_world.map(DVec3::from);
-        u.cross(v).try_normalize()
-    }
-
     fn at(&self, middle_world: DVec3, s: f64, t: f64) -> DVec3 {
         let [u, v] = self.half_world.map(DVec3::from);
         middle_world + u * s + v * t
@@ -210,8 +204,6 @@ mod tests {
         assert_eq!(points[4] - points[0], DVec3::Z * 0.25);
         assert_eq!(area.points_world(middle, 1).collect::<Vec<_>>(), [middle]);
         assert_eq!(area.corners_world(middle)[3], middle + DVec3::new(2.0, 0.0, 0.5));
-        assert_eq!(area.normal_world(), Some(DVec3::NEG_Y));
-        assert_eq!(Area { half_world: [[0.0; 3]; 2], ..area }.normal_world(), None);
     }
 
     #[test]

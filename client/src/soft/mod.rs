@@ -142,18 +142,9 @@ impl SoftShadows {
     /// Makes nothing yet.
     pub fn new(gpu: &Gpu, settings: Settings) -> SoftShadows {
         let points = settings.points.clamp(1, Settings::MAX_POINTS);
-        let map_px = settings.map_px.clamp(16, gpu.device.limits().max_texture_dimension_2d / 2);
+        // Twice as long as that, and two texels more, is the longest map.
+        let map_px = settings.map_px.clamp(16, gpu.device.limits().max_texture_dimension_2d / 2 - 1);
         SoftShadows { gpu: gpu.clone(), settings: Settings { points, map_px, ..settings }, passes: None }
-    }
-
-    /// How they are drawn.
-    pub fn settings(&self) -> Settings {
-        self.settings
-    }
-
-    /// Whether a lamp ever cast.
-    pub fn is_made(&self) -> bool {
-        self.passes.is_some()
     }
 
     /// Counts, at each pixel, the points of a lamp that `casters` hide from it. Points are numbered as [`protocol::Area::points_world`]

@@ -95,7 +95,7 @@ impl Topic for Shadows {
 
     fn about(&self) -> &'static str {
         "Soft shadows of an area light, drawn by a client from images of the light's corners: errors against shadow maps of the full \
-         geometry and against rays, time of each step, by set of images, their size and the light's, beside the 2016 paper's figures."
+         geometry and against rays, time of each step, by set of images, their size and the light's."
     }
 
     fn arguments(&self, command: clap::Command) -> clap::Command {

@@ -123,7 +123,7 @@ fn panels(
         ))
     };
     let mut panels: Vec<NodeLight> = instances.iter().zip(sources).filter_map(panel).collect();
-    panels.sort_by(|a, b| b.panel_strength(worlds).total_cmp(&a.panel_strength(worlds)));
+    panels.sort_by(|a, b| b.strength(worlds).total_cmp(&a.strength(worlds)));
     if panels.len() > PANELS {
         warnings.add(format!("{} rectangles emit light; the {PANELS} strongest are lights", panels.len()));
         panels.truncate(PANELS);

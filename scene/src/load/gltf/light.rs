@@ -99,14 +99,10 @@ impl NodeLight {
         NodeLight { node, kind, colour: emissive, range_m: f32::INFINITY, area: None }
     }
 
-    /// What a panel emits in all directions together, for comparison; infinite for other lights.
-    pub fn panel_strength(&self, worlds: &[DAffine3]) -> f64 {
-        match self.placed(worlds) {
-            SceneLight::Point { colour, .. } if matches!(self.kind, Kind::Panel { .. }) => {
-                colour.iter().map(|channel| f64::from(*channel)).sum()
-            }
-            _ => f64::INFINITY,
-        }
+    /// What it sends at most towards a place, for comparison with others of its kind.
+    pub fn strength(&self, worlds: &[DAffine3]) -> f32 {
+        let (SceneLight::Point { colour, .. } | SceneLight::Directional { colour, .. }) = self.placed(worlds);
+        colour.iter().sum()
     }
 
     fn of(node: usize, light: &document::Light) -> Option<NodeLight> {
