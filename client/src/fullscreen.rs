@@ -1,16 +1,16 @@
 //! A pass over every pixel of its targets: one triangle, textures read by texel, uniforms.
 
 use gpu::Gpu;
-use wgpu::{BindingResource, ShaderStages, TextureFormat, TextureSampleType, TextureView};
+use wgpu::{BindingResource, ShaderStages, TextureFormat, TextureSampleType, TextureView, TextureViewDimension};
 
 /// What a binding holds, in the order of the shader's bindings.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Binding {
     Uniform,
     FloatTexture,
+    /// Layers.
+    FloatTextures,
     UintTexture,
-    /// A buffer that is read; not on WebGL2.
-    Storage,
 }
 
 /// What a pass does to what its targets hold.
@@ -175,24 +175,19 @@ pub(crate) fn bind(
 }
 
 fn layout_entry(binding: u32, visibility: ShaderStages, kind: Binding) -> wgpu::BindGroupLayoutEntry {
-    let texture = |sample_type| wgpu::BindingType::Texture {
-        sample_type,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
+    let texture =
+        |sample_type, view_dimension| wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false };
     let ty = match kind {
         Binding::Uniform => wgpu::BindingType::Buffer {
             ty: wgpu::BufferBindingType::Uniform,
             has_dynamic_offset: false,
             min_binding_size: None,
         },
-        Binding::Storage => wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        Binding::FloatTexture => texture(TextureSampleType::Float { filterable: false }),
-        Binding::UintTexture => texture(TextureSampleType::Uint),
+        Binding::FloatTexture => texture(TextureSampleType::Float { filterable: false }, TextureViewDimension::D2),
+        Binding::FloatTextures => {
+            texture(TextureSampleType::Float { filterable: false }, TextureViewDimension::D2Array)
+        }
+        Binding::UintTexture => texture(TextureSampleType::Uint, TextureViewDimension::D2),
     };
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }

@@ -27,7 +27,7 @@ pub use corners::{CornerRules, Corners};
 pub use gbuffer::GBuffer;
 pub use held::{HeldSurfaces, SurfaceStats};
 pub use mesh::{PatchMesh, ProvokingVertex, Vertex};
-pub use parallelograms::{FlattenPass, Parallelograms, dispatch};
+pub use parallelograms::{FlattenPass, INVOCATIONS_A_ROW, Parallelograms, dispatch};
 pub use pass::{CastPass, SETBACK_FOOTPRINTS, Smoothing, SurfacePass};
 pub use points::{FRUSTUM_PLANES, PointBuffer, PointPass, Projection};
 

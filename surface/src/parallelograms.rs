@@ -35,6 +35,8 @@ struct PatchUniform {
 const GROUP: u32 = 64;
 /// Workgroups in a row of a dispatch: any device allows as many.
 const GROUPS_A_ROW: u32 = 1024;
+/// Invocations in a row of a dispatch that has more than one.
+pub const INVOCATIONS_A_ROW: u32 = GROUP * GROUPS_A_ROW;
 
 /// A list, as an array of `Parallelogram` (`surface/parallelogram.wgsl`).
 #[derive(Debug)]
@@ -117,7 +119,7 @@ impl FlattenPass {
                 setback: setback(patch),
                 quad_count: quads(patch),
                 first,
-                row: groups[0] * GROUP,
+                row: INVOCATIONS_A_ROW,
                 padding: [0; 3],
             };
             first += quads(patch);

@@ -24,6 +24,7 @@
 mod compare;
 mod lamp;
 mod maps;
+mod reach;
 mod warp;
 
 use camera::Pinhole;

@@ -8,10 +8,12 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
+use glam::DVec2;
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
-use surface::{FlattenPass, HeldSurfaces, Parallelograms, SurfaceError, dispatch};
+use surface::{FlattenPass, HeldSurfaces, INVOCATIONS_A_ROW, Parallelograms, SurfaceError};
 use wgpu::BindingResource;
 
+use super::reach::{DISPATCHES, ReachPass, Seen};
 use super::{Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, uniform};
 use crate::shadow::{ROUNDING, from_view};
@@ -26,10 +28,11 @@ const BATCH_BYTES: u64 = 16 << 20;
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 struct PointsUniform {
     size_px: [u32; 2],
+    pitch: u32,
     count: u32,
     row: u32,
     point_count: u32,
-    padding: [u32; 3],
+    padding: [u32; 2],
     places: [[f32; 4]; POINTS],
     weights: [[f32; 4]; POINTS],
 }
@@ -50,27 +53,94 @@ struct FrameUniform {
 pub(super) struct PointWarps {
     gpu: Gpu,
     flatten: FlattenPass,
-    warp: wgpu::ComputePipeline,
+    reach: ReachPass,
+    warps: [wgpu::ComputePipeline; 2],
     lookup: FullscreenPass,
-    maps: Option<wgpu::Buffer>,
+    maps: Option<Maps>,
+}
+
+/// The maps of a batch: written into a buffer, read from the layers of a texture, which is faster wherever textures are.
+#[derive(Debug)]
+struct Maps {
+    size_px: [u32; 2],
+    /// Texels from a row to the next in the buffer.
+    pitch: u32,
+    buffer: wgpu::Buffer,
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+}
+
+impl Maps {
+    fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Maps {
+        let pitch = width.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 4);
+        let bytes = 4 * u64::from(pitch) * u64::from(height);
+        let layers = (BATCH_BYTES / bytes).clamp(1, POINTS as u64) as u32;
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("point maps"),
+            size: bytes * u64::from(layers),
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("point maps"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::R32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let dimension = Some(wgpu::TextureViewDimension::D2Array);
+        let view = texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
+        Maps { size_px: [width, height], pitch, buffer, texture, view }
+    }
+
+    fn layers(&self) -> usize {
+        self.texture.depth_or_array_layers() as usize
+    }
+
+    /// Nothing casts in the first of them.
+    fn clear(&self, encoder: &mut wgpu::CommandEncoder, layers: usize) {
+        let bytes = self.buffer.size() / self.layers() as u64 * layers as u64;
+        encoder.clear_buffer(&self.buffer, 0, Some(bytes));
+    }
+
+    /// Takes what was written over into the texture.
+    fn copy(&self, encoder: &mut wgpu::CommandEncoder, layers: usize) {
+        let [width, height] = self.size_px;
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(4 * self.pitch),
+            rows_per_image: Some(height),
+        };
+        encoder.copy_buffer_to_texture(
+            wgpu::TexelCopyBufferInfo { buffer: &self.buffer, layout },
+            self.texture.as_image_copy(),
+            wgpu::Extent3d { width, height, depth_or_array_layers: layers as u32 },
+        );
+    }
 }
 
 impl PointWarps {
     pub(super) fn new(gpu: &Gpu) -> Result<PointWarps, SurfaceError> {
-        use Binding::{FloatTexture, Storage, UintTexture, Uniform};
+        use Binding::{FloatTexture, FloatTextures, UintTexture, Uniform};
         let module = gpu.shader("client/compute/warp.wgsl")?;
-        let warp = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("warp"),
-            layout: None,
-            module: &module,
-            entry_point: Some("warp"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
+        let warps = ["warp_small", "warp_large"].map(|entry_point| {
+            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: None,
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
         });
-        let bindings = [Uniform, Uniform, Uniform, Uniform, FloatTexture, UintTexture, Storage];
+        let bindings = [Uniform, Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTextures];
         let shader = ("client/compute/warp_lookup.wgsl", "hidden_by_maps");
         let lookup = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[super::SoftShadows::FORMAT])?;
-        Ok(PointWarps { gpu: gpu.clone(), flatten: FlattenPass::new(gpu)?, warp, lookup, maps: None })
+        let (flatten, reach) = (FlattenPass::new(gpu)?, ReachPass::new(gpu)?);
+        Ok(PointWarps { gpu: gpu.clone(), flatten, reach, warps, lookup, maps: None })
     }
 
     /// Whether the views of a face only differ by shifts: whether their eyes lie in a plane parallel to their images.
@@ -97,35 +167,35 @@ impl PointWarps {
     ) {
         let frame = &face[0];
         let Some(list) = self.flatten.encode(encoder, casters, frame) else { return };
-        let texels = u64::from(frame.width_px) * u64::from(frame.height_px);
-        let batch = (BATCH_BYTES / (4 * texels)).clamp(1, POINTS as u64) as usize;
-        let bytes = 4 * texels * batch as u64;
-        let maps = self.maps.take().filter(|maps| maps.size() == bytes).unwrap_or_else(|| {
-            self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("point maps"),
-                size: bytes,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        });
-        let groups = dispatch(list.count);
+        let maps = match self.maps.take() {
+            Some(maps) if maps.size_px == [frame.width_px, frame.height_px] => maps,
+            _ => Maps::new(&self.gpu, [frame.width_px, frame.height_px]),
+        };
         let eye_world = receivers.view.world_from_eye.translation;
         let camera = PinholeUniform::new(receivers.view, eye_world);
         let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&camera));
         let materials = MaterialUniform::table(&receivers.held.materials);
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
         let in_frame = uniform(&self.gpu, "frame", bytemuck::bytes_of(&FrameUniform::new(frame, receivers.view)));
+        let seen = Seen {
+            camera: &camera,
+            in_frame: &in_frame,
+            w: &receivers.gbuffer.views.w,
+            size_px: receivers.gbuffer.size_px,
+        };
+        let kept = self.reach.encode(encoder, &list, (frame, shifts(frame, face)), seen);
         let mut first = 0;
         while first < face.len() {
             // Points that count in one target.
             let room = Count::POINTS_A_TARGET - first % Count::POINTS_A_TARGET;
-            let some = &face[first..(first + batch.min(room)).min(face.len())];
+            let some = &face[first..(first + maps.layers().min(room)).min(face.len())];
             let (hidden, _) = count.of(first, face.len());
             let weights = |index: usize| count.of(first + index, face.len()).1;
-            let points = PointsUniform::new(frame, some, (list.count, groups[0] * 64), weights);
+            let points = PointsUniform::new(frame, some, (maps.pitch, list.count, INVOCATIONS_A_ROW), weights);
             let points = uniform(&self.gpu, "points", bytemuck::bytes_of(&points));
-            encoder.clear_buffer(&maps, 0, Some(4 * texels * some.len() as u64));
-            self.warp(encoder, &points, &list.buffer, &maps, groups);
+            maps.clear(encoder, some.len());
+            self.warp(encoder, [&points, &list.buffer, &maps.buffer, &kept]);
+            maps.copy(encoder, some.len());
             let views = &receivers.gbuffer.views;
             let inputs = [
                 camera.as_entire_binding(),
@@ -134,7 +204,7 @@ impl PointWarps {
                 points.as_entire_binding(),
                 BindingResource::TextureView(&views.w),
                 BindingResource::TextureView(&views.normal_ids),
-                maps.as_entire_binding(),
+                BindingResource::TextureView(&maps.view),
             ];
             self.lookup.encode(encoder, &inputs, &[hidden]);
             first += some.len();
@@ -142,43 +212,44 @@ impl PointWarps {
         self.maps = Some(maps);
     }
 
-    fn warp(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        points: &wgpu::Buffer,
-        list: &wgpu::Buffer,
-        maps: &wgpu::Buffer,
-        groups: [u32; 2],
-    ) {
-        let resources = [points, list, maps].map(|buffer| buffer.as_entire_binding());
+    /// Writes small parallelograms, then large ones.
+    fn warp(&self, encoder: &mut wgpu::CommandEncoder, inputs: [&wgpu::Buffer; 4]) {
+        let resources = inputs.map(|buffer| buffer.as_entire_binding());
         let entries: Vec<_> =
             (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-        let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("warp"),
-            layout: &self.warp.get_bind_group_layout(0),
-            entries: &entries,
-        });
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&self.warp);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(groups[0], groups[1], 1);
+        for (pipeline, groups) in self.warps.iter().zip(DISPATCHES) {
+            let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("warp"),
+                layout: &pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            });
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups_indirect(inputs[3], groups);
+        }
     }
+}
+
+/// What each of some points shifts by at `w = 1`, in pixels of the frame's image.
+fn shifts(frame: &Pinhole, points: &[Pinhole]) -> impl Iterator<Item = DVec2> {
+    let frame_from_world = frame.world_from_eye.inverse();
+    let place = move |point: &Pinhole| frame_from_world.transform_point(point.world_from_eye.translation);
+    points.iter().map(move |point| place(point).truncate() * frame.focal_px)
 }
 
 impl PointsUniform {
     fn new(
         frame: &Pinhole,
         points: &[Pinhole],
-        (count, row): (u32, u32),
+        (pitch, count, row): (u32, u32, u32),
         weights: impl Fn(usize) -> [f32; 4],
     ) -> PointsUniform {
-        let frame_from_world = frame.world_from_eye.inverse();
         let mut uniform: PointsUniform = Zeroable::zeroed();
         uniform.size_px = [frame.width_px, frame.height_px];
-        (uniform.count, uniform.row) = (count, row);
+        (uniform.pitch, uniform.count, uniform.row) = (pitch, count, row);
         uniform.point_count = points.len() as u32;
-        for (index, point) in points.iter().enumerate() {
-            let shift = frame_from_world.transform_point(point.world_from_eye.translation).truncate() * frame.focal_px;
+        for (index, (point, shift)) in points.iter().zip(shifts(frame, points)).enumerate() {
             uniform.places[index] = [shift.x, shift.y, point.centre_px.x, point.centre_px.y].map(|value| value as f32);
             uniform.weights[index] = weights(index);
         }
@@ -205,7 +276,18 @@ mod tests {
     #[test]
     fn uniforms_are_laid_out_as_in_wgsl() {
         let path = "client/compute/warp_lookup.wgsl";
-        shaders::assert_layout!(PointsUniform, path, "WarpPoints", size_px, count, row, point_count, places, weights);
+        shaders::assert_layout!(
+            PointsUniform,
+            path,
+            "WarpPoints",
+            size_px,
+            pitch,
+            count,
+            row,
+            point_count,
+            places,
+            weights
+        );
         shaders::assert_layout!(FrameUniform, path, "Frame", frame_from_view, focal_px, near_m, rounding);
     }
 }

@@ -148,12 +148,13 @@ impl Discretization {
     });
 
     /// Every method by its name, as people type it.
-    pub const NAMED: [(&str, Discretization); 10] = [
+    pub const NAMED: [(&str, Discretization); 11] = [
         ("conventional", Discretization::Conventional),
         ("depth-peeling", Discretization::DepthPeeling),
         ("non-redundant", Discretization::PIXEL),
         ("neighbourhood", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Neighbourhood))),
         ("surface", Discretization::SURFACE),
+        ("nearby", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Nearby))),
         ("covered", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered))),
         ("covered-triangle", Discretization::NonRedundant(Redundancy::by(RedundancyTest::CoveredTriangle))),
         ("footprint", Discretization::FOOTPRINT),

@@ -6,24 +6,69 @@
 @group(0) @binding(1) var<storage, read> list: array<Parallelogram>;
 // Bits of inverse depths, a map after the other; 0 where nothing casts.
 @group(0) @binding(2) var<storage, read_write> maps: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read> kept: Kept;
+
+// See `client/compute/reach.wgsl`.
+struct Kept {
+    small_count: u32,
+    large_count: u32,
+    small_groups: array<u32, 3>,
+    large_groups: array<u32, 3>,
+    places: array<u32>,
+}
 
 // A parallelogram that would cover more texels than this in a row or a column is cut.
 const MOST_TEXELS: i32 = 24;
 
+// Of parallelograms that no point sees larger than two texels: four are asked.
 @compute @workgroup_size(64)
-fn warp(@builtin(global_invocation_id) id: vec3u) {
+fn warp_small(@builtin(global_invocation_id) id: vec3u) {
     let index = id.y * points.row + id.x;
-    if index >= points.count {
+    if index >= kept.small_count {
         return;
     }
-    let shape = list[index];
+    let shape = list[kept.places[index]];
     let w = shape.middle.z;
-    if w <= 0.0 {
-        return;
-    }
+    let size = vec2i(points.size_px);
     for (var point = 0u; point < points.point_count; point++) {
         let place = points.places[point];
         // An eye that stands aside sees everything shifted by its inverse depth.
+        let middle = shape.middle.xy - place.xy * w + place.zw;
+        let right = shape.right.xy - place.xy * shape.right.z;
+        let down = shape.down.xy - place.xy * shape.down.z;
+        let determinant = right.x * down.y - right.y * down.x;
+        let scale = 1.0 / determinant;
+        let first = vec2i(ceil(middle - abs(right) - abs(down) - 0.5));
+        // At the first texel's centre; both lie in [-1, 1] inside.
+        let way = vec2f(first) + 0.5 - middle;
+        let st = vec2f(way.x * down.y - way.y * down.x, way.y * right.x - way.x * right.y) * scale;
+        let by_x = vec2f(down.y, -right.y) * scale;
+        let by_y = vec2f(-down.x, right.x) * scale;
+        let rate = vec2f(shape.right.z, shape.down.z);
+        let cast_w = w + shape.middle.w;
+        let map = point * points.pitch * points.size_px.y;
+        for (var corner = 0u; corner < 4u; corner++) {
+            let step = vec2u(corner & 1u, corner >> 1u);
+            let at = st + f32(step.x) * by_x + f32(step.y) * by_y;
+            let texel = first + vec2i(step);
+            if all(abs(at) <= vec2f(1.0)) && all(texel >= vec2i(0)) && all(texel < size) {
+                let value = bitcast<u32>(max(cast_w + dot(at, rate), 0.0));
+                atomicMax(&maps[map + u32(texel.y) * points.pitch + u32(texel.x)], value);
+            }
+        }
+    }
+}
+
+@compute @workgroup_size(64)
+fn warp_large(@builtin(global_invocation_id) id: vec3u) {
+    let index = id.y * points.row + id.x;
+    if index >= kept.large_count {
+        return;
+    }
+    let shape = list[kept.places[points.count - 1u - index]];
+    let w = shape.middle.z;
+    for (var point = 0u; point < points.point_count; point++) {
+        let place = points.places[point];
         let middle = shape.middle.xy - place.xy * w + place.zw;
         let right = shape.right.xy - place.xy * shape.right.z;
         let down = shape.down.xy - place.xy * shape.down.z;
@@ -43,7 +88,7 @@ fn warp(@builtin(global_invocation_id) id: vec3u) {
             shape.down.z * right.x - shape.right.z * down.x,
         ) / determinant;
         let middle_w = w + shape.middle.w;
-        let map = point * points.size_px.x * points.size_px.y;
+        let map = point * points.pitch * points.size_px.y;
         for (var y = first_row; y <= last_row; y++) {
             let up = f32(y) + 0.5 - middle.y;
             // A side that lies along the rows bounds none of them.
@@ -55,7 +100,7 @@ fn warp(@builtin(global_invocation_id) id: vec3u) {
             let last = min(i32(floor(end)), min(i32(points.size_px.x) - 1, first + MOST_TEXELS));
             for (var x = first; x <= last; x++) {
                 let cast_w = middle_w + dot(rate_w, vec2f(f32(x) + 0.5 - middle.x, up));
-                let texel = map + u32(y) * points.size_px.x + u32(x);
+                let texel = map + u32(y) * points.pitch + u32(x);
                 // Bits of floats above zero are in the order of the floats.
                 atomicMax(&maps[texel], bitcast<u32>(max(cast_w, 0.0)));
             }

@@ -5,16 +5,7 @@
 #import "common/octahedral.wgsl"
 #import "common/shade.wgsl"
 #import "client/compute/warp_points.wgsl"
-
-struct Frame {
-    // Takes a point to the frame's eye space.
-    frame_from_view: mat4x3f,
-    focal_px: f32,
-    near_m: f32,
-    // How far rounding moves an inverse depth, as a share of it.
-    rounding: f32,
-    padding: f32,
-}
+#import "client/compute/warp_frame.wgsl"
 
 @group(0) @binding(0) var<uniform> camera: Pinhole;
 @group(0) @binding(1) var<uniform> material_table: array<Material, 256>;
@@ -22,7 +13,8 @@ struct Frame {
 @group(0) @binding(3) var<uniform> points: WarpPoints;
 @group(0) @binding(4) var w: texture_2d<f32>;
 @group(0) @binding(5) var normal_ids: texture_2d<u32>;
-@group(0) @binding(6) var<storage, read> maps: array<u32>;
+// A layer for each of the points.
+@group(0) @binding(6) var maps: texture_2d_array<f32>;
 
 @fragment
 fn hidden_by_maps(@builtin(position) position: vec4f) -> @location(0) vec4f {
@@ -50,7 +42,6 @@ fn hidden_by_maps(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let least_w = own_w + frame.rounding * own_w;
     let size = vec2i(points.size_px);
     var sum = vec4f(0.0);
-    var map = 0;
     for (var index = 0u; index < points.point_count; index++) {
         let place = points.places[index];
         let at = image_px - place.xy * own_w + place.zw;
@@ -59,13 +50,12 @@ fn hidden_by_maps(@builtin(position) position: vec4f) -> @location(0) vec4f {
         if all(t >= vec2i(0)) && all(t < size) {
             // As in `client/soft_compare.wgsl`, with both sides of the comparison times the cosine.
             let facing = facing_frame + dot(normal.xy, place.xy);
-            let caster_w = bitcast<f32>(maps[map + t.y * size.x + t.x]);
+            let caster_w = textureLoad(maps, t, i32(index), 0).x;
             let over = (caster_w - least_w) * facing + dot(normal.xy, texel + 0.5 - at);
             if facing <= 0.0 || (caster_w > 0.0 && over > rise) {
                 sum += points.weights[index];
             }
         }
-        map += size.x * size.y;
     }
     if all(sum == vec4f(0.0)) {
         discard;

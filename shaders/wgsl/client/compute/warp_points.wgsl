@@ -4,11 +4,12 @@ const WARP_POINTS: u32 = 32u;
 struct WarpPoints {
     // Of each map.
     size_px: vec2u,
-    // Of parallelograms, and invocations in a row of the dispatch.
+    // Texels from a row to the next.
+    pitch: u32,
+    // Of parallelograms in the list, and invocations in a row of the dispatch.
     count: u32,
     row: u32,
     point_count: u32,
-    padding_0: u32,
     padding_1: u32,
     padding_2: u32,
     // By how much a point at w = 1 shifts in x and y; then the image's centre.
