@@ -7,9 +7,6 @@ use super::tables::{found, rows, text};
 use super::{Settings, paper};
 use crate::report::{Bar, Report, Row};
 
-/// What the paper's points and output are.
-const POINTS: u32 = 16;
-const SIZE_PX: (u32, u32) = (512, 512);
 /// Images of the bars of errors, and of those of times.
 const ERRORS_PX: u32 = 1024;
 const TIMES_PX: u32 = 512;
@@ -24,7 +21,7 @@ const OF_TIME: f64 = 1.0 / 20.0;
 
 /// Adds the bars of what was asked for; a row that failed is a miss.
 pub(super) fn add(report: &mut Report, settings: &Settings) {
-    if (settings.points, settings.size_px) != (POINTS, SIZE_PX) {
+    if !settings.are_the_papers() {
         report.notes.push("No bars: they are of 16 x 16 points and an output of 512 x 512.".to_owned());
         return;
     }

@@ -67,6 +67,8 @@ pub(super) struct Settings {
     pub truth_px: u32,
     /// What images have while the lamp changes.
     pub usual_px: u32,
+    /// What they have while the number of triangles grows.
+    pub growth_px: u32,
     /// Blades a tuft; none: growth is left out.
     pub blades: Vec<u32>,
     /// Times are medians of as many, of fewer where one takes long.
@@ -111,6 +113,7 @@ impl Settings {
         let grows = !no_growth && (!run.names_scenes() || run.scenes.iter().any(|scene| scene == GROWING));
         let by_default: &[u32] = if run.quick { &[9, 144] } else { &[9, 36, 144, 576, 2304] };
         let blades = if blades.is_empty() { by_default } else { blades };
+        let usual_px = if has_usual { USUAL_PX } else { sizes[0].1 };
         let in_all_ways = match (method.is_empty(), run.quick) {
             (false, _) => InAllWays::Everything,
             (true, false) => InAllWays::Usual,
@@ -119,7 +122,8 @@ impl Settings {
         Ok(Settings {
             size_px: run.size_px.unwrap_or(if run.quick { (256, 256) } else { (512, 512) }),
             points: points.unwrap_or(if run.quick { 4 } else { 16 }),
-            usual_px: if has_usual { USUAL_PX } else { sizes[0].1 },
+            usual_px,
+            growth_px: if run.quick { usual_px / 2 } else { usual_px },
             sizes,
             sets: names.iter().map(named).collect::<anyhow::Result<_>>()?,
             ways: methods::named(method).map_err(anyhow::Error::msg)?,
@@ -128,6 +132,11 @@ impl Settings {
             blades: if grows { blades.to_vec() } else { Vec::new() },
             runs: if run.quick { 1 } else { 5 },
         })
+    }
+
+    /// Whether points and output are as many as in the paper's tables.
+    pub fn are_the_papers(&self) -> bool {
+        (self.points, self.size_px) == (16, (512, 512))
     }
 
     /// Everything that the tables of a scene are made of, such that what is made for one cell serves the next ones.
@@ -151,14 +160,14 @@ impl Settings {
 
     /// What is drawn of a scene of some number of triangles, each method in its first setting; the full geometry last.
     pub fn growth_cells(&self, scene: &str) -> Vec<Cell> {
-        let one_size = Settings { sizes: vec![(USUAL_LAMP, self.usual_px)], ..self.clone() };
+        let one_size = Settings { sizes: vec![(USUAL_LAMP, self.growth_px)], ..self.clone() };
         let is_first = |cell: &Cell| cell.way.name == cell.way.method();
         // The paper's alone of the sets that are not ours.
         let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.discretization == Discretization::PIXEL;
         let mut cells: Vec<Cell> =
             one_size.cells(scene).into_iter().filter(|cell| is_first(cell) && is_drawn(cell)).collect();
         let full = (FULL_GEOMETRY, Discretization::Conventional);
-        cells.push(Cell::new(scene, full, (USUAL_LAMP, self.usual_px)));
+        cells.push(Cell::new(scene, full, (USUAL_LAMP, self.growth_px)));
         cells
     }
 }

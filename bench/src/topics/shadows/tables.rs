@@ -86,7 +86,8 @@ fn by_size(report: &Report, settings: &Settings, changing: Changing) -> Table {
                 Changing::Images => paper::by_image(scene, set, image_px),
                 Changing::Lamp => paper::by_lamp(scene, set, lamp),
             };
-            let is_papers = lamp == USUAL_LAMP && image_px == 1024;
+            let paper = paper.filter(|_| settings.are_the_papers());
+            let is_papers = settings.are_the_papers() && lamp == USUAL_LAMP && image_px == 1024;
             let greatest = paper::of(scene, set).filter(|_| is_papers).map(|(paper, set)| paper.greatest[set]);
             let size = if changing == Changing::Images { image_px.to_string() } else { lamp.to_string() };
             table.row([
@@ -110,7 +111,8 @@ fn steps(report: &Report, settings: &Settings) -> Table {
     for (scene, (set, _)) in report.scene.iter().flat_map(|scene| settings.sets.iter().map(move |set| (scene, set))) {
         let size = (USUAL_LAMP, settings.usual_px);
         let Some(row) = found(report, scene, (set, PAPERS), size) else { continue };
-        let paper = paper::of(scene, set).map(|(paper, set)| paper.steps_ms[set]);
+        let is_papers = settings.are_the_papers() && settings.usual_px == 1024;
+        let paper = paper::of(scene, set).filter(|_| is_papers).map(|(paper, set)| paper.steps_ms[set]);
         let step = |index: usize, name: &str| {
             cell(row.figure(&format!("time_ms.{name}.median")), paper.map(|steps| steps[index]))
         };
