@@ -115,7 +115,7 @@ pub fn reflection_path(name: &str) -> Option<Trace> {
     }
 }
 
-/// Blades a tuft of a meadow at most: 3.3 million triangles.
+/// Blades a tuft of a meadow at most: 3.0 million triangles.
 const MAX_BLADES: usize = 2304;
 
 /// `grass-N-blades`: the meadow with N blades a tuft, 1 to 2,304, where `grass` has 36. What grows with the number of triangles alone is
