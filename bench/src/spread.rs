@@ -1,6 +1,6 @@
 //! The spread of a measure over frames, eyes or runs: mean, median, bad tail and worst.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Which end of a measure is the good one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub enum Better {
 }
 
 /// The spread of a measure. The tail is the bad one: the 95th percentile where low is good, the 5th where high is good.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Arithmetic mean.
     pub mean: f64,

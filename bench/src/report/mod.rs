@@ -5,13 +5,18 @@
 //! as a miss.
 
 pub mod html;
+pub mod kept;
 pub mod machine;
 pub mod plot;
 pub mod progress;
 pub mod table;
 pub mod write;
 
-use serde::{Serialize, Serializer};
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use crate::spread::Spread;
@@ -49,8 +54,33 @@ impl<T: Serialize> Serialize for Fields<T> {
     }
 }
 
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Fields<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Fields<T>, D::Error> {
+        deserializer.deserialize_map(InOrder(PhantomData))
+    }
+}
+
+/// Reads [`Fields`] in the order in which they are written.
+struct InOrder<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for InOrder<T> {
+    type Value = Fields<T>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("values by name")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fields<T>, A::Error> {
+        let mut fields = Vec::new();
+        while let Some(entry) = map.next_entry()? {
+            fields.push(entry);
+        }
+        Ok(Fields(fields))
+    }
+}
+
 /// One method at one setting on one scene.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// The scene's name.
     pub scene: String,
@@ -67,7 +97,7 @@ pub struct Row {
     /// Everything that is counted, rates and ratios included; the name says what.
     pub counts: Fields<f64>,
     /// Why there are no figures.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failed: Option<String>,
 }
 

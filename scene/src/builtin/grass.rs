@@ -13,7 +13,8 @@ use crate::model::{Material, SceneCamera, Vertex};
 const HALF_M: f32 = 6.0;
 /// Tufts a side of the field.
 const TUFTS: usize = 12;
-const BLADES: usize = 36;
+/// Of a tuft.
+pub(super) const BLADES: usize = 36;
 /// Pieces of a blade from root to tip.
 const PIECES: usize = 5;
 /// Different tufts; the field repeats them, turned.
@@ -23,6 +24,11 @@ const PERIOD_S: f64 = 12.0;
 const EYE_M: f64 = 1.1;
 
 pub(super) fn build() -> Kit {
+    with_blades(BLADES)
+}
+
+/// The same meadow with another number of blades a tuft.
+pub(super) fn with_blades(blades_a_tuft: usize) -> Kit {
     let mut kit = Kit::new(PERIOD_S);
     kit.walk = true;
     kit.daylight();
@@ -31,7 +37,8 @@ pub(super) fn build() -> Kit {
     ground(&mut kit);
     let blades = kit.painted("blades");
     kit.alter(blades, |material: &mut Material| material.double_sided = true);
-    let kinds: Vec<u32> = (0..KINDS).map(|_| tuft(&mut rng)).map(|mesher| kit.mesh(mesher, blades)).collect();
+    let kinds: Vec<u32> =
+        (0..KINDS).map(|_| tuft(&mut rng, blades_a_tuft)).map(|mesher| kit.mesh(mesher, blades)).collect();
     let pitch = 2.0 * HALF_M / TUFTS as f32;
     for k in 0..TUFTS * TUFTS {
         let cell = |i: usize, rng: &mut Rng| (i as f32 + 0.5) * pitch - HALF_M + rng.range(-0.12, 0.12);
@@ -64,10 +71,10 @@ fn ground(kit: &mut Kit) {
 }
 
 /// Blades around a middle. Each vertex's second texture coordinate is how far up its blade it is, which the wind needs.
-fn tuft(rng: &mut Rng) -> Mesher {
+fn tuft(rng: &mut Rng, blades: usize) -> Mesher {
     let mut mesher = Mesher::new();
     let tones = [0x7fa03c, 0x6d9236, 0x94ad4c, 0x5c8433, 0xa8b35e, 0x88a845];
-    for _ in 0..BLADES {
+    for _ in 0..blades {
         let (around, out) = (rng.unit() * TAU, 0.52 * rng.unit().sqrt());
         let root = vec3(out * around.cos(), -0.03, out * around.sin());
         let lean_way = rng.unit() * TAU;

@@ -115,13 +115,25 @@ pub fn reflection_path(name: &str) -> Option<Trace> {
     }
 }
 
-/// The built-in scene of that name, those of all lists included; `None` where there is none.
+/// Blades a tuft of a meadow at most: 3.0 million triangles.
+const MAX_BLADES: usize = 2304;
+
+/// `grass-N-blades`: the meadow with N blades a tuft, 1 to 2,304, where `grass` has 36. What grows with the number of triangles alone is
+/// measured by it; the meadow's size stays.
+fn meadow(name: &str) -> Option<Scene> {
+    let blades = name.strip_prefix("grass-")?.strip_suffix("-blades")?.parse().ok()?;
+    (1..=MAX_BLADES).contains(&blades).then(|| grass::with_blades(blades).finish(name, false))
+}
+
+/// The built-in scene of that name, those of all lists included, or the meadow `grass-N-blades` with N blades a tuft (1 to 2,304; `grass` has
+/// 36); `None` where there is none.
 pub fn load(name: &str) -> Option<Scene> {
-    all().find_map(|&(still, moving, build)| match name {
+    let listed = all().find_map(|&(still, moving, build)| match name {
         _ if name == still => Some(build().finish(name, false)),
         _ if name == moving => Some(build().finish(name, true)),
         _ => None,
-    })
+    });
+    listed.or_else(|| meadow(name))
 }
 
 /// Free places at eye height in a scene that is walked in, each with a direction worth looking along: nothing of the

@@ -104,6 +104,15 @@ fn is_watertight(mesh: &Mesh) -> bool {
 }
 
 #[test]
+fn a_meadow_has_as_many_blades_as_its_name_says() {
+    let (usual, dense) = (loaded("grass-36-blades"), loaded("grass-144-blades"));
+    assert!(usual.meshes == loaded("grass").meshes);
+    // Nine triangles a blade, 144 tufts.
+    assert_eq!(dense.triangle_count() - usual.triangle_count(), 144 * 108 * 9);
+    assert!(load("grass-0-blades").is_none() && load("grass--blades").is_none() && load("grass-2305-blades").is_none());
+}
+
+#[test]
 fn building_twice_gives_the_same() {
     for name in names() {
         let (a, b) = (loaded(name), loaded(name));

@@ -1,82 +1,40 @@
-//! Settings, tables and pictures of the topic.
+//! Settings and notes of the topic, and everything that is made of its rows.
 
-use super::Settings;
-use super::hidden::Hidden;
-use super::sets::SETS;
-use crate::compare::Picture;
-use crate::report::table::{Table, number};
-use crate::report::{Report, Row};
-use crate::topic::Run;
+use super::{Bench, Settings, bars, growth, plots, tables};
+use crate::report::Report;
 
 /// Settings and notes.
 pub(super) fn describe(report: &mut Report, settings: &Settings) {
-    let Settings { size_px, points, truth_px, .. } = settings;
+    let Settings { size_px, points, truth_px, runs, .. } = settings;
     report.settings.set("output", format!("{}x{} at 60 degrees", size_px.0, size_px.1));
     report.settings.set("points of the lamp", format!("{points}x{points}"));
     report.settings.set("truth's shadow maps", format!("{truth_px}x{truth_px}"));
+    report.settings.set("runs", *runs);
     report.notes = [
         "A square lamp hangs over the middle of the scene, half a diagonal of the scene's box above its top; its own diagonal is given in \
          those of the box. The paper prints neither its lamps' places nor its views; its scenes are not ours.",
         "Errors are the paper's, over the pixels that show a surface, 0 to 255: visibility counts every point that is resolved wrongly, \
-         intensity what is left where wrong ones of both kinds make good for each other.",
+         intensity what is left where wrong ones of both kinds make good for each other; greatest: of a pixel. Where fewer points were drawn, each stands for \
+         those around it.",
         "Truths: shadow maps of the full geometry from the same points, a triangle never hiding itself; and rays.",
-        "Times are wall times of this machine: images with their readback, surfaces with their upload, shadows of all points.",
+        "Times are wall times of this machine: images with their readback, surfaces with their upload, shadows of all points; a still frame's, cold: nothing \
+         but pipelines is kept from before. Medians of several, of fewer where one takes seconds. The paper's are of a GeForce GTX 570.",
+        "Full geometry: maps of all points drawn from the scene's triangles by the pipelines that draw rebuilt surfaces, with the same lookups; the triangles \
+         are on the adapter already.",
+        "The paper's greatest errors are in the order in which its tables have the scenes; it names none.",
+        "Rows are kept as they are measured. A later run into the same folder takes those of its own program, adapter and settings; --fresh measures all anew.",
     ]
     .map(str::to_owned)
     .to_vec();
 }
 
-/// All tables.
-pub(super) fn add(report: &mut Report) {
-    let mut table = Table::new([
-        "scene",
-        "set",
-        "images",
-        "lamp",
-        "intensity",
-        "visibility",
-        "by rays: intensity",
-        "visibility",
-        "samples",
-        "images, ms",
-        "surfaces, ms",
-        "shadows, ms",
-    ]);
-    for row in report.rows.iter().filter(|row| row.failed.is_none()) {
-        let figure = |path: &str| row.figure(path).map_or("-".to_owned(), number);
-        let parameter = |name: &str| row.parameters.get(name).map_or("-".to_owned(), |value| value.to_string());
-        table.row([
-            row.scene.clone(),
-            row.method.clone(),
-            parameter("image_px"),
-            parameter("lamp"),
-            figure("error.intensity.mean"),
-            figure("error.visibility.mean"),
-            figure("error.intensity_rays.mean"),
-            figure("error.visibility_rays.mean"),
-            figure("counts.samples"),
-            figure("time_ms.images.median"),
-            figure("time_ms.surfaces.median"),
-            figure("time_ms.shadows.median"),
-        ]);
-    }
-    report.tables.push((format!("Soft shadows, {}", SETS.join(", ")), table));
-}
-
-/// How much of the lamp each pixel sees.
-pub(super) fn picture(
-    row: &Row,
-    hidden: &Hidden,
-    (width_px, height_px): (u32, u32),
-    run: &Run,
-    report: &mut Report,
-) -> anyhow::Result<()> {
-    let rgb = hidden.shares().iter().flat_map(|&share| [share; 3]).collect();
-    let picture = Picture { width_px, height_px, rgb, covered: None };
-    let parameter = |name: &str| row.parameters.get(name).map_or(String::new(), |value| format!("-{value}"));
-    let name =
-        format!("{}-{}{}{}.png", row.scene, row.method, parameter("image_px"), parameter("lamp")).replace(' ', "-");
-    let caption = format!("{}: what each pixel sees of the lamp, {}.", row.scene, row.method);
-    let path = run.figure(report, name, caption);
-    Ok(picture.write(&path)?)
+/// Tables, bars and plots.
+pub(super) fn add(report: &mut Report, bench: &Bench<'_>) -> anyhow::Result<()> {
+    let is_resumed = |row: &&crate::report::Row| row.parameters.get("resumed").is_some_and(|value| value == true);
+    let resumed = report.rows.iter().filter(is_resumed).count();
+    report.settings.set("rows of earlier runs", format!("{resumed} of {}", report.rows.len()));
+    tables::add(report, bench);
+    bars::add(report, &bench.settings);
+    plots::add(report, bench)?;
+    growth::plot(bench, report)
 }

@@ -1,0 +1,74 @@
+//! A cell of the tables: one set of one lamp on one scene, drawn in one way. What finds it again, and its row.
+
+use serde_json::{Value, json};
+use server::discretize::Discretization;
+
+use super::Settings;
+use super::methods::{METHODS, Way};
+use crate::report::Row;
+
+/// See the module.
+#[derive(Clone)]
+pub(super) struct Cell {
+    pub scene: String,
+    pub set: String,
+    pub discretization: Discretization,
+    /// Its diagonal, in those of the scene's box.
+    pub lamp: f64,
+    pub image_px: u32,
+    pub way: Way,
+}
+
+/// The full geometry's name among sets.
+pub(super) const FULL_GEOMETRY: &str = "full geometry";
+
+impl Cell {
+    /// Drawn in the paper's way.
+    pub fn new(scene: &str, (set, discretization): (&str, Discretization), (lamp, image_px): (f64, u32)) -> Cell {
+        Cell { scene: scene.to_owned(), set: set.to_owned(), discretization, lamp, image_px, way: METHODS[0] }
+    }
+
+    /// Everything that its figures depend on, but the program. `what`: which figures.
+    pub fn key(&self, what: &str, scene: &str, machine: &Value, settings: &Settings) -> Value {
+        json!({
+            "what": what,
+            "scene": scene,
+            "set": self.set,
+            "lamp": self.lamp,
+            "image_px": self.image_px,
+            "way": self.way.name,
+            "drawing": format!("{:?}", (self.way.settings)(settings.points, self.image_px)),
+            "points": settings.points,
+            "size_px": settings.size_px,
+            "truth_px": settings.truth_px,
+            "runs": settings.runs,
+            "machine": machine,
+        })
+    }
+
+    /// Its row, without figures.
+    pub fn row(&self, settings: &Settings) -> Row {
+        let mut row = Row::new(&self.scene, &self.label());
+        row.parameters.set("set", self.set.as_str());
+        row.parameters.set("method", self.way.name);
+        row.parameters.set("image_px", self.image_px);
+        row.parameters.set("lamp", self.lamp);
+        row.parameters.set("points", settings.points);
+        row
+    }
+
+    /// The set, and the way where it is not the paper's.
+    pub fn label(&self) -> String {
+        if self.way.is_papers() { self.set.clone() } else { format!("{}, {}", self.set, self.way.name) }
+    }
+}
+
+/// What a file holds may change: its length and time, beside its name.
+pub(super) fn source_of(scene: &str) -> String {
+    let metadata = std::fs::metadata(scene).ok().filter(std::fs::Metadata::is_file);
+    let stamp = |metadata: std::fs::Metadata| {
+        let changed = metadata.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
+        Some(format!("{scene}, {} bytes, {}", metadata.len(), changed.as_millis()))
+    };
+    metadata.and_then(stamp).unwrap_or_else(|| scene.to_owned())
+}

@@ -1,0 +1,75 @@
+//! Ways of drawing shadows, each with its settings.
+
+use client::soft::{Method, Settings};
+
+/// A way of drawing by its name.
+#[derive(Clone, Copy)]
+pub(super) struct Way {
+    /// Up to the first comma it is that of the method, which other settings of it share.
+    pub name: &'static str,
+    /// From the lamp's points a side and the images' side in pixels.
+    pub settings: fn(u32, u32) -> Settings,
+}
+
+/// The paper's.
+pub(super) const PAPERS: &str = "maps";
+
+/// All of them, the paper's first.
+pub(super) const METHODS: &[Way] = &[
+    Way { name: PAPERS, settings: |points, image_px| plain(Method::Maps, points, image_px) },
+    Way { name: "warp", settings: |points, image_px| plain(Method::Warp, points, image_px) },
+    Way {
+        name: "warp, half as many points a side",
+        settings: |points, px| plain(Method::Warp, points.div_ceil(2), px),
+    },
+    Way { name: "warp, maps of half the side", settings: |points, image_px| plain(Method::Warp, points, image_px / 2) },
+];
+
+fn plain(method: Method, points: u32, map_px: u32) -> Settings {
+    Settings { method, points, map_px }
+}
+
+impl Way {
+    /// The name without what is set.
+    pub fn method(&self) -> &'static str {
+        method_of(self.name)
+    }
+
+    /// Whether the paper draws so.
+    pub fn is_papers(&self) -> bool {
+        self.name == PAPERS
+    }
+}
+
+/// See [`Way::method`].
+pub(super) fn method_of(name: &str) -> &str {
+    name.split(", ").next().unwrap_or(name)
+}
+
+/// The ways of these names, or of these methods in all settings; all where none is named.
+pub(super) fn named(names: &[String]) -> Result<Vec<Way>, String> {
+    let is_meant = |way: &&Way, name: &String| *name == way.name || *name == way.method();
+    if let Some(name) = names.iter().find(|name| !METHODS.iter().any(|way| is_meant(&way, name))) {
+        let known: Vec<&str> = METHODS.iter().map(|way| way.name).collect();
+        return Err(format!("{name:?} is no way of drawing shadows; there are: {}", known.join("; ")));
+    }
+    let is_asked_for = |way: &&Way| names.is_empty() || names.iter().any(|name| is_meant(way, name));
+    Ok(METHODS.iter().filter(is_asked_for).copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_of_ways_or_of_methods_and_each_is_there_once() {
+        assert_eq!(METHODS[0].name, PAPERS);
+        let of = |name: &str| named(&[name.to_owned()]).map(|ways| ways.len());
+        assert_eq!((of("maps"), of("warp, maps of half the side")), (Ok(1), Ok(1)));
+        assert!(of("warp").is_ok_and(|count| count > 1) && of("wrap").is_err());
+        let mut names: Vec<&str> = METHODS.iter().map(|way| way.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), METHODS.len());
+    }
+}
