@@ -24,7 +24,6 @@ pub struct Stats {
     looks: [AtomicU64; Reason::ALL.len()],
 }
 
-
 impl Stats {
     /// Counts an update.
     pub fn count_look(&self, reason: Reason) {
@@ -73,7 +72,9 @@ pub struct LightStats {
 impl LightStats {
     /// Counts an update's part for lights.
     pub fn count(&self, counts: &LightCounts, bytes: usize, took: Duration) {
-        let add = |to: &AtomicU64, value: u64| drop(to.fetch_add(value, Ordering::Relaxed));
+        let add = |to: &AtomicU64, value: u64| {
+            to.fetch_add(value, Ordering::Relaxed);
+        };
         let took_us = u64::try_from(took.as_micros()).unwrap_or(u64::MAX);
         add(&self.bytes, bytes as u64);
         add(&self.took_us, took_us);

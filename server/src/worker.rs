@@ -140,11 +140,9 @@ fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
             client.pace.made(update.bytes.len(), pixels);
         }
         // A client that left meanwhile needs no answer.
-        drop(
-            reply.send(Served {
-                client,
-                update: Some(Made { update, reason, counts, light_bytes, look, encode: started.elapsed() }),
-            }),
-        );
+        drop(reply.send(Served {
+            client,
+            update: Some(Made { update, reason, counts, light_bytes, look, encode: started.elapsed() }),
+        }));
     }
 }

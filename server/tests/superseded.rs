@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use camera::{Pinhole, Rigid};
 use common::{ball_before_wall, gpu};
 use glam::DVec3;
-use protocol::{PatchId, Purpose};
 use protocol::codec::ColourSteps;
+use protocol::{PatchId, Purpose};
 use vantage_server::Config;
 use vantage_server::account::compare::Comparison;
 use vantage_server::account::findings::Lacking;
@@ -83,5 +83,9 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
 
     account.supersede(&superseded).expect("they are held");
     account.refresh();
-    assert_eq!(imager.copy_view(&account, Purpose::Eye, &near).expect("a view"), copy, "the view that gave them up shows the same");
+    assert_eq!(
+        imager.copy_view(&account, Purpose::Eye, &near).expect("a view"),
+        copy,
+        "the view that gave them up shows the same"
+    );
 }

@@ -190,13 +190,7 @@ impl Account {
         now.colour.settle_all(&mut image.colour);
         self.last_patch += 1;
         let id = PatchId(self.last_patch);
-        let patch = Patch {
-            id,
-            purpose,
-            capture_time_s: now.time_s,
-            objects: objects_in(&image, now.moving),
-            image,
-        };
+        let patch = Patch { id, purpose, capture_time_s: now.time_s, objects: objects_in(&image, now.moving), image };
         let triangles = mask.occupied().map(|(x, y)| cropped.triangle_at(x as i32, y as i32)).collect();
         self.records.insert(id, Record::new(&patch.image, &cropped.camera, triangles, self.look));
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;

@@ -8,8 +8,8 @@
 
 use camera::Pinhole;
 use glam::{DVec2, DVec3, Vec3};
-use protocol::{ObjectPose, Purpose};
 use protocol::held::{HeldPatch, PatchId};
+use protocol::{ObjectPose, Purpose};
 use rayon::prelude::*;
 
 use super::Account;
