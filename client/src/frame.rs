@@ -13,6 +13,7 @@ use crate::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::held_pass::HeldPass;
 use crate::impostors::Impostors;
 use crate::light::{LightPass, Lit, Shares};
+use crate::light_images::LightImages;
 use crate::occlusion::{self, OcclusionRenderer};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::reflect::StepSum;
@@ -77,11 +78,13 @@ pub struct Shown<'a> {
     /// What mirrors and glass show, and what objects are drawn by; without, mirrors and glass are plain surfaces, and objects
     /// that reliefs show are missing.
     pub impostors: Option<&'a Impostors>,
+    /// What lights with an area see; without, everything held casts their shadows.
+    pub lights: Option<&'a LightImages>,
 }
 
 impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     fn from((surfaces, held): (&'a HeldSurfaces, &'a Held)) -> Shown<'a> {
-        Shown { surfaces, held, impostors: None }
+        Shown { surfaces, held, impostors: None, lights: None }
     }
 }
 
@@ -196,7 +199,7 @@ impl FrameRenderer {
         options: Options,
     ) {
         let shown = shown.into();
-        let Shown { surfaces, held, impostors } = shown;
+        let Shown { surfaces, held, impostors, .. } = shown;
         let targets = self.targets.take().expect("surfaces are drawn first");
         if let Some(occlusion) = &mut self.occlusion {
             occlusion.encode(encoder, (surfaces, held), camera, &targets.gbuffer);

@@ -38,7 +38,7 @@ impl HeldPass {
         smoothing: Smoothing,
         target: &GBuffer,
     ) {
-        let Shown { surfaces, held, impostors } = shown;
+        let Shown { surfaces, held, impostors, .. } = shown;
         self.surface.encode(encoder, surfaces, camera, smoothing, target);
         let Some(impostors) = impostors.filter(|_| !held.instances.is_empty()) else { return };
         let embedded = "the shaders are embedded, and tests compose each of them";
@@ -53,7 +53,7 @@ impl HeldPass {
 }
 
 /// A box around all that is drawn, as it was captured, but objects shown by reliefs where they are now; `None` where nothing is.
-pub(crate) fn bounds_world(Shown { surfaces, held, impostors }: Shown<'_>) -> Option<Bounds> {
+pub(crate) fn bounds_world(Shown { surfaces, held, impostors, .. }: Shown<'_>) -> Option<Bounds> {
     let of_instance = |(&(object, relief), instance): (&(u16, PatchId), &HeldInstance)| {
         let relief = impostors?.relief(relief.0)?;
         let capture_from_object = relief.pose.map_or(DAffine3::IDENTITY, |(_, at_capture)| at_capture);

@@ -3,7 +3,8 @@
 //! - [`viewer`]: everything between the socket and the picture, without either.
 //! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn.
 //! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
-//! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do.
+//! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
+//!   [`light_images`]: what casts soft shadows.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
@@ -23,6 +24,7 @@ pub mod headless;
 mod held_pass;
 pub mod impostors;
 mod light;
+pub mod light_images;
 pub mod occlusion;
 pub mod panel;
 pub mod picture;

@@ -9,6 +9,7 @@ use web_time::Instant;
 
 use crate::frame::{self, FrameRenderer, Shown};
 use crate::impostors::Impostors;
+use crate::light_images::LightImages;
 use crate::occlusion::{self, Occlusion};
 use crate::shadow;
 use crate::viewer::Follow;
@@ -56,6 +57,8 @@ pub struct Picture {
     gpu: Gpu,
     surfaces: HeldSurfaces,
     impostors: Impostors,
+    /// `None` where no soft shadows are drawn.
+    lights: Option<LightImages>,
     renderer: FrameRenderer,
     options: PictureOptions,
     build_ms: f64,
@@ -73,6 +76,7 @@ impl Picture {
             gpu: gpu.clone(),
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
             impostors: Impostors::new(gpu),
+            lights: options.shadow.is_soft().then(|| LightImages::new(gpu, options.corners)),
             renderer,
             options,
             build_ms: 0.0,
@@ -87,7 +91,8 @@ impl Picture {
     /// Draws and submits; does not wait.
     pub fn draw(&mut self, held: &Held, camera: &Pinhole, output: &wgpu::TextureView) {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors: Some(&self.impostors) };
+        let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights };
         self.renderer.draw(&mut encoder, shown, camera, output, self.options.frame);
         self.gpu.queue.submit([encoder.finish()]);
         self.renderer.submitted();
@@ -104,7 +109,8 @@ impl Picture {
         let encoder = || self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let begin = Instant::now();
         let mut first = encoder();
-        let shown = Shown { surfaces: &self.surfaces, held, impostors: Some(&self.impostors) };
+        let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights };
         self.renderer.draw_surfaces(&mut first, shown, camera, self.options.frame);
         self.gpu.queue.submit([first.finish()]);
         self.gpu.wait_idle()?;
@@ -122,6 +128,7 @@ impl Picture {
     pub fn rebuild(&mut self, held: &Held) {
         self.surfaces.rebuild(held);
         self.impostors.rebuild(held);
+        self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
     }
 
     /// How many impostors there are: for what mirrors and glass show, and of objects that are drawn by them.
@@ -145,6 +152,7 @@ impl Follow for Picture {
         let begin = Instant::now();
         self.surfaces.follow(held, update, anew);
         self.impostors.follow(held, update, anew);
+        self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew));
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;
     }
 }

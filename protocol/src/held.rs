@@ -20,11 +20,12 @@ use crate::look::{Lighting, Material};
 pub struct PatchId(pub u32);
 
 /// What a patch is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Purpose {
     /// Seen from the viewer's region.
     Eye,
-    /// Seen from light number `.0`.
+    /// Seen from light number `.0` of [`Lighting::lights`]: what casts its shadows. A light that has such patches, but none with a
+    /// sample, casts nothing.
     Light(u16),
     /// An impostor of object `.0`.
     Impostor(u16),
@@ -226,7 +227,7 @@ pub enum HeldError {
     /// Planes, mask and camera of a patch do not have one size.
     #[error("planes, mask and camera of {0:?} differ in size")]
     PlanesDiffer(PatchId),
-    /// Surfaces for the eye are made of pinhole images only, and a graph camera has no more than
+    /// Surfaces are made of pinhole images only, and a graph camera has no more than
     /// [`crate::wire::GRAPH_MAX_FRUSTA`] frusta.
     #[error("{0:?} has a camera that does not fit its purpose")]
     CameraUnfit(PatchId),

@@ -12,6 +12,7 @@ mod bytes;
 pub mod codec;
 pub mod held;
 pub mod image;
+mod lamp;
 pub mod limits;
 pub mod look;
 pub mod message;
@@ -21,6 +22,7 @@ pub mod wire;
 
 pub use held::{Edit, Held, HeldError, HeldInstance, Instance, ObjectPose, Patch, PatchId, Purpose, Update};
 pub use image::{DepthImage, DepthScale, Mask};
+pub use lamp::Lamp;
 pub use limits::Limits;
 pub use look::{Area, AreaShape, Effect, Light, Lighting, Look, Material};
 pub use message::{ClientMessage, ServerMessage};

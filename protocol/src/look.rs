@@ -95,6 +95,20 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// What it brings to a place, as it were in its middle: luminance of its irradiance. Clients and servers rank lights by it.
+    pub fn strength_at(&self, place_world: DVec3) -> f64 {
+        let luminance = |[r, g, b]: [f32; 3]| f64::from(0.2126 * r + 0.7152 * g + 0.0722 * b);
+        match self {
+            Light::Directional { irradiance, .. } => luminance(*irradiance),
+            Light::Point { position_world, intensity, .. } => {
+                // As near as the look lets a surface be to a light.
+                luminance(*intensity) / DVec3::from(*position_world).distance_squared(place_world).max(1e-4)
+            }
+        }
+    }
+}
+
 /// The surface of a light, around its position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Area {
@@ -185,6 +199,16 @@ pub struct Lighting {
 impl Lighting {
     /// What a client draws at most; a server keeps the strongest and says so.
     pub const MAX_LIGHTS: usize = 16;
+    /// The most lights that cast shadows: those that bring the most to the viewer.
+    pub const MAX_CASTING: usize = 4;
+
+    /// The lights that bring anything to a place, the strongest first, by their numbers.
+    pub fn strongest_at(&self, place_world: DVec3) -> Vec<usize> {
+        let strengths = self.lights.iter().take(Lighting::MAX_LIGHTS).map(|light| light.strength_at(place_world));
+        let mut lights: Vec<(usize, f64)> = strengths.enumerate().filter(|(_, strength)| *strength > 0.0).collect();
+        lights.sort_by(|a, b| b.1.total_cmp(&a.1));
+        lights.into_iter().map(|(light, _)| light).collect()
+    }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 8;
+pub const VERSION: u16 = 9;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -47,6 +47,8 @@ pub enum ClientMessage {
         view: ViewSize,
         /// What the held copy may take of the client's memory, in bytes; the server evicts what was least recently visible.
         budget_bytes: u64,
+        /// Whether it draws soft shadows, and so has a use for what lights see ([`crate::Purpose::Light`]).
+        soft_shadows: bool,
     },
     /// The output changed.
     View(ViewSize),

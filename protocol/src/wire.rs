@@ -235,6 +235,16 @@ pub struct EncodedUpdate {
     pub digest: u64,
     /// Whether it begins with [`Edit::Clear`].
     pub clears: bool,
+    /// Where in `bytes` each edit ends.
+    pub ends: Vec<usize>,
+}
+
+impl EncodedUpdate {
+    /// Bytes of some of the edits, which must be there.
+    pub fn bytes_of(&self, edits: std::ops::Range<usize>) -> usize {
+        let end = |edits: usize| edits.checked_sub(1).map_or(UpdateHead::BYTES, |last| self.ends[last]);
+        end(edits.end) - end(edits.start)
+    }
 }
 
 /// What the first bytes of an update say.
@@ -296,6 +306,8 @@ pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
     out.u32(u32::try_from(edits.len()).expect("fewer than 2^32 edits"));
     let mut packer = Packer::new();
     let mut coded = encode_patches(edits, coding).into_iter();
+    // Clearing is said by the head.
+    let mut ends = if clears { vec![out.bytes.len()] } else { Vec::new() };
     for edit in edits {
         match edit {
             Edit::Add(_) => {
@@ -304,8 +316,9 @@ pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
             }
             edit => write_edit(edit, &mut packer, &mut out),
         }
+        ends.push(out.bytes.len());
     }
-    EncodedUpdate { bytes: out.bytes, number: update.number, digest: update.digest, clears }
+    EncodedUpdate { bytes: out.bytes, number: update.number, digest: update.digest, clears, ends }
 }
 
 /// The bytes of each added patch, in order. They are nearly all of the work, and coded side by side where there are threads.

@@ -288,7 +288,10 @@ fn message(at_s: f64, message: ClientMessage) -> Vec<u8> {
 }
 
 fn hello() -> Vec<u8> {
-    message(0.0, ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: VIEW, budget_bytes: 0 })
+    message(
+        0.0,
+        ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: VIEW, budget_bytes: 0, soft_shadows: true },
+    )
 }
 
 fn server() -> ServerSession {
@@ -313,12 +316,20 @@ fn refusal(messages: &[Vec<u8>]) -> SessionError {
 fn hostile_clients_are_refused_by_name() {
     let pose =
         |seq, x_m| ClientMessage::Pose { seq, sampled_at_s: 0.0, world_from_eye: pose(x_m), velocity_world: [0.0; 3] };
-    let other = ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW, budget_bytes: 0 };
+    let other =
+        ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW, budget_bytes: 0, soft_shadows: true };
     assert_eq!(refusal(&[message(0.0, other)]), SessionError::Version { ours: VERSION, theirs: 99 });
-    let other = ClientMessage::Hello { version: VERSION, clock: Clock::Virtual, view: VIEW, budget_bytes: 0 };
+    let other = ClientMessage::Hello {
+        version: VERSION,
+        clock: Clock::Virtual,
+        view: VIEW,
+        budget_bytes: 0,
+        soft_shadows: true,
+    };
     assert_eq!(refusal(&[message(0.0, other)]).fault(), Fault::Mismatch);
     let blind = ViewSize { width_px: 0, ..VIEW };
-    let other = ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: blind, budget_bytes: 0 };
+    let other =
+        ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: blind, budget_bytes: 0, soft_shadows: true };
     assert!(matches!(refusal(&[message(0.0, other)]), SessionError::Range(_)));
     assert!(matches!(refusal(&[message(0.0, ClientMessage::Restart)]), SessionError::Unexpected(_)));
     assert!(matches!(refusal(&[hello(), hello()]), SessionError::Unexpected(_)));

@@ -25,7 +25,13 @@ const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 
 
 fn client_messages() -> Vec<ClientMessage> {
     vec![
-        ClientMessage::Hello { version: VERSION, clock: Clock::Virtual, view: VIEW, budget_bytes: 1 << 30 },
+        ClientMessage::Hello {
+            version: VERSION,
+            clock: Clock::Virtual,
+            view: VIEW,
+            budget_bytes: 1 << 30,
+            soft_shadows: true,
+        },
         ClientMessage::View(VIEW),
         ClientMessage::Pose {
             seq: 7,

@@ -1,17 +1,17 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
+use std::ops::Range;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use camera::Pinhole;
-use protocol::Material;
 use protocol::codec::Coding;
 use protocol::held::{HeldError, ObjectPose, Update};
 use protocol::session::DEFAULT_BUDGET_BYTES;
+use protocol::{Lamp, Lighting, Material, Purpose};
 use scene::{Scene, Snapshot};
-use surface::AddressView;
 use thiserror::Error;
 
-use crate::account::compare::Comparison;
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
 use crate::coding::CodingRule;
@@ -21,8 +21,10 @@ use crate::discretize::{Capture, Discretization};
 use crate::imager::{Imager, ImagerError};
 use crate::impostors::relief::{self, Eye, KeptReliefs, Reliefs};
 use crate::impostors::{Kept, Needs};
+use crate::lights::{self, Serving};
 use crate::pace::Pace;
 use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, region_views};
+use crate::revise::{Revision, revise};
 use crate::viewer::Viewer;
 
 /// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
@@ -30,6 +32,10 @@ use crate::viewer::Viewer;
 const LEAST_VIEWS_HELD: u64 = 3;
 /// Side of the one image that a client gets before its first set, as a share of theirs: of four images it has 1/16 of the pixels.
 const COARSE_SIDE: f64 = 0.5;
+/// Lights' first sets may take this part of a client's budget together.
+const LIGHTS_SHARE: u64 = 4;
+/// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
+const IMAGES_A_LIGHT: u64 = 2;
 /// Places on the region's rim that probes are taken from.
 const PLACES_ON_RIM: usize = 12;
 
@@ -77,6 +83,10 @@ pub struct Client {
     pub impostors: Kept,
     /// The reliefs it was sent.
     pub reliefs: KeptReliefs,
+    /// What it was sent of lights.
+    pub lights: lights::Kept,
+    /// Whether it draws soft shadows, and has a use for what lights see.
+    pub soft_shadows: bool,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
 }
@@ -90,6 +100,8 @@ impl Default for Client {
             has_picture: false,
             impostors: Kept::default(),
             reliefs: KeptReliefs::default(),
+            lights: lights::Kept::default(),
+            soft_shadows: false,
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
     }
@@ -99,6 +111,7 @@ impl Client {
     /// The client's copy is broken: the next update starts anew.
     pub fn start_anew(&mut self) {
         self.account.start_anew();
+        self.lights = lights::Kept::default();
         self.focus = None;
         self.has_picture = false;
     }
@@ -117,6 +130,17 @@ pub struct Made {
     pub counts: Counts,
     /// Pixels of the views that it was made from.
     pub pixels: u64,
+    /// What of it is for lights.
+    pub lights: LightWork,
+}
+
+/// What of an update is for lights.
+#[derive(Debug, Clone, Default)]
+pub struct LightWork {
+    /// Which of the edits.
+    pub edits: Range<usize>,
+    /// Wall time for them.
+    pub took: Duration,
 }
 
 impl Stage {
@@ -172,7 +196,7 @@ impl Stage {
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
     pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
         let Some(plan) = self.plan(viewer, client, now_s) else { return Ok(None) };
-        client.account.draw_with(|| self.imager.new_surfaces());
+        client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         let snapshot = self.snapshot(now_s);
         let lighting = self.imager.lighting(&snapshot);
         let moving = self.moving_objects(&snapshot);
@@ -215,7 +239,7 @@ impl Stage {
     fn look(
         &mut self,
         plan: &Plan,
-        snapshot: &Snapshot,
+        snapshot: &Arc<Snapshot>,
         now: &Surroundings<'_>,
         client: &mut Client,
         viewer: &Viewer,
@@ -231,8 +255,8 @@ impl Stage {
         if anew {
             let views = self.set_views(plan, snapshot)?;
             for capture in &self.imager.captures(snapshot, &views, self.method)? {
-                account.count_anew(capture);
-                account.add(capture, &Lacking::all(capture), plan.precision, now)?;
+                account.counts_mut().look_at(Purpose::Eye, capture);
+                account.add(Purpose::Eye, capture, &Lacking::all(capture), plan.precision, now)?;
             }
         } else {
             // All at once: what they show does not depend on the account, and each wait for the GPU has a cost of its own.
@@ -244,9 +268,9 @@ impl Stage {
         if !self.begins_coarsely(client) {
             self.send_impostors(plan, snapshot, now, client)?;
         }
-        client.account.expire()?;
-        let budget_bytes = self.budget_bytes(client);
-        client.account.evict(budget_bytes)?;
+        let lights = self.send_lights(plan, snapshot, now, client)?;
+        client.account.expire(Purpose::Eye)?;
+        client.account.evict((self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize)?;
         let counts = client.account.counts();
         let looks = client.focus.map_or(0, |focus| focus.looks) + 1;
         // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
@@ -258,7 +282,7 @@ impl Stage {
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         let pixels = plan.pixels();
-        Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels }))
+        Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels, lights }))
     }
 
     /// The views of a set by itself.
@@ -283,41 +307,22 @@ impl Stage {
         now: &Surroundings<'_>,
         account: &mut Account,
     ) -> Result<(), StageError> {
-        let view = &plan.views[index];
-        account.count_anew(capture);
-        account.refresh();
-        let mut copy = self.imager.copy_view(account, view)?;
-        let rules = AccountRules {
-            outlines_stand_in: plan.reason.is_passing(),
-            refines: index < plan.refining,
-            ..self.account_rules
+        let is_passing = plan.reason.is_passing();
+        let rules =
+            AccountRules { outlines_stand_in: is_passing, refines: index < plan.refining, ..self.account_rules };
+        let trims = !is_passing || account.looks().is_multiple_of(rules.trim_every);
+        let revision = Revision {
+            purpose: Purpose::Eye,
+            rules,
+            peers: &plan.views,
+            trims,
+            // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
+            supersedes: is_passing && rules.refines && trims,
+            looks_again: !is_passing,
+            least_px: if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 },
+            precision: plan.precision,
         };
-        let peers = account.captured_by(&plan.views);
-        let trims = !plan.reason.is_passing() || account.looks().is_multiple_of(rules.trim_every);
-        // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
-        let supersedes = plan.reason.is_passing() && rules.refines && trims;
-        let least = if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 };
-        let judge = |account: &Account, copy: &AddressView| {
-            let comparison = Comparison::new(capture, copy, account, &peers, rules);
-            let (retraction, mut lacking) = (comparison.retraction(trims), comparison.lacking());
-            if lacking.missing as f64 <= least {
-                lacking = Lacking::nothing(capture);
-            }
-            let superseded = supersedes.then(|| account.superseded(&comparison, &lacking));
-            (retraction, lacking, superseded.unwrap_or_default())
-        };
-        let (retraction, mut lacking, mut superseded) = judge(account, &copy);
-        // What lacks behind a trimmed sample can wait for the next look where there will be one; a deformed object leaves nothing
-        // behind to look past.
-        let look_again = !plan.reason.is_passing() || !retraction.stale.is_empty();
-        if account.retract(&retraction)? && look_again {
-            account.refresh();
-            copy = self.imager.copy_view(account, view)?;
-            (_, lacking, superseded) = judge(account, &copy);
-        }
-        account.mark_seen(&copy);
-        account.add(capture, &lacking, plan.precision, now)?;
-        Ok(account.supersede(&superseded)?)
+        revise(&mut *self.imager, account, capture, &revision, now)
     }
 
     /// Decides which objects a client is shown by reliefs, before it is looked at what it lacks of all others.
@@ -366,6 +371,39 @@ impl Stage {
             client.account.remove_impostor(old)?;
         }
         Ok(())
+    }
+
+    /// Sends what lights see that a client draws soft shadows of, as far as it changed.
+    fn send_lights(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+    ) -> Result<LightWork, StageError> {
+        if !client.soft_shadows || self.begins_coarsely(client) {
+            return Ok(LightWork::default());
+        }
+        let (started, first) = (Instant::now(), client.account.edits());
+        let serving = Serving {
+            scene: &self.scene,
+            snapshot,
+            now,
+            rules: self.account_rules,
+            side_px: self.light_size_px(client, now.lighting),
+            account: &mut client.account,
+            imager: &mut *self.imager,
+        };
+        lights::serve(serving, &mut client.lights, plan.coverage.world_from_eye.translation)?;
+        Ok(LightWork { edits: first..client.account.edits(), took: started.elapsed() })
+    }
+
+    /// The size of lights' images: that of the eye's, as far as all lights' sets together fit their share of a client's budget.
+    fn light_size_px(&self, client: &Client, lighting: &Lighting) -> u32 {
+        let lamps = lighting.lights.iter().filter_map(Lamp::of).count().clamp(1, Lighting::MAX_CASTING);
+        let samples = self.budget_bytes(client) / BYTES_PER_SAMPLE / LIGHTS_SHARE;
+        let pixels = samples / (lamps as u64 * IMAGES_A_LIGHT);
+        pixels.isqrt().min(self.rules.image_size_px.into()) as u32
     }
 
     /// What a client's copy may cost it: never less than all of a plan's views of the least size, and one more.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
-use protocol::{DepthImage, Lighting, Material};
+use protocol::{DepthImage, Lighting, Material, Purpose};
 use scene::{Scene, Snapshot};
 use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
 use thiserror::Error;
@@ -59,8 +59,8 @@ pub trait Imager: Send {
     /// What a new client's copy is drawn with; `None` where [`Imager::copy_view`] needs nothing.
     fn new_surfaces(&self) -> Option<HeldSurfaces>;
 
-    /// What a view shows of a client's copy.
-    fn copy_view(&mut self, account: &Account, view: &Pinhole) -> Result<AddressView, ImagerError>;
+    /// What a view shows of a client's copy, as far as that is for a purpose.
+    fn copy_view(&mut self, account: &Account, purpose: Purpose, view: &Pinhole) -> Result<AddressView, ImagerError>;
 }
 
 /// The imager of a real server.
@@ -156,8 +156,8 @@ impl Imager for GpuImager {
         Some(self.addresses.new_surfaces())
     }
 
-    fn copy_view(&mut self, account: &Account, view: &Pinhole) -> Result<AddressView, ImagerError> {
-        let Some(surfaces) = account.surfaces() else {
+    fn copy_view(&mut self, account: &Account, purpose: Purpose, view: &Pinhole) -> Result<AddressView, ImagerError> {
+        let Some(surfaces) = account.surfaces(purpose) else {
             return Ok(AddressView::empty((view.width_px, view.height_px)));
         };
         Ok(self.addresses.view(surfaces, view).map_err(RenderError::from)?)

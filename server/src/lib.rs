@@ -6,7 +6,8 @@
 //!   what it lacks; [`pace`]: how large images are while it moves; [`frame`]: one tick, from scene time to edits;
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
-//!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`look`]: its lights as both ends shade with them.
+//!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
+//!   soft shadows; [`look`]: its lights as both ends shade with them.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it.
 //! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
 //!   what it counts.
@@ -20,11 +21,13 @@ pub mod discretize;
 pub mod frame;
 pub mod imager;
 pub mod impostors;
+pub mod lights;
 pub mod look;
 pub mod options;
 pub mod pace;
 pub mod plan;
 pub mod render;
+mod revise;
 pub mod scale;
 pub mod session;
 pub mod source;

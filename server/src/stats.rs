@@ -1,7 +1,9 @@
 //! What a running server counts. Shared by all sessions; read by `/healthz` and tests.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
 
+use crate::account::LightCounts;
 use crate::plan::Reason;
 
 /// Counters since the server started.
@@ -17,6 +19,8 @@ pub struct Stats {
     pub updates: AtomicU64,
     /// Bytes handed to sockets.
     pub sent_bytes: AtomicU64,
+    /// What lights took.
+    pub lights: LightStats,
     looks: [AtomicU64; Reason::ALL.len()],
 }
 
@@ -42,7 +46,64 @@ impl Stats {
             "updates": self.updates.load(Ordering::Relaxed),
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
             "looks": looks,
+            "lights": self.lights.json(),
             "resident_bytes": resident_bytes(),
+        })
+    }
+}
+
+/// What images of lights took, and what was saved where nothing moved.
+#[derive(Debug, Default)]
+pub struct LightStats {
+    /// Bytes of updates that are for lights.
+    pub bytes: AtomicU64,
+    /// Wall time for them, in microseconds.
+    pub took_us: AtomicU64,
+    /// Updates that left a light's set as it was.
+    pub unchanged: AtomicU64,
+    /// Updates in which a light cast nothing.
+    pub without: AtomicU64,
+    /// Sets that were begun, and bytes and time of the updates that did.
+    sets: AtomicU64,
+    set_bytes: AtomicU64,
+    set_us: AtomicU64,
+}
+
+impl LightStats {
+    /// Counts an update's part for lights.
+    pub fn count(&self, counts: &LightCounts, bytes: usize, took: Duration) {
+        let add = |to: &AtomicU64, value: u64| {
+            to.fetch_add(value, Ordering::Relaxed);
+        };
+        let took_us = u64::try_from(took.as_micros()).unwrap_or(u64::MAX);
+        add(&self.bytes, bytes as u64);
+        add(&self.took_us, took_us);
+        add(&self.unchanged, counts.unchanged as u64);
+        add(&self.without, counts.without as u64);
+        if counts.sets > 0 {
+            add(&self.sets, counts.sets as u64);
+            add(&self.set_bytes, bytes as u64);
+            add(&self.set_us, took_us);
+        }
+    }
+
+    /// Bytes and milliseconds that were saved: a mean set for each one that was left as it was, which making it anew would have taken.
+    pub fn saved(&self) -> (f64, f64) {
+        let number = |of: &AtomicU64| of.load(Ordering::Relaxed) as f64;
+        let times = number(&self.unchanged) / number(&self.sets).max(1.0);
+        (times * number(&self.set_bytes), times * number(&self.set_us) / 1e3)
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let (saved_bytes, saved_ms) = self.saved();
+        serde_json::json!({
+            "bytes": self.bytes.load(Ordering::Relaxed),
+            "ms": self.took_us.load(Ordering::Relaxed) as f64 / 1e3,
+            "sets": self.sets.load(Ordering::Relaxed),
+            "unchanged": self.unchanged.load(Ordering::Relaxed),
+            "without": self.without.load(Ordering::Relaxed),
+            "saved_bytes": saved_bytes.round(),
+            "saved_ms": saved_ms,
         })
     }
 }

@@ -44,6 +44,8 @@ pub struct Made {
     pub reason: Reason,
     /// What it did, in samples.
     pub counts: Counts,
+    /// Bytes of it that are for lights.
+    pub light_bytes: usize,
     /// Time for views and edits, in wall time.
     pub look: Duration,
     /// Time for coding, in wall time.
@@ -129,18 +131,18 @@ fn make_updates(
 fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
     while let Ok(Unencoded { made, look, mut client, reply }) = queue.recv() {
         let started = Instant::now();
-        let frame::Made { reason, update, coding, counts, pixels } = made;
+        let frame::Made { reason, update, coding, counts, pixels, lights } = made;
         let update = wire::encode_update(&update, coding);
+        let light_bytes = update.bytes_of(lights.edits);
         stats.count_look(reason);
+        stats.lights.count(&counts.lights, light_bytes, lights.took);
         if reason.is_passing() {
             client.pace.made(update.bytes.len(), pixels);
         }
         // A client that left meanwhile needs no answer.
-        drop(
-            reply.send(Served {
-                client,
-                update: Some(Made { update, reason, counts, look, encode: started.elapsed() }),
-            }),
-        );
+        drop(reply.send(Served {
+            client,
+            update: Some(Made { update, reason, counts, light_bytes, look, encode: started.elapsed() }),
+        }));
     }
 }

@@ -14,7 +14,7 @@ use tokio_tungstenite::tungstenite::Message;
 use vantage_server::{Config, Running};
 
 fn hello(version: u16, clock: Clock) -> Message {
-    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30 })
+    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, soft_shadows: false })
 }
 
 fn say(message: ClientMessage) -> Message {

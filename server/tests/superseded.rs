@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use camera::{Pinhole, Rigid};
 use common::{ball_before_wall, gpu};
 use glam::DVec3;
-use protocol::PatchId;
 use protocol::codec::ColourSteps;
+use protocol::{PatchId, Purpose};
 use vantage_server::Config;
 use vantage_server::account::compare::Comparison;
 use vantage_server::account::findings::Lacking;
@@ -41,7 +41,7 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
     // The wall from 4 m and from 1.5 m; the ball is at the rim of the nearer view.
     let (far, near) = (view(DVec3::ZERO), view(DVec3::new(0.8, 0.0, -2.5)));
     let mut account = Account::default();
-    account.draw_with(|| imager.new_surfaces());
+    account.draw_with(Purpose::Eye, || imager.new_surfaces());
     account.begin(&now).expect("tables");
     let mut capture = |camera: &Pinhole| -> Capture {
         let all = imager.captures(&snapshot, &[*camera], Discretization::Conventional);
@@ -49,12 +49,12 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
     };
     let captures = [capture(&far), capture(&near)];
     for capture in &captures {
-        account.add(capture, &Lacking::all(capture), DepthPrecision::Finest, &now).expect("room");
+        account.add(Purpose::Eye, capture, &Lacking::all(capture), DepthPrecision::Finest, &now).expect("room");
     }
     account.refresh();
 
     account.begin(&now).expect("nothing changed");
-    let copy = imager.copy_view(&account, &near).expect("a view");
+    let copy = imager.copy_view(&account, Purpose::Eye, &near).expect("a view");
     let rules = AccountRules { outlines_stand_in: true, ..AccountRules::default() };
     let peers = BTreeSet::new();
     let comparison = Comparison::new(&captures[1], &copy, &account, &peers, rules);
@@ -83,5 +83,9 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
 
     account.supersede(&superseded).expect("they are held");
     account.refresh();
-    assert_eq!(imager.copy_view(&account, &near).expect("a view"), copy, "the view that gave them up shows the same");
+    assert_eq!(
+        imager.copy_view(&account, Purpose::Eye, &near).expect("a view"),
+        copy,
+        "the view that gave them up shows the same"
+    );
 }

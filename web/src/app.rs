@@ -88,7 +88,9 @@ pub async fn start() -> Result<(), String> {
     let view = ViewSize { width_px, height_px, fov_y_rad: FOV_Y_RAD };
     let app = App {
         page: Page::new()?,
-        viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s()).with_budget(BUDGET_BYTES),
+        viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
+            .with_budget(BUDGET_BYTES)
+            .with_soft_shadows(wishes.picture.shadow.is_soft()),
         url: wishes.url,
         socket: None,
         scene: String::new(),

@@ -37,7 +37,8 @@ pub(super) fn run(
     let mut run = Lockstep {
         pump: Pump::new(sockets, url, Arc::new(|| {})),
         viewer: Viewer::new(&options.server, Clock::Virtual, options.view(), decoder, 0.0)
-            .with_budget(options.budget_bytes),
+            .with_budget(options.budget_bytes)
+            .with_soft_shadows(options.picture.shadow.is_soft()),
         up: LinkModel::new(link, options.seed),
         down: LinkModel::new(link, !options.seed),
         patience_s: options.patience_s,

@@ -41,7 +41,8 @@
 //!
 //! # Limits
 //!
-//! What was never sampled casts nothing: a client holds what its viewer may see. Everything held casts, glass and surfaces
+//! What was never sampled casts nothing: a client holds what its viewer may see, and of lights with an area what they see
+//! ([`crate::light_images`]). Everything held casts, glass and surfaces
 //! without lights too. What mirrors and glass show is lit without shadows. What moves casts from where it is, but the frames
 //! follow where it was captured. Objects that reliefs show cast and receive like the rest, without half a footprint's lead, and while
 //! there are some, maps are drawn again at every update.
@@ -51,9 +52,8 @@ mod maps;
 mod pass;
 
 use ::camera::Pinhole;
-use glam::DVec3;
 use gpu::Gpu;
-use protocol::{Light, Lighting};
+use protocol::Lighting;
 use surface::{GBuffer, Smoothing, SurfaceError};
 use wgpu::TextureView;
 
@@ -61,13 +61,15 @@ use crate::frame::Shown;
 use crate::fullscreen::Target;
 use crate::held_pass::{self, HeldPass};
 use crate::soft::{self, Lamp};
-use lamps::LampPass;
+use lamps::{CastingLamp, LampPass};
 pub(crate) use maps::ROUNDING;
 pub(crate) use pass::from_view;
 use pass::{CHANNELS, Maps, SharePass};
 
 /// The most lights that cast shadows.
-pub const LIGHTS: usize = CHANNELS;
+pub const LIGHTS: usize = Lighting::MAX_CASTING;
+// A channel each.
+const _: () = assert!(LIGHTS == CHANNELS);
 
 /// What casts shadows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -90,6 +92,13 @@ pub struct Settings {
     pub side_px: u32,
     /// How lights with an area cast, by [`Shadows::Soft`].
     pub soft: soft::Settings,
+}
+
+impl Settings {
+    /// Whether lights with an area cast soft shadows.
+    pub fn is_soft(&self) -> bool {
+        self.shadows == Shadows::Soft
+    }
 }
 
 impl Default for Settings {
@@ -190,11 +199,11 @@ impl ShadowRenderer {
         let map_of = |view| (view, self.map_of(view).expect("drawn before"));
         let maps: Vec<Maps<'_>> =
             wanted.iter().map(|(_, caster)| caster.views().iter().map(map_of).collect()).collect();
-        let lamp = |(channel, (_, caster)): (usize, &(usize, Caster))| match caster {
-            Caster::Lamp(lamp) => Some((channel, *lamp)),
+        let lamp = |(channel, (light, caster)): (usize, &(usize, Caster))| match caster {
+            Caster::Lamp(lamp) => Some(CastingLamp { channel, light: *light, lamp: *lamp }),
             Caster::Maps(_) => None,
         };
-        let lamps: Vec<(usize, Lamp)> = wanted.iter().enumerate().filter_map(lamp).collect();
+        let lamps: Vec<CastingLamp> = wanted.iter().enumerate().filter_map(lamp).collect();
         if let Some(passes) = &self.passes {
             passes.shares.encode(encoder, (gbuffer, shown.held, view), &maps, &shares);
         }
@@ -225,20 +234,15 @@ impl ShadowRenderer {
         let Some((lighting, bounds)) = shown.held.lighting.as_ref().zip(held_pass::bounds_world(shown)) else {
             return Vec::new();
         };
-        let eye_world = view.world_from_eye.translation;
-        let mut lights: Vec<(usize, f64)> =
-            lighting.lights.iter().map(|light| strength(light, eye_world)).enumerate().collect();
-        lights.truncate(Lighting::MAX_LIGHTS);
-        lights.retain(|(_, strength)| *strength > 0.0);
-        lights.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let caster = |(index, _): (usize, f64)| {
+        let caster = |index: usize| {
             let light = &lighting.lights[index];
-            if let Some(lamp) = Lamp::of(light).filter(|_| self.settings.shadows == Shadows::Soft) {
+            if let Some(lamp) = Lamp::of(light).filter(|_| self.settings.is_soft()) {
                 return Some((index, Caster::Lamp(lamp)));
             }
             let views = maps::views(light, bounds, view, self.settings.side_px);
             (!views.is_empty()).then_some((index, Caster::Maps(views)))
         };
+        let lights = lighting.strongest_at(view.world_from_eye.translation);
         lights.into_iter().filter_map(caster).take(LIGHTS).collect()
     }
 
@@ -265,17 +269,5 @@ impl ShadowRenderer {
 
     fn map_of(&self, view: &Pinhole) -> Option<&TextureView> {
         self.maps.iter().find(|map| map.view == *view).map(|map| &map.gbuffer.views.w)
-    }
-}
-
-/// What a light brings to a place, as it were in its middle: luminance of its irradiance.
-fn strength(light: &Light, place_world: DVec3) -> f64 {
-    let luminance = |[r, g, b]: [f32; 3]| f64::from(0.2126 * r + 0.7152 * g + 0.0722 * b);
-    match light {
-        Light::Directional { irradiance, .. } => luminance(*irradiance),
-        Light::Point { position_world, intensity, .. } => {
-            // As near as the look lets a surface be to a light.
-            luminance(*intensity) / DVec3::from(*position_world).distance_squared(place_world).max(1e-4)
-        }
     }
 }

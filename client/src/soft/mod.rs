@@ -3,8 +3,8 @@
 //! Method: Xie, Wang, Popescu, *Non-redundant rendering for efficient multi-view scene discretization*, 2016, section 5 and Alg. 5: the
 //! scene is sampled from the four corners of the light, surfaces are rebuilt from the samples, and visibility is estimated from each of
 //! `n x n` points of the light. The eye moves freely: nothing here depends on where it is but the pixels that are asked for.
-//! **Deviation**: in frames all samples that a client holds cast ([`crate::shadow`]; objects that reliefs show do not), as no images of lights are
-//! sent yet; reports measure with the images of the corners.
+//! In frames that is what a server sent of each light ([`crate::light_images`]), which it keeps as the scene is now.
+//! **Deviation**: of a light without such images all samples that a client holds cast ([`crate::shadow`]; objects that reliefs show do not).
 //!
 //! All points of a light look the same way with the same scale ([`camera::parallel_views`]); a **lamp** ([`Lamp`]) is a light with those views.
 //!
@@ -22,7 +22,6 @@
 //! rounding. One texel and not four: a light's many points smooth by themselves, and each of them sees or does not.
 
 mod compare;
-mod lamp;
 mod maps;
 mod reach;
 mod warp;
@@ -32,7 +31,7 @@ use gpu::Gpu;
 use protocol::Held;
 use surface::{GBuffer, HeldSurfaces, SurfaceError};
 
-pub use lamp::Lamp;
+pub use protocol::Lamp;
 
 use crate::fullscreen::Target;
 use compare::ComparePass;

@@ -76,6 +76,7 @@ pub struct Viewer {
     limits: Limits,
     view: ViewSize,
     budget_bytes: u64,
+    soft_shadows: bool,
     connection: Connection,
     /// Counts sessions, so that what an earlier one left in the decoder is told apart.
     session_number: u64,
@@ -116,6 +117,7 @@ impl Viewer {
             limits: Limits::default(),
             view,
             budget_bytes: DEFAULT_BUDGET_BYTES,
+            soft_shadows: false,
             connection: Connection::new(address, now_s),
             session_number: 0,
             session: None,
@@ -137,6 +139,11 @@ impl Viewer {
     /// What the held copy may take of this machine's memory, in bytes, from the next session on.
     pub fn with_budget(self, budget_bytes: u64) -> Viewer {
         Viewer { budget_bytes, ..self }
+    }
+
+    /// Whether soft shadows are drawn, and what lights see is wanted, from the next session on.
+    pub fn with_soft_shadows(self, soft_shadows: bool) -> Viewer {
+        Viewer { soft_shadows, ..self }
     }
 
     /// Takes what the socket reports.
@@ -191,7 +198,8 @@ impl Viewer {
 
     fn begin_session(&mut self, now_s: f64) {
         self.session_number += 1;
-        let config = ClientConfig { budget_bytes: self.budget_bytes, ..ClientConfig::new(self.clock, self.view) };
+        let Viewer { budget_bytes, soft_shadows, .. } = *self;
+        let config = ClientConfig { budget_bytes, soft_shadows, ..ClientConfig::new(self.clock, self.view) };
         self.session = Some(ClientSession::new(config, now_s));
         self.trips = RoundTrips::default();
         self.advanced_to_s = f64::NEG_INFINITY;

@@ -8,7 +8,8 @@ use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::HeldSurfaces;
-use vantage_client::frame::{FrameRenderer, Options};
+use vantage_client::frame::{FrameRenderer, Options, Shown};
+use vantage_client::light_images::LightImages;
 
 /// Of pictures.
 pub const SIDE: u32 = 96;
@@ -143,6 +144,8 @@ pub fn on_floor(stage: &Stage, world: &World, camera: &Pinhole, blocks: &[Block]
 pub struct Stage {
     gpu: Gpu,
     surfaces: HeldSurfaces,
+    /// What lights see, where that is held.
+    pub lights: Option<LightImages>,
     pub frames: FrameRenderer,
     output: wgpu::Texture,
 }
@@ -163,14 +166,20 @@ impl Stage {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        Stage { gpu, surfaces, frames, output }
+        Stage { gpu, surfaces, lights: None, frames, output }
+    }
+
+    /// Of the device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
     }
 
     /// The picture that a camera of [`SIDE`] pixels sees.
     pub fn shoot(&mut self, held: &Held, camera: &Pinhole) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = self.output.create_view(&Default::default());
-        self.frames.draw(&mut encoder, (&self.surfaces, held), camera, &view, Options::default());
+        let shown = Shown { surfaces: &self.surfaces, held, impostors: None, lights: self.lights.as_ref() };
+        self.frames.draw(&mut encoder, shown, camera, &view, Options::default());
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();
         self.read(&self.output)

@@ -382,11 +382,12 @@ fn check_patch(patch: &Patch) -> Result<(), HeldError> {
     if !camera.is_valid() {
         return Err(HeldError::NotFinite("camera"));
     }
+    let is_surface = matches!(patch.purpose, Purpose::Eye | Purpose::Light(_));
     let is_fit = match camera {
         Camera::Pinhole(_) => true,
-        Camera::Spoc(_) => patch.purpose != Purpose::Eye,
+        Camera::Spoc(_) => !is_surface,
         Camera::Graph(camera) => {
-            let fits = !matches!(patch.purpose, Purpose::Eye | Purpose::Relief(_));
+            let fits = !is_surface && !matches!(patch.purpose, Purpose::Relief(_));
             fits && is_graph_encodable(camera)
         }
     };

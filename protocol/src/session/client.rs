@@ -35,6 +35,8 @@ pub struct ClientConfig {
     pub view: ViewSize,
     /// What the held copy may take, in bytes.
     pub budget_bytes: u64,
+    /// Whether soft shadows are drawn.
+    pub soft_shadows: bool,
     /// Caps on what the server sends.
     pub limits: Limits,
     /// Without a word from the server for this long, it is gone. Several pings.
@@ -47,7 +49,8 @@ pub const DEFAULT_BUDGET_BYTES: u64 = 512 << 20;
 impl ClientConfig {
     /// The usual limits.
     pub fn new(clock: Clock, view: ViewSize) -> ClientConfig {
-        ClientConfig { clock, view, budget_bytes: DEFAULT_BUDGET_BYTES, limits: Limits::default(), silence_s: 20.0 }
+        let (budget_bytes, limits) = (DEFAULT_BUDGET_BYTES, Limits::default());
+        ClientConfig { clock, view, budget_bytes, soft_shadows: false, limits, silence_s: 20.0 }
     }
 }
 
@@ -132,6 +135,7 @@ impl ClientSession {
             clock: config.clock,
             view: config.view,
             budget_bytes: config.budget_bytes,
+            soft_shadows: config.soft_shadows,
         };
         ClientSession {
             config,

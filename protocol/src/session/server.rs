@@ -142,6 +142,7 @@ pub struct ServerSession {
     events: VecDeque<ServerEvent>,
     view: Option<ViewSize>,
     budget_bytes: u64,
+    soft_shadows: bool,
     pose: Option<ClientPose>,
     flow: Flow,
     must_clear: bool,
@@ -174,6 +175,7 @@ impl ServerSession {
             events: VecDeque::new(),
             view: None,
             budget_bytes: 0,
+            soft_shadows: false,
             pose: None,
             flow: Flow::default(),
             must_clear: false,
@@ -212,8 +214,8 @@ impl ServerSession {
             return Err(SessionError::TooMany("messages"));
         }
         match (self.state, envelope.message) {
-            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes }) => {
-                self.budget_bytes = budget_bytes;
+            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, soft_shadows }) => {
+                (self.budget_bytes, self.soft_shadows) = (budget_bytes, soft_shadows);
                 self.greet(version, clock, view, envelope.at_s, now_s)
             }
             (State::Greeting, _) => Err(SessionError::Unexpected("a message before Hello")),
@@ -434,6 +436,11 @@ impl ServerSession {
     /// What the client's copy may take of its memory, in bytes; 0 before Hello.
     pub fn budget_bytes(&self) -> u64 {
         self.budget_bytes
+    }
+
+    /// Whether the client draws soft shadows; not before Hello.
+    pub fn soft_shadows(&self) -> bool {
+        self.soft_shadows
     }
 
     /// The client's output; `None` before Hello.

@@ -12,42 +12,42 @@
 //! to `2^-`[`Edit::MAX_TRIM`], so taking back comes to an end.
 
 pub mod compare;
+mod counts;
+mod drawn;
 pub mod findings;
 mod record;
+mod room;
 mod rules;
 pub mod samples;
 mod superseded;
 
+pub use counts::{Counts, LightCounts};
 pub use rules::AccountRules;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use camera::{Camera, ImagePoint, Pinhole};
+use camera::{Camera, ImagePoint, Pinhole, Rigid};
 use glam::DVec3;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
-use protocol::{DepthImage, Instance, Lighting, Mask, Material};
-use rayon::prelude::*;
+use protocol::{DepthImage, DepthScale, Instance, Lighting, Mask, Material};
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
+use drawn::Drawn;
 use findings::{Lacking, Retraction};
 use record::Record;
 use samples::{Address, Captured, Samples};
 
 /// What one sample costs a client, in bytes: 12 of planes with its extent, 1.4 vertices of 32 and six indices of 4.
 pub const BYTES_PER_SAMPLE: u64 = 81;
-/// A copy over its budget shrinks to this share of it, so that it is not evicted from at every update.
-const EVICT_TO: f64 = 0.9;
 
 /// See the module.
 #[derive(Debug, Default)]
 pub struct Account {
     held: Held,
-    /// Draws the copy; `None` before the first update, and with an imager that has no GPU.
-    surfaces: Option<HeldSurfaces>,
-    /// Patches that `surfaces` draws as they were, see [`Account::refresh`].
-    changed: BTreeSet<PatchId>,
+    /// Draws the copy; nothing before the first update, and with an imager that has no GPU.
+    drawn: Drawn,
     records: BTreeMap<PatchId, Record>,
     last_patch: u32,
     draft: Draft,
@@ -59,32 +59,6 @@ pub struct Account {
     first_look: u32,
     broken: bool,
     counts: Counts,
-}
-
-/// What the edits of an update did, in samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Added.
-    pub added: usize,
-    /// Of these, only border.
-    pub border: usize,
-    /// Deleted: replaced by finer ones, or stale.
-    pub deleted: usize,
-    /// Extents halved.
-    pub trimmed: usize,
-    /// Evicted.
-    pub evicted: usize,
-    /// Of impostors: not part of what was added.
-    pub impostor: usize,
-    /// First hits looked at: what sending each view anew would have cost.
-    pub anew: usize,
-}
-
-impl Counts {
-    /// Whether nothing had to be changed.
-    pub fn is_still(&self) -> bool {
-        self.added + self.deleted + self.trimmed + self.evicted == 0
-    }
 }
 
 /// What the scene is at the time of an update, beside its surfaces.
@@ -105,11 +79,11 @@ pub struct Surroundings<'a> {
 }
 
 impl Account {
-    /// What draws the copy, from the first update on.
-    pub fn draw_with(&mut self, surfaces: impl FnOnce() -> Option<HeldSurfaces>) {
-        if self.surfaces.is_none() {
-            self.surfaces = surfaces();
-        }
+    /// What draws the copy as far as it is for one purpose, from its first look on. Surfaces that lie in the copy already are not in it.
+    pub fn draw_with(&mut self, purpose: Purpose, surfaces: impl FnOnce() -> Option<HeldSurfaces>) {
+        self.drawn.draw(purpose, surfaces);
+        self.drawn.set_materials(&self.held.materials);
+        self.drawn.set_poses(&self.held.poses_now);
     }
 
     /// The copy.
@@ -117,9 +91,9 @@ impl Account {
         &self.held
     }
 
-    /// What draws it.
-    pub fn surfaces(&self) -> Option<&HeldSurfaces> {
-        self.surfaces.as_ref()
+    /// What draws it, as far as it is for one purpose.
+    pub fn surfaces(&self, purpose: Purpose) -> Option<&HeldSurfaces> {
+        self.drawn.of(purpose)
     }
 
     /// The client's copy is broken: the next update starts anew. The old picture stays on its screen until then.
@@ -136,14 +110,13 @@ impl Account {
         if std::mem::take(&mut self.broken) {
             self.held.edit(Edit::Clear, &mut self.draft)?;
             self.records.clear();
-            self.changed.clear();
-            self.surfaces.iter_mut().for_each(HeldSurfaces::clear);
+            self.drawn.clear();
         }
         let advanced = now.time_s != self.held.scene_time_s;
         self.deformed = if advanced { now.deforms.to_vec() } else { Vec::new() };
         if self.held.materials != now.materials {
             self.held.edit(Edit::Materials(now.materials.to_vec()), &mut self.draft)?;
-            self.surfaces.iter_mut().for_each(|surfaces| surfaces.set_materials(now.materials));
+            self.drawn.set_materials(now.materials);
         }
         if self.held.lighting.as_ref() != Some(now.lighting) {
             self.held.edit(Edit::Light(Box::new(now.lighting.clone())), &mut self.draft)?;
@@ -152,29 +125,31 @@ impl Account {
         let moved: Vec<ObjectPose> = now.moving.iter().filter(differs).copied().collect();
         if !moved.is_empty() {
             self.held.edit(Edit::Move(moved), &mut self.draft)?;
-            self.surfaces.iter_mut().for_each(|surfaces| surfaces.set_poses(&self.held.poses_now));
+            self.drawn.set_poses(&self.held.poses_now);
         }
         Ok(())
     }
 
-    /// Removes everything, to be sent anew.
+    /// Removes everything but what lights see, to be sent anew.
     pub fn forget(&mut self) -> Result<(), HeldError> {
         self.withdraw(self.shown_by_reliefs().into_iter().collect())?;
-        for id in self.held.patches.keys().copied().collect::<Vec<_>>() {
-            self.held.edit(Edit::Remove(id), &mut self.draft)?;
-        }
         self.first_look = self.look;
-        self.records.clear();
-        self.changed.clear();
-        if let Some(surfaces) = &mut self.surfaces {
-            surfaces.clear();
-            surfaces.set_poses(&self.held.poses_now);
+        self.remove_where(|purpose| !matches!(purpose, Purpose::Light(_)))
+    }
+
+    /// Removes all that is held for some purposes.
+    pub fn remove_where(&mut self, is_meant: impl Fn(Purpose) -> bool) -> Result<(), HeldError> {
+        let meant = self.held.patches.iter().filter(|(_, held)| is_meant(held.patch.purpose));
+        for id in meant.map(|(id, _)| *id).collect::<Vec<_>>() {
+            self.held.edit(Edit::Remove(id), &mut self.draft)?;
+            self.records.remove(&id);
+            self.drawn.remove(id);
         }
         Ok(())
     }
 
     /// Takes back what covers falsely, by halving its extent, and what is stale, by deleting it. Whether the copy changed.
-    pub fn retract(&mut self, retraction: &Retraction) -> Result<bool, HeldError> {
+    pub fn retract(&mut self, purpose: Purpose, retraction: &Retraction) -> Result<bool, HeldError> {
         let mut trims: BTreeMap<PatchId, Vec<(u16, u16, u8)>> = BTreeMap::new();
         for &(patch, x, y) in &retraction.false_cover {
             let Some(record) = self.records.get_mut(&patch) else { continue };
@@ -185,46 +160,62 @@ impl Account {
         }
         let changed = !trims.is_empty() || !retraction.stale.is_empty();
         for (patch, trims) in trims {
-            self.counts.trimmed += trims.len();
+            self.counts.trim(purpose, trims.len());
             self.held.edit(Edit::Trim(patch, trims), &mut self.draft)?;
-            self.changed.insert(patch);
+            self.drawn.change(patch);
         }
+        self.counts.delete(purpose, retraction.stale.len());
         self.delete(&retraction.stale)?;
-        self.counts.deleted += retraction.stale.len();
         Ok(changed)
     }
 
     /// Adds what is lacking of a view, and deletes what that replaces.
     pub fn add(
         &mut self,
+        purpose: Purpose,
         capture: &Capture,
         lacking: &Lacking,
         precision: DepthPrecision,
         now: &Surroundings<'_>,
     ) -> Result<(), HeldError> {
-        let added = lacking.send.count();
-        self.counts.added += added;
-        self.counts.border += added - lacking.missing;
-        self.counts.deleted += lacking.replaced.len();
+        self.counts.add(purpose, lacking);
+        self.counts.delete(purpose, lacking.replaced.len());
         self.delete(&lacking.replaced)?;
         let Some((mask, origin)) = cropped(&lacking.send) else { return Ok(()) };
         let cropped = capture.cropped(origin, mask.size_px());
         let mut image = cropped.depth_image_of(mask.clone(), precision);
+        if purpose != Purpose::Eye {
+            without_look(&mut image);
+        }
         now.colour.settle_all(&mut image.colour);
         self.last_patch += 1;
         let id = PatchId(self.last_patch);
-        let patch = Patch {
-            id,
-            purpose: Purpose::Eye,
-            capture_time_s: now.time_s,
-            objects: objects_in(&image, now.moving),
-            image,
-        };
+        let patch = Patch { id, purpose, capture_time_s: now.time_s, objects: objects_in(&image, now.moving), image };
         let triangles = mask.occupied().map(|(x, y)| cropped.triangle_at(x as i32, y as i32)).collect();
         self.records.insert(id, Record::new(&patch.image, &cropped.camera, triangles, self.look));
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
-        self.changed.insert(id);
+        self.drawn.change(id);
         Ok(())
+    }
+
+    /// Says that a light casts nothing: by a patch of it without a sample.
+    pub fn add_nothing(&mut self, light: u16, now: &Surroundings<'_>) -> Result<(), HeldError> {
+        let camera = Pinhole::symmetric(Rigid::IDENTITY, (1, 1), 1.0, 1.0);
+        let image = DepthImage {
+            camera: Camera::Pinhole(camera),
+            depth_scale: DepthScale { w_min: 0.0, w_step: 0.0 },
+            mask: Mask::empty(1, 1),
+            depth: Vec::new(),
+            normal: Vec::new(),
+            normal_rest: Vec::new(),
+            colour: Vec::new(),
+            object: Vec::new(),
+            material: Vec::new(),
+        };
+        self.last_patch += 1;
+        let (id, purpose, objects) = (PatchId(self.last_patch), Purpose::Light(light), Vec::new());
+        let patch = Patch { id, purpose, capture_time_s: now.time_s, objects, image };
+        self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)
     }
 
     /// Adds an impostor. It is no surface: it is neither drawn nor looked at again, and stays until it is removed.
@@ -257,7 +248,8 @@ impl Account {
     pub fn place(&mut self, relief: PatchId, instances: Vec<Instance>) -> Result<(), HeldError> {
         let is_placed = |object: &u16| instances.binary_search_by_key(object, |instance| instance.pose.object).is_ok();
         let mut replaced = Vec::new();
-        for (id, held) in self.held.patches.iter().filter(|(id, _)| self.records.contains_key(id)) {
+        // What lights see of it stays.
+        for (id, held) in self.held.patches.iter().filter(|(_, held)| held.patch.purpose == Purpose::Eye) {
             let samples = held.patch.image.mask.occupied().zip(&held.patch.image.object);
             let of_these = samples.filter(|(_, object)| is_placed(object));
             replaced.extend(of_these.map(|((x, y), _)| (*id, x as u16, y as u16)));
@@ -317,63 +309,6 @@ impl Account {
         }
     }
 
-    /// Deletes the samples of deformed objects that no view of this update showed in their place.
-    pub fn expire(&mut self) -> Result<(), HeldError> {
-        if !self.any_deforms() {
-            return Ok(());
-        }
-        let (deformed, look) = (&self.deformed, self.look);
-        let mut stale = Vec::new();
-        for (id, held) in &self.held.patches {
-            let (image, Some(record)) = (&held.patch.image, self.records.get(id)) else { continue };
-            for ((x, y), object) in image.mask.occupied().zip(&image.object) {
-                let (x, y) = (x as u16, y as u16);
-                if deformed.get(usize::from(*object)) == Some(&true) && record.seen(x, y) != Some(look) {
-                    stale.push((*id, x, y));
-                }
-            }
-        }
-        self.counts.deleted += stale.len();
-        self.delete(&stale)
-    }
-
-    /// Deletes what was least recently seen, until the copy fits `budget_bytes` with some room. What this update showed stays.
-    pub fn evict(&mut self, budget_bytes: u64) -> Result<(), HeldError> {
-        let budget = (budget_bytes / BYTES_PER_SAMPLE) as usize;
-        let held = self.held.sample_count();
-        if held <= budget {
-            return Ok(());
-        }
-        let excess = held - (budget as f64 * EVICT_TO) as usize;
-        let mut by_look: BTreeMap<u32, usize> = BTreeMap::new();
-        for (id, held) in &self.held.patches {
-            let Some(record) = self.records.get(id) else { continue };
-            for (x, y) in held.patch.image.mask.occupied() {
-                *by_look.entry(record.seen(x as u16, y as u16).unwrap_or(0)).or_default() += 1;
-            }
-        }
-        let mut sum = 0;
-        let Some(last) = by_look
-            .iter()
-            .take_while(|&(&look, _)| look < self.look)
-            .find_map(|(&look, &count)| {
-                sum += count;
-                (sum >= excess).then_some(look)
-            })
-            .or_else(|| self.look.checked_sub(1))
-        else {
-            return Ok(());
-        };
-        let mut evicted = Vec::new();
-        for (id, held) in &self.held.patches {
-            let Some(record) = self.records.get(id) else { continue };
-            let addresses = held.patch.image.mask.occupied().map(|(x, y)| (x as u16, y as u16));
-            evicted.extend(addresses.filter(|&(x, y)| record.seen(x, y) <= Some(last)).map(|(x, y)| (*id, x, y)));
-        }
-        self.counts.evicted += evicted.len();
-        self.delete(&evicted)
-    }
-
     /// Ends the update; `None` where there is nothing to say: nothing changed, and no animated scene moved on.
     pub fn seal(&mut self, scene_time_s: f64, pose_seq: u64, animated: bool) -> Result<Option<Update>, HeldError> {
         let draft = std::mem::take(&mut self.draft);
@@ -394,9 +329,14 @@ impl Account {
         self.counts
     }
 
-    /// Notes the first hits of a view, as what sending it anew would have cost.
-    pub fn count_anew(&mut self, capture: &Capture) {
-        self.counts.anew += capture.ids.iter().filter(|ids| ids[0] != 0).count();
+    /// The edits of the update so far.
+    pub fn edits(&self) -> usize {
+        self.draft.edits().len()
+    }
+
+    /// The counts, to be added to.
+    pub fn counts_mut(&mut self) -> &mut Counts {
+        &mut self.counts
     }
 
     /// Deletes what a view has superseded, see [`Account::superseded`].
@@ -417,12 +357,10 @@ impl Account {
             if held.patch.image.sample_count() == of_patch.len() {
                 self.held.edit(Edit::Remove(id), &mut self.draft)?;
                 self.records.remove(&id);
-                self.changed.insert(id);
+                self.drawn.change(id);
             } else {
                 let pixels: Vec<(u16, u16)> = of_patch.iter().map(|&(_, x, y)| (x, y)).collect();
-                if !self.changed.contains(&id) {
-                    self.surfaces.iter_mut().for_each(|surfaces| surfaces.delete(id, &pixels));
-                }
+                self.drawn.delete(held.patch.purpose, id, &pixels);
                 self.held.edit(Edit::Delete(id, pixels), &mut self.draft)?;
             }
         }
@@ -431,16 +369,7 @@ impl Account {
 
     /// Brings what draws the copy up to date; call it before the copy is drawn.
     pub fn refresh(&mut self) {
-        let changed = std::mem::take(&mut self.changed);
-        let Some(surfaces) = &mut self.surfaces else { return };
-        let mesh = |id: PatchId| (id, self.held.patches.get(&id).map(|patch| (patch, surfaces.mesh(patch))));
-        let meshes: Vec<_> = changed.into_par_iter().map(mesh).collect();
-        for (id, mesh) in meshes {
-            match mesh {
-                Some((patch, mesh)) => surfaces.place(patch, mesh),
-                None => surfaces.remove(id),
-            }
-        }
+        self.drawn.refresh(&self.held);
     }
 }
 
@@ -517,4 +446,11 @@ fn objects_in(image: &DepthImage, moving: &[ObjectPose]) -> Vec<ObjectPose> {
     let mut seen = vec![false; usize::from(u16::MAX) + 1];
     image.object.iter().for_each(|&object| seen[usize::from(object)] = true);
     moving.iter().copied().filter(|pose| seen[usize::from(pose.object)]).collect()
+}
+
+/// Takes from an image what only pictures of it need: colours, and normals finer than shadows need them. The codec leaves out what is one
+/// value.
+fn without_look(image: &mut DepthImage) {
+    image.colour.fill([0; 3]);
+    image.normal_rest.clear();
 }

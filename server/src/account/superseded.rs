@@ -8,8 +8,8 @@
 
 use camera::Pinhole;
 use glam::{DVec2, DVec3, Vec3};
-use protocol::ObjectPose;
 use protocol::held::{HeldPatch, PatchId};
+use protocol::{ObjectPose, Purpose};
 use rayon::prelude::*;
 
 use super::Account;
@@ -48,7 +48,7 @@ impl Account {
     /// What is superseded in a view that is brought up to date by what it lacks, beside what that replaces. Addresses ascend.
     pub fn superseded(&self, view: &Comparison<'_, Account>, lacking: &Lacking) -> Vec<Address> {
         let shown = view.shown_densities(&lacking.send);
-        let is_in_view = |id: &PatchId| self.surfaces.as_ref().is_some_and(|s| s.may_show(*id, view.camera()));
+        let is_in_view = |id: &PatchId| self.surfaces(Purpose::Eye).is_some_and(|s| s.may_show(*id, view.camera()));
         let patches: Vec<_> = self.held.patches.iter().filter(|(id, _)| is_in_view(id)).collect();
         let of_patch = |(id, held): (&PatchId, &HeldPatch)| {
             let record = self.records.get(id);

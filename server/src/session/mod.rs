@@ -240,7 +240,10 @@ impl Connection<'_> {
                 if let Some(view) = self.session.view() {
                     viewer.view = view;
                     let budget_bytes = self.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
-                    self.client.iter_mut().for_each(|client| client.budget_bytes = budget_bytes);
+                    let soft_shadows = self.session.soft_shadows();
+                    self.client.iter_mut().for_each(|client| {
+                        (client.budget_bytes, client.soft_shadows) = (budget_bytes, soft_shadows);
+                    });
                     tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }
             }
@@ -284,13 +287,13 @@ impl Connection<'_> {
         if std::mem::take(&mut self.start_anew) {
             // What was made builds on a copy that the client no longer has.
             client.start_anew();
-        } else if let Some(Made { update, reason, counts, look, encode }) = update {
+        } else if let Some(Made { update, reason, counts, light_bytes, look, encode }) = update {
             let bytes = update.bytes.len();
             match self.session.send_update(&update, now_s) {
                 Ok(()) => {
                     self.shared.stats.updates.fetch_add(1, Ordering::Relaxed);
                     tracing::debug!(
-                        peer = %self.peer, reason = reason.name(), number = update.number, ?counts, bytes,
+                        peer = %self.peer, reason = reason.name(), number = update.number, ?counts, bytes, light_bytes,
                         look_ms = look.as_millis() as u64, encode_ms = encode.as_millis() as u64, "update"
                     );
                 }

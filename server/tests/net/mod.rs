@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3};
 use protocol::message::{Clock, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, SessionError};
 use protocol::wire::{UpdateHead, decode_update};
-use protocol::{Held, Lighting, Material, limits::Limits};
+use protocol::{Held, Lighting, Material, Purpose, limits::Limits};
 use scene::model::Animation;
 use scene::{Bounds, Instance, Scene, Snapshot};
 use surface::{AddressTexel, AddressView, HeldSurfaces};
@@ -79,7 +79,7 @@ impl Imager for NoiseImager {
     }
 
     /// A copy shows a view's noise where a patch was taken from that very view, else nothing.
-    fn copy_view(&mut self, account: &Account, view: &Pinhole) -> Result<AddressView, ImagerError> {
+    fn copy_view(&mut self, account: &Account, _: Purpose, view: &Pinhole) -> Result<AddressView, ImagerError> {
         let size_px = (view.width_px, view.height_px);
         let held = account.held().patches.values().find(|held| held.patch.image.camera == Camera::Pinhole(*view));
         let Some(held) = held else { return Ok(AddressView::empty(size_px)) };

@@ -1,8 +1,9 @@
-//! A light with an area, and the views from its points: plain maths.
+//! A light with an area, and the views from its points: plain maths that both ends need.
 
 use camera::{Bounds, Pinhole, parallel_views};
 use glam::DVec3;
-use protocol::{Area, Light};
+
+use crate::look::{Area, Light};
 
 /// A light with an area.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +25,15 @@ impl Lamp {
     /// The views of its points that hold a box, face by face, all of them in each.
     pub fn views(&self, bounds: Bounds, points: u32, map_px: u32) -> Vec<Vec<Pinhole>> {
         let eyes: Vec<DVec3> = self.area.points_world(self.middle_world, points).collect();
-        parallel_views(&eyes, self.area.half_world.map(DVec3::from), bounds, map_px)
+        self.views_from(&eyes, bounds, map_px)
+    }
+
+    /// The same of its four corners: what its points see together, but for what only the inner ones do.
+    pub fn corner_views(&self, bounds: Bounds, side_px: u32) -> Vec<Vec<Pinhole>> {
+        self.views_from(&self.area.corners_world(self.middle_world), bounds, side_px)
+    }
+
+    fn views_from(&self, eyes: &[DVec3], bounds: Bounds, side_px: u32) -> Vec<Vec<Pinhole>> {
+        parallel_views(eyes, self.area.half_world.map(DVec3::from), bounds, side_px)
     }
 }

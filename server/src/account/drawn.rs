@@ -1,0 +1,84 @@
+//! What draws the copy: a store of surfaces for each purpose, and which of its patches are out of date.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DAffine3;
+use protocol::{Held, Material, PatchId, Purpose};
+use rayon::prelude::*;
+use surface::HeldSurfaces;
+
+/// See the module.
+#[derive(Debug, Default)]
+pub(super) struct Drawn {
+    /// Only of purposes that are surfaces: what the eye sees, and what lights do.
+    stores: BTreeMap<Purpose, HeldSurfaces>,
+    /// Patches that the stores draw as they were, see [`Drawn::refresh`].
+    changed: BTreeSet<PatchId>,
+}
+
+impl Drawn {
+    /// A store for a purpose, from its first patch on.
+    pub fn draw(&mut self, purpose: Purpose, new: impl FnOnce() -> Option<HeldSurfaces>) {
+        if !self.stores.contains_key(&purpose)
+            && let Some(store) = new()
+        {
+            self.stores.insert(purpose, store.of(purpose));
+        }
+    }
+
+    pub fn of(&self, purpose: Purpose) -> Option<&HeldSurfaces> {
+        self.stores.get(&purpose)
+    }
+
+    pub fn clear(&mut self) {
+        self.changed.clear();
+        self.stores.values_mut().for_each(HeldSurfaces::clear);
+    }
+
+    pub fn set_materials(&mut self, materials: &[Material]) {
+        self.stores.values_mut().for_each(|store| store.set_materials(materials));
+    }
+
+    pub fn set_poses(&mut self, poses_now: &BTreeMap<u16, DAffine3>) {
+        self.stores.values_mut().for_each(|store| store.set_poses(poses_now));
+    }
+
+    /// A patch was added, removed or trimmed.
+    pub fn change(&mut self, id: PatchId) {
+        self.changed.insert(id);
+    }
+
+    /// A patch was removed, and shall not be drawn any more even if it is not refreshed.
+    pub fn remove(&mut self, id: PatchId) {
+        self.changed.remove(&id);
+        self.stores.values_mut().for_each(|store| store.remove(id));
+    }
+
+    /// Samples were deleted, ascending.
+    pub fn delete(&mut self, purpose: Purpose, id: PatchId, pixels: &[(u16, u16)]) {
+        if !self.changed.contains(&id)
+            && let Some(store) = self.stores.get_mut(&purpose)
+        {
+            store.delete(id, pixels);
+        }
+    }
+
+    /// Brings the stores up to date.
+    pub fn refresh(&mut self, held: &Held) {
+        let changed = std::mem::take(&mut self.changed);
+        let stores = &self.stores;
+        let mesh = |id: PatchId| {
+            let patch = held.patches.get(&id);
+            (id, patch.and_then(|patch| Some((patch, stores.get(&patch.patch.purpose)?.mesh(patch)))))
+        };
+        let meshes: Vec<_> = changed.into_par_iter().map(mesh).collect();
+        for (id, mesh) in meshes {
+            match mesh {
+                Some((patch, mesh)) => {
+                    self.stores.entry(patch.patch.purpose).and_modify(|store| store.place(patch, mesh));
+                }
+                None => self.stores.values_mut().for_each(|store| store.remove(id)),
+            }
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! What of a copy must go: what is no longer true, and what there is no room for.
+
+use std::collections::BTreeMap;
+
+use protocol::Purpose;
+use protocol::held::{HeldError, HeldPatch, PatchId};
+
+use super::Account;
+use super::record::Record;
+use super::samples::Address;
+
+/// A copy over its budget shrinks to this share of it, so that it is not evicted from at every update.
+const EVICT_TO: f64 = 0.9;
+
+impl Account {
+    /// Deletes the samples of deformed objects that no view of this update showed in their place.
+    pub fn expire(&mut self, purpose: Purpose) -> Result<(), HeldError> {
+        if !self.deformed.contains(&true) {
+            return Ok(());
+        }
+        let look = self.look;
+        let stale = self.surfaces_where(purpose, |object, seen| self.is_deformed(object) && seen != look);
+        self.counts.delete(purpose, stale.len());
+        self.delete(&stale)
+    }
+
+    /// Deletes what the eye was least recently shown, until the copy fits `budget_samples` with some room. What this update showed
+    /// stays, and so does what is for other purposes.
+    pub fn evict(&mut self, budget_samples: usize) -> Result<(), HeldError> {
+        let evicted = self.least_recent(Purpose::Eye, self.held.sample_count(), budget_samples);
+        self.counts.evicted += evicted.len();
+        self.delete(&evicted)
+    }
+
+    /// The same of what a light sees, by itself.
+    pub fn evict_light(&mut self, light: u16, budget_samples: usize) -> Result<(), HeldError> {
+        let purpose = Purpose::Light(light);
+        let evicted = self.least_recent(purpose, self.samples_for(purpose), budget_samples);
+        self.counts.delete(purpose, evicted.len());
+        self.delete(&evicted)
+    }
+
+    /// Samples that are held for a purpose.
+    pub fn samples_for(&self, purpose: Purpose) -> usize {
+        self.surfaces_of(purpose).map(|(_, held, _)| held.patch.image.sample_count()).sum()
+    }
+
+    /// The least recently seen of a purpose's samples, so many that of `held` about `budget` are left.
+    fn least_recent(&self, purpose: Purpose, held: usize, budget: usize) -> Vec<Address> {
+        if held <= budget {
+            return Vec::new();
+        }
+        let excess = held - (budget as f64 * EVICT_TO) as usize;
+        let mut by_look: BTreeMap<u32, usize> = BTreeMap::new();
+        for (_, held, record) in self.surfaces_of(purpose) {
+            for (x, y) in held.patch.image.mask.occupied() {
+                *by_look.entry(record.seen(x as u16, y as u16).unwrap_or(0)).or_default() += 1;
+            }
+        }
+        let mut sum = 0;
+        let enough = by_look.iter().take_while(|&(&look, _)| look < self.look).find_map(|(&look, &count)| {
+            sum += count;
+            (sum >= excess).then_some(look)
+        });
+        let last = enough.or_else(|| self.look.checked_sub(1));
+        last.map_or_else(Vec::new, |last| self.surfaces_where(purpose, |_, seen| seen <= last))
+    }
+
+    /// The surface samples of a purpose that are meant by their objects and the last look that showed them. Addresses ascend.
+    fn surfaces_where(&self, purpose: Purpose, is_meant: impl Fn(u16, u32) -> bool) -> Vec<Address> {
+        let mut meant = Vec::new();
+        for (id, held, record) in self.surfaces_of(purpose) {
+            let image = &held.patch.image;
+            for ((x, y), &object) in image.mask.occupied().zip(&image.object) {
+                let (x, y) = (x as u16, y as u16);
+                if record.seen(x, y).is_some_and(|seen| is_meant(object, seen)) {
+                    meant.push((id, x, y));
+                }
+            }
+        }
+        meant
+    }
+
+    fn surfaces_of(&self, purpose: Purpose) -> impl Iterator<Item = (PatchId, &HeldPatch, &Record)> {
+        let patches = self.held.patches.iter().filter(move |(_, held)| held.patch.purpose == purpose);
+        patches.filter_map(|(id, held)| Some((*id, held, self.records.get(id)?)))
+    }
+}

@@ -1,0 +1,67 @@
+//! One view of the scene beside the same view of what a client holds, and the edits that follow.
+
+use camera::Pinhole;
+use protocol::Purpose;
+use surface::AddressView;
+
+use crate::account::compare::Comparison;
+use crate::account::findings::Lacking;
+use crate::account::{Account, AccountRules, Surroundings};
+use crate::discretize::{Capture, DepthPrecision};
+use crate::frame::StageError;
+use crate::imager::Imager;
+
+/// How a view is brought up to date.
+pub struct Revision<'a> {
+    /// What is held for this is looked at.
+    pub purpose: Purpose,
+    /// What decides.
+    pub rules: AccountRules,
+    /// The views of the plan: what one of them sent is not replaced by another.
+    pub peers: &'a [Pinhole],
+    /// Whether what covers falsely is trimmed.
+    pub trims: bool,
+    /// Whether what finer samples have taken the place of is given up; of the eye's samples only.
+    pub supersedes: bool,
+    /// Whether the copy is looked at again once something was trimmed: what lacks behind it can wait where there will be another look.
+    pub looks_again: bool,
+    /// A view that lacks fewer pixels than this is sent nothing.
+    pub least_px: f64,
+    /// How finely depth is stored.
+    pub precision: DepthPrecision,
+}
+
+/// Lays a capture beside the same view of the copy, and brings the copy up to date there.
+pub fn revise(
+    imager: &mut dyn Imager,
+    account: &mut Account,
+    capture: &Capture,
+    revision: &Revision<'_>,
+    now: &Surroundings<'_>,
+) -> Result<(), StageError> {
+    let (purpose, view) = (revision.purpose, &capture.camera);
+    account.counts_mut().look_at(purpose, capture);
+    account.refresh();
+    let mut copy = imager.copy_view(account, purpose, view)?;
+    let peers = account.captured_by(revision.peers);
+    let judge = |account: &Account, copy: &AddressView| {
+        let comparison = Comparison::new(capture, copy, account, &peers, revision.rules);
+        let (retraction, mut lacking) = (comparison.retraction(revision.trims), comparison.lacking());
+        if lacking.missing as f64 <= revision.least_px {
+            lacking = Lacking::nothing(capture);
+        }
+        let superseded = revision.supersedes.then(|| account.superseded(&comparison, &lacking));
+        (retraction, lacking, superseded.unwrap_or_default())
+    };
+    let (retraction, mut lacking, mut superseded) = judge(account, &copy);
+    // A deformed object leaves nothing behind to look past.
+    let looks_again = revision.looks_again || !retraction.stale.is_empty();
+    if account.retract(purpose, &retraction)? && looks_again {
+        account.refresh();
+        copy = imager.copy_view(account, purpose, view)?;
+        (_, lacking, superseded) = judge(account, &copy);
+    }
+    account.mark_seen(&copy);
+    account.add(purpose, capture, &lacking, revision.precision, now)?;
+    Ok(account.supersede(&superseded)?)
+}

@@ -1,0 +1,197 @@
+//! What lights with an area see, sent to clients that draw soft shadows.
+
+mod common;
+
+use camera::{Pinhole, Rigid};
+use common::session::{Session, added};
+use glam::{DAffine3, DVec3};
+use protocol::{Lamp, Purpose};
+use scene::{LightArea, Scene, SceneLight};
+use surface::AddressPass;
+use vantage_server::account::LightCounts;
+
+/// Depths that differ by more than this share are of two surfaces.
+const SAME_DEPTH: f32 = 0.02;
+
+/// A viewer of a scene who draws soft shadows.
+fn soft(mut session: Session) -> Session {
+    session.client.soft_shadows = true;
+    session
+}
+
+/// What some ticks do for lights, and in how many bytes.
+fn ticks(session: &mut Session, count: usize) -> (LightCounts, usize) {
+    let (before, mut sum) = (session.light_bytes, LightCounts::default());
+    for LightCounts { added, deleted, trimmed, anew, views, sets, unchanged, without } in
+        session.ticks(count).iter().map(|counts| counts.lights)
+    {
+        sum = LightCounts {
+            added: sum.added + added,
+            deleted: sum.deleted + deleted,
+            trimmed: sum.trimmed + trimmed,
+            anew: sum.anew + anew,
+            views: sum.views + views,
+            sets: sum.sets + sets,
+            unchanged: sum.unchanged + unchanged,
+            without: sum.without + without,
+        };
+    }
+    (sum, session.light_bytes - before)
+}
+
+/// Samples that are held of a light; `None` where not even a patch is.
+fn samples(session: &Session, light: u16) -> Option<usize> {
+    let patches = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Light(light));
+    patches.map(|held| held.patch.image.sample_count()).reduce(|a, b| a + b)
+}
+
+/// A scene under a square lamp of a metre, a metre behind the origin, that shines along -z and swings from side to side.
+fn lit(scene: Scene) -> Scene {
+    common::animated(scene, |snapshot| {
+        let position_world = common::swing(snapshot.time_s, 8.0).transform_point3(DVec3::Z);
+        snapshot.lights = vec![SceneLight::Point {
+            position_world,
+            colour: [100.0; 3],
+            direction_world: DVec3::NEG_Z,
+            spot_angles_rad: None,
+            range_m: f32::INFINITY,
+            area: Some(LightArea { half_world: [DVec3::X * 0.5, DVec3::NEG_Y * 0.5], is_disc: false }),
+        }];
+    })
+}
+
+/// The share of what the first light's corners see now that the client holds otherwise, or not, for it.
+fn wrong_share(session: &Session) -> f64 {
+    let held = &session.held;
+    let lamp = Lamp::of(&held.lighting.as_ref().expect("lit").lights[0]).expect("it has an area");
+    let snapshot = session.scene.at(held.scene_time_s);
+    let instances = 0..session.scene.instances.len() as u16;
+    let bounds = instances.filter_map(|id| session.scene.bounds_of(&snapshot, id)).reduce(camera::Bounds::union);
+    let views: Vec<Pinhole> = lamp.corner_views(bounds.expect("a scene"), 64).into_iter().flatten().collect();
+    let (mut witness, mut pass) = (session.witness(), AddressPass::new(&session.gpu).expect("pipelines"));
+    let mut surfaces = pass.new_surfaces().of(Purpose::Light(0));
+    surfaces.rebuild(held);
+    let (mut wrong, mut all) = (0, 0);
+    for view in &views {
+        let truth = witness.truth(view, held.scene_time_s);
+        let copy = pass.view(&surfaces, view).expect("a view");
+        for index in (0..truth.ids.len()).filter(|&index| truth.ids[index][0] != 0) {
+            let (column, row) = (index as i32 % view.width_px as i32, index as i32 / view.width_px as i32);
+            let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (column + dx, row + dy)));
+            let inside =
+                around.filter(|&(x, y)| x >= 0 && y >= 0 && x < view.width_px as i32 && y < view.height_px as i32);
+            let is_held =
+                inside.map(|(x, y)| copy.texels[y as usize * view.width_px as usize + x as usize]).any(|texel| {
+                    let apart = (texel.w() - truth.w(index)).abs();
+                    texel.address().is_some()
+                        && texel.object() == truth.object(index)
+                        && apart <= SAME_DEPTH * truth.w(index)
+                });
+            all += 1;
+            wrong += usize::from(!is_held);
+        }
+    }
+    assert!(all > 1000, "{all} pixels");
+    wrong as f64 / all as f64
+}
+
+#[test]
+fn a_set_is_sent_once_and_the_eye_goes_where_it_likes() {
+    let mut session = soft(Session::built_in("lamp-teapots"));
+    let (first, bytes) = ticks(&mut session, 1);
+    assert_eq!((first.sets, first.unchanged), (2, 0));
+    assert!(samples(&session, 0) > Some(3000) && samples(&session, 1) > Some(1500) && bytes > 4000, "{bytes} bytes");
+    assert!(wrong_share(&session) < 0.01, "{}", wrong_share(&session));
+    let (still, bytes) = ticks(&mut session, 10);
+    assert_eq!((still.added, still.views, bytes), (0, 0, 0), "nothing moves");
+    let start = session.viewer.world_from_eye;
+    let aside = Rigid { translation: start.transform_point(DVec3::new(0.4, -0.2, 0.1)), ..start };
+    let before = session.light_bytes;
+    let walked = session.walk_to(aside, 12);
+    assert!(added(&walked) > 100, "the eye sees more: {}", added(&walked));
+    assert!(walked.iter().all(|counts| counts.lights.views == 0 && counts.lights.unchanged == 2));
+    assert_eq!(session.light_bytes, before);
+}
+
+#[test]
+fn colours_are_not_sent() {
+    let mut session = soft(Session::built_in("lamp-teapots"));
+    session.tick();
+    let of_lights = session.held.patches.values().filter(|held| held.patch.purpose != Purpose::Eye);
+    let images: Vec<_> = of_lights.map(|held| &held.patch.image).collect();
+    assert!(images.len() >= 8 && images.iter().all(|image| image.colour.iter().all(|colour| *colour == [0; 3])));
+}
+
+#[test]
+fn where_the_lamp_moves_only_what_comes_into_its_view_is_sent() {
+    let mut session = soft(Session::built_in("lamp-teapots-moving"));
+    let (_, set_bytes) = ticks(&mut session, 1);
+    let mut most = 0;
+    for tick in 0..40 {
+        let (moved, bytes) = ticks(&mut session, 1);
+        assert!(moved.sets == 0 && moved.views > 0, "{moved:?}");
+        if tick % 8 == 0 {
+            assert!(wrong_share(&session) < 0.05, "{} after {moved:?}", wrong_share(&session));
+        }
+        most = most.max(bytes);
+    }
+    let (rest, bytes) = ticks(&mut session, 40);
+    assert!(most * 4 < set_bytes && bytes / 40 * 10 < set_bytes, "{most} and {} of {set_bytes}", bytes / 40);
+    assert!(rest.added * 20 < rest.anew, "{} of {} samples", rest.added, rest.anew);
+}
+
+#[test]
+fn what_deforms_is_followed() {
+    let mut session = soft(Session::new(lit(common::bending_figure(4.0))));
+    for _ in 0..4 {
+        session.ticks(3);
+        assert!(wrong_share(&session) < 0.05, "{}", wrong_share(&session));
+    }
+}
+
+#[test]
+fn a_lamp_that_casts_nothing_gets_no_images_until_it_does() {
+    // A ball comes from behind the lamp after two seconds.
+    let come = |time_s: f64| DAffine3::from_translation(DVec3::Z * if time_s < 2.0 { 9.0 } else { 0.0 });
+    let mut session = soft(Session::new(lit(common::moving_ball(come))));
+    let (first, bytes) = ticks(&mut session, 1);
+    assert_eq!((first.without, first.added, samples(&session, 0)), (1, 0, Some(0)));
+    assert!(bytes < 300, "{bytes} bytes to say so");
+    let (nothing, bytes) = ticks(&mut session, 15);
+    assert_eq!((nothing.without, nothing.added, bytes), (15, 0, 0));
+    let (then, _) = ticks(&mut session, 10);
+    assert!(then.sets == 1 && samples(&session, 0) > Some(3000), "{then:?}");
+    assert!(wrong_share(&session) < 0.05, "{}", wrong_share(&session));
+}
+
+#[test]
+fn who_draws_none_and_scenes_without_lamps_get_none() {
+    for (mut session, light) in [(Session::built_in("lamp-teapots-moving"), 0), (soft(Session::built_in("teapots")), 0)]
+    {
+        let (counts, bytes) = ticks(&mut session, 5);
+        assert_eq!((counts, bytes, samples(&session, light)), (LightCounts::default(), 0, None));
+    }
+}
+
+#[test]
+fn who_begins_anew_gets_a_set_anew() {
+    let mut session = soft(Session::built_in("lamp-teapots"));
+    session.ticks(3);
+    let before = samples(&session, 0);
+    session.start_anew();
+    let (anew, _) = ticks(&mut session, 2);
+    assert_eq!((anew.sets, samples(&session, 0)), (2, before));
+}
+
+#[test]
+fn a_small_budget_makes_small_sets_that_stay() {
+    let mut session = soft(Session::built_in("lamp-teapots-moving"));
+    session.client.budget_bytes = 0;
+    let (first, _) = ticks(&mut session, 1);
+    let held = |session: &Session| samples(session, 0).unwrap_or(0) + samples(session, 1).unwrap_or(0);
+    let begun = held(&session);
+    assert!(first.sets == 2 && begun > 50, "{first:?}");
+    ticks(&mut session, 40);
+    let now = held(&session);
+    assert!(now >= begun / 2 && now <= 2 * begun, "{now} of {begun}");
+}
