@@ -154,6 +154,11 @@ impl FrameRenderer {
         self.shadows.as_ref()?.shares().map(|shares| &shares.target.texture)
     }
 
+    /// How far soft shadows got in the last frame, where pictures get theirs by and by; `None` where no light casts any.
+    pub fn soft_progress(&self) -> Option<shadow::SoftProgress> {
+        self.shadows.as_ref()?.soft_progress()
+    }
+
     /// The share of ambient light that arrived at each pixel of the last frame ([`TextureFormat::R32Float`]): 1 in the open and
     /// where there is no surface. `None` where none was measured.
     pub fn ambient_shares(&self) -> Option<&wgpu::Texture> {

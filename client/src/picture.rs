@@ -11,7 +11,7 @@ use crate::frame::{self, FrameRenderer, Shown};
 use crate::impostors::Impostors;
 use crate::light_images::LightImages;
 use crate::occlusion::{self, Occlusion};
-use crate::shadow;
+use crate::shadow::{self, SoftProgress};
 use crate::viewer::Follow;
 
 /// How pictures are drawn.
@@ -134,6 +134,12 @@ impl Picture {
     /// How many impostors there are: for what mirrors and glass show, and of objects that are drawn by them.
     pub fn impostors(&self) -> usize {
         self.impostors.len()
+    }
+
+    /// How far soft shadows got in the last picture; while they [go on](SoftProgress::goes_on) the next one shows more, though nothing
+    /// moves. `None` where no light casts any.
+    pub fn soft_progress(&self) -> Option<SoftProgress> {
+        self.renderer.soft_progress()
     }
 
     /// Share of pixels without a surface in the newest picture that was counted; `None` before the first.

@@ -5,8 +5,8 @@ mod common;
 use common::{Block, FLOOR, OnFloor, Stage, World, camera, entry, lit_by, on_floor};
 use glam::DVec3;
 use protocol::{Area, AreaShape, Held, Light};
-use vantage_client::shadow::{Settings, Shadows};
-use vantage_client::soft::{self, Method};
+use vantage_client::shadow::{Settings, Shadows, SoftProgress};
+use vantage_client::soft::{self, Method, Pace};
 
 const MAP_PX: u32 = 192;
 const HELD_PX: u32 = 192;
@@ -41,7 +41,7 @@ fn lamp(world: &World, place: DVec3, half: f64, shape: AreaShape) -> Light {
 
 /// How much of a held copy's only lamp arrives at each pixel, 0 to 255.
 fn shares(stage: &mut Stage, world: &World, held: &Held, (method, points): (Method, u32)) -> Vec<u8> {
-    let soft = soft::Settings { method, points, map_px: MAP_PX };
+    let soft = soft::Settings { method, points, map_px: MAP_PX, ..soft::Settings::default() };
     stage.frames.set_shadows(Settings { shadows: Shadows::Soft, soft, ..Settings::default() });
     stage.shoot(held, &camera(world));
     let shares: Vec<[u8; 4]> = stage.read(stage.frames.light_shares().expect("a lamp casts"));
@@ -116,6 +116,37 @@ fn methods_agree_with_rays_to_every_point() {
                 count += 1.0;
             }
             assert!(count > 2000.0 && off / count < 0.01, "{method:?}, {shape:?}: {} of {count}", off / count);
+        }
+    }
+}
+
+#[test]
+fn points_add_up_over_frames_to_what_one_frame_draws() {
+    let blocks = [FLOOR, PLATE];
+    let held = held(&HERE, &blocks, lamp(&HERE, DVec3::Y * HEIGHT, 0.4, AreaShape::Rectangle));
+    let mut stage = Stage::new(&held);
+    for method in [Method::Maps, Method::Warp] {
+        let all = shares(&mut stage, &HERE, &held, (method, POINTS));
+        let soft = soft::Settings { method, points: POINTS, map_px: MAP_PX, pace: Pace::Points(5) };
+        stage.frames.set_shadows(Settings { shadows: Shadows::Soft, soft, ..Settings::default() });
+        let frame = |stage: &mut Stage| {
+            stage.shoot(&held, &camera(&HERE));
+            let shares: Vec<[u8; 4]> = stage.read(stage.frames.light_shares().expect("a lamp casts"));
+            (shares.into_iter().map(|share| share[0]).collect::<Vec<u8>>(), stage.frames.soft_progress())
+        };
+        let (first, progress) = frame(&mut stage);
+        assert_eq!(progress, Some(SoftProgress { points: 5, of: 64 }), "{method:?}");
+        // As bright on the whole as five points can tell.
+        let mean = |shares: &[u8]| shares.iter().map(|share| f64::from(*share)).sum::<f64>() / shares.len() as f64;
+        assert!(first != all && (mean(&first) - mean(&all)).abs() < 2.0, "{method:?}: {} {}", mean(&first), mean(&all));
+        for _ in 1..13 {
+            assert!(stage.frames.soft_progress().is_some_and(SoftProgress::goes_on));
+            frame(&mut stage);
+        }
+        for _ in 0..2 {
+            let (last, progress) = frame(&mut stage);
+            assert!(progress.is_some_and(|progress| !progress.goes_on()));
+            assert_eq!(last, all, "{method:?}");
         }
     }
 }

@@ -81,9 +81,21 @@ impl Gpu {
         Err(GpuError::NoAdapter)
     }
 
-    /// A device that asks for no more than WebGL2 offers (2-D sizes aside), so that what draws with it draws everywhere.
+    /// A device that draws with no more than WebGL2 offers (2-D sizes aside), so that what draws with it draws everywhere; compute shaders
+    /// it has where the adapter has them, which nothing that draws may need.
     pub async fn from_adapter(instance: Instance, adapter: Adapter) -> Result<Gpu, GpuError> {
-        let limits = Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
+        let has = adapter.limits();
+        let limits = Limits {
+            max_storage_buffers_per_shader_stage: has.max_storage_buffers_per_shader_stage,
+            max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+            max_compute_workgroup_storage_size: has.max_compute_workgroup_storage_size,
+            max_compute_invocations_per_workgroup: has.max_compute_invocations_per_workgroup,
+            max_compute_workgroup_size_x: has.max_compute_workgroup_size_x,
+            max_compute_workgroup_size_y: has.max_compute_workgroup_size_y,
+            max_compute_workgroup_size_z: has.max_compute_workgroup_size_z,
+            max_compute_workgroups_per_dimension: has.max_compute_workgroups_per_dimension,
+            ..Limits::downlevel_webgl2_defaults().using_resolution(has)
+        };
         Gpu::open(instance, adapter, limits, Features::TIMESTAMP_QUERY).await
     }
 

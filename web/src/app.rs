@@ -8,8 +8,8 @@ use camera::Rigid;
 use client::controls::{Controls, Mode};
 use client::occlusion::{self, Occlusion};
 use client::picture::PictureOptions;
-use client::shadow::{self, Shadows};
-use client::soft;
+use client::shadow::{self, Shadows, SoftProgress};
+use client::soft::{self, Pace};
 use client::viewer::{SocketCommand, Viewer};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
@@ -140,6 +140,7 @@ fn wishes() -> Result<Wishes, String> {
         Some(other) => return Err(format!("?shadows={other}: use maps or soft")),
     };
     let mut shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
+    shadow.soft.pace = query.get("soft-pace").map_or(Ok(Pace::Measured), |pace| pace.parse())?;
     if let Some(points) = query.get("soft-points") {
         let number = points.parse().ok().filter(|number| (1..=soft::Settings::MAX_POINTS).contains(number));
         let most = soft::Settings::MAX_POINTS;
@@ -344,7 +345,8 @@ impl App {
             self.viewer.set_uncovered_share(share);
         }
         let pose = self.controls.as_ref().map(Controls::pose);
-        if !self.drawn.stale && pose == self.drawn.pose {
+        let goes_on = screen.picture.soft_progress().is_some_and(SoftProgress::goes_on);
+        if !self.drawn.stale && !goes_on && pose == self.drawn.pose {
             // Counting the last picture's pixels ends only when the device is asked.
             screen.gpu.poll();
             return Ok(());
@@ -394,7 +396,9 @@ impl App {
             Renderer::WebGpu => "WebGPU",
             Renderer::WebGl2 => "WebGL2",
         });
+        let soft = self.screen.as_ref().and_then(|screen| screen.picture.soft_progress());
         self.page.show_stats(&stats, renderer);
+        self.page.show_soft(soft);
         self.page.show_mode(self.controls.as_ref().map(Controls::mode));
         self.page.show_status(&self.status(now_s));
         self.page.show_progress(self.viewer.progress(), self.viewer.is_open());
@@ -416,6 +420,7 @@ pub fn snapshot() -> String {
         "samples": stats.samples,
         "updates": stats.updates,
         "impostors": app.screen.as_ref().map(|screen| screen.picture.impostors()),
+        "soft_points": app.screen.as_ref().and_then(|screen| screen.picture.soft_progress()).map(|soft| [soft.points, soft.of]),
         "uncovered": app.drawn.uncovered,
         "age_ms": stats.age_ms,
         "status": app.status(now_s),

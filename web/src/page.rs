@@ -2,6 +2,7 @@
 
 use client::controls::Mode;
 use client::panel::{Stats, short_count};
+use client::shadow::SoftProgress;
 use client::viewer::Progress;
 use wasm_bindgen::JsCast;
 use web_sys::{Document, Element, HtmlCanvasElement, HtmlElement};
@@ -43,6 +44,9 @@ pub struct Page {
     age: HtmlElement,
     samples: HtmlElement,
     uncovered: HtmlElement,
+    /// Two, shown together.
+    soft: [HtmlElement; 2],
+    soft_points: HtmlElement,
     renderer: HtmlElement,
     status: HtmlElement,
     loading: HtmlElement,
@@ -63,6 +67,8 @@ impl Page {
             age: element("age")?,
             samples: element("samples")?,
             uncovered: element("uncovered")?,
+            soft: [element("soft-name")?, element("soft")?],
+            soft_points: element("soft-points")?,
             renderer: element("renderer")?,
             status: element("status")?,
             loading: element("loading")?,
@@ -85,6 +91,14 @@ impl Page {
         let uncovered = stats.uncovered_share.map_or_else(|| "–".to_owned(), |share| format!("{:.1}", share * 100.0));
         set_text(&self.uncovered, &uncovered);
         set_text(&self.renderer, renderer);
+    }
+
+    /// Shows how many points of its lights a picture has soft shadows of, if any.
+    pub fn show_soft(&self, progress: Option<SoftProgress>) {
+        self.soft.iter().for_each(|element| element.set_hidden(progress.is_none()));
+        if let Some(SoftProgress { points, of }) = progress {
+            set_text(&self.soft_points, &format!("{points} of {of}"));
+        }
     }
 
     /// Shows which way the eye moves.

@@ -67,6 +67,9 @@ struct Arguments {
     /// How it is found out which of them are seen
     #[arg(long, value_enum, default_value_t)]
     soft_method: SoftMethodName,
+    /// How many of them a frame draws: measured (as many as frames come in time with), all, or a number [default: measured, all without a window]
+    #[arg(long, value_name = "PACE")]
+    soft_pace: Option<soft::Pace>,
     /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS, each as needed
     #[arg(long, value_name = "LINK")]
     network: Option<Link>,
@@ -183,7 +186,8 @@ impl Arguments {
             SoftMethodName::Warp => soft::Method::Warp,
             SoftMethodName::Maps => soft::Method::Maps,
         };
-        let soft = soft::Settings { method, points: self.soft_points, ..soft::Settings::default() };
+        let pace = self.soft_pace.unwrap_or(if self.headless { soft::Pace::All } else { soft::Pace::Measured });
+        let soft = soft::Settings { method, pace, points: self.soft_points, ..soft::Settings::default() };
         PictureOptions { corners, frame, occlusion, shadow: shadow::Settings { shadows, soft, ..Default::default() } }
     }
 

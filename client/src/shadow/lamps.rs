@@ -1,9 +1,12 @@
-//! Lights with an area among those that cast: what [`crate::soft`] finds hidden, drawn again only where something changed. What a light
+//! Lights with an area among those that cast: what [`crate::soft`] finds hidden, drawn again only where something changed,
+//! and more of its points while nothing does ([`soft::Pace`](crate::soft::Pace)). What a light
 //! sees casts its shadows where images of that are held, else everything held does: see [`crate::light_images`].
 
+use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::Gpu;
 use surface::{GBuffer, SurfaceError};
+use web_time::Instant;
 use wgpu::BindingResource;
 
 use super::pass::{CHANNELS, SharePass};
@@ -11,6 +14,7 @@ use crate::frame::Shown;
 use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, uniform};
 use crate::held_pass;
 use crate::light_images::LightImages;
+use crate::soft::pace::Pacer;
 use crate::soft::{Count, Lamp, Receivers, Settings, SoftShadows};
 
 /// See the module.
@@ -18,6 +22,7 @@ use crate::soft::{Count, Lamp, Receivers, Settings, SoftShadows};
 pub(super) struct LampPass {
     gpu: Gpu,
     soft: SoftShadows,
+    pacer: Pacer,
     seen: FullscreenPass,
     hidden: Option<Hidden>,
 }
@@ -29,6 +34,17 @@ struct Hidden {
     lamps: Vec<CastingLamp>,
     view: Pinhole,
     revision: Revision,
+    /// Points of each lamp that were drawn.
+    points: usize,
+}
+
+/// `Lamps` of `client/soft_seen.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+struct LampsUniform {
+    channels: [f32; 4],
+    all_of_drawn: f32,
+    padding: [f32; 3],
 }
 
 /// Of the surfaces that shadows fall on, and of those that cast.
@@ -48,7 +64,8 @@ impl LampPass {
         let bindings = [Binding::Uniform, Binding::FloatTexture];
         let shader = ("client/soft_seen.wgsl", "seen");
         let seen = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[SharePass::FORMAT])?;
-        Ok(LampPass { gpu: gpu.clone(), soft: SoftShadows::new(gpu, settings), seen, hidden: None })
+        let (soft, pacer) = (SoftShadows::new(gpu, settings), Pacer::new(settings.pace));
+        Ok(LampPass { gpu: gpu.clone(), soft, pacer, seen, hidden: None })
     }
 
     /// Adds to `shares` how much of each lamp arrives, in its channel, which is 0 so far.
@@ -62,24 +79,69 @@ impl LampPass {
     ) -> Result<(), SurfaceError> {
         let revision = (held_pass::revision(shown), shown.lights.map_or(0, LightImages::revision));
         let is_same = |drawn: &Hidden| (&drawn.view, drawn.revision, &drawn.lamps[..]) == (view, revision, lamps);
-        if !self.hidden.as_ref().is_some_and(is_same) {
-            let target = self.soft.target(encoder, gbuffer.size_px);
-            let hidden = target.create_view(&wgpu::TextureViewDescriptor::default());
+        let all = self.soft.points();
+        let mut hidden = self.hidden.take().filter(is_same).unwrap_or_else(|| Hidden {
+            target: self.soft.target(encoder, gbuffer.size_px),
+            lamps: lamps.to_vec(),
+            view: *view,
+            revision,
+            points: 0,
+        });
+        let target = hidden.target.create_view(&wgpu::TextureViewDescriptor::default());
+        if hidden.points < all {
+            let some = self.pacer.next(Instant::now(), all as u32) as usize;
+            let turns = hidden.points..all.min(hidden.points + some);
             let receivers = Receivers { gbuffer, held: shown.held, view };
             for CastingLamp { channel, light, lamp } in lamps {
-                let count = Count::Share { hidden: &hidden, channel: *channel };
+                let count = Count::Share { hidden: &target, channel: *channel };
                 let seen = shown.lights.and_then(|lights| lights.seen_by(*light));
-                self.soft.encode(encoder, (lamp, seen.unwrap_or(shown.surfaces)), receivers, count)?;
+                let casters = seen.unwrap_or(shown.surfaces);
+                self.soft.encode(encoder, (lamp, casters), receivers, (count, turns.clone()))?;
             }
-            self.hidden = Some(Hidden { target, lamps: lamps.to_vec(), view: *view, revision });
+            hidden.points = turns.end;
+        } else {
+            self.pacer.rest();
         }
-        let Some(Hidden { target, .. }) = &self.hidden else { return Ok(()) };
-        let hidden = target.create_view(&wgpu::TextureViewDescriptor::default());
         let mut channels = [0.0_f32; CHANNELS];
         lamps.iter().for_each(|casting| channels[casting.channel] = 1.0);
-        let channels = uniform(&self.gpu, "lamps", bytemuck::bytes_of(&channels));
-        let inputs = [channels.as_entire_binding(), BindingResource::TextureView(&hidden)];
+        let all_of_drawn = all as f32 / hidden.points as f32;
+        let lamps = LampsUniform { channels, all_of_drawn, padding: [0.0; 3] };
+        let lamps = uniform(&self.gpu, "lamps", bytemuck::bytes_of(&lamps));
+        let inputs = [lamps.as_entire_binding(), BindingResource::TextureView(&target)];
         self.seen.encode(encoder, &inputs, &[&shares.view]);
+        self.hidden = Some(hidden);
         Ok(())
+    }
+
+    /// How far the last frame got; `None` before any.
+    pub(super) fn progress(&self) -> Option<SoftProgress> {
+        let hidden = self.hidden.as_ref()?;
+        Some(SoftProgress { points: hidden.points, of: self.soft.points() })
+    }
+}
+
+/// How many of a lamp's points a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SoftProgress {
+    /// So many.
+    pub points: usize,
+    /// When all are drawn.
+    pub of: usize,
+}
+
+impl SoftProgress {
+    /// Whether the next frame will show more, though nothing moves.
+    pub fn goes_on(self) -> bool {
+        self.points < self.of
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uniforms_are_laid_out_as_in_wgsl() {
+        shaders::assert_layout!(LampsUniform, "client/soft_seen.wgsl", "Lamps", channels, all_of_drawn);
     }
 }

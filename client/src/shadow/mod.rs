@@ -61,6 +61,7 @@ use crate::frame::Shown;
 use crate::fullscreen::Target;
 use crate::held_pass::{self, HeldPass};
 use crate::soft::{self, Lamp};
+pub use lamps::SoftProgress;
 use lamps::{CastingLamp, LampPass};
 pub(crate) use maps::ROUNDING;
 pub(crate) use pass::from_view;
@@ -127,6 +128,8 @@ pub(crate) struct ShadowRenderer {
     shares: Option<Target>,
     /// Those that cast in the last frame, by channel.
     lights: Vec<usize>,
+    /// Whether there were lamps among them.
+    has_lamps: bool,
 }
 
 #[derive(Debug)]
@@ -170,7 +173,7 @@ impl ShadowRenderer {
         let (passes, maps, shares, lights) = (None, Vec::new(), None, Vec::new());
         let side_px = settings.side_px.clamp(16, gpu.device.limits().max_texture_dimension_2d);
         let settings = Settings { side_px, ..settings };
-        let renderer = ShadowRenderer { gpu: gpu.clone(), settings, passes, maps, shares, lights };
+        let renderer = ShadowRenderer { gpu: gpu.clone(), settings, passes, maps, shares, lights, has_lamps: false };
         (settings.shadows != Shadows::None).then_some(renderer)
     }
 
@@ -184,6 +187,7 @@ impl ShadowRenderer {
     ) -> Result<(), SurfaceError> {
         let wanted = self.wanted(shown, view);
         self.lights = wanted.iter().map(|(light, _)| *light).collect();
+        self.has_lamps = wanted.iter().any(|(_, caster)| matches!(caster, Caster::Lamp(_)));
         if wanted.is_empty() {
             return Ok(());
         }
@@ -207,7 +211,7 @@ impl ShadowRenderer {
         if let Some(passes) = &self.passes {
             passes.shares.encode(encoder, (gbuffer, shown.held, view), &maps, &shares);
         }
-        if let Some(passes) = self.passes.as_mut().filter(|_| !lamps.is_empty()) {
+        if let Some(passes) = self.passes.as_mut().filter(|_| self.has_lamps) {
             let pass = match &mut passes.lamps {
                 Some(pass) => pass,
                 None => passes.lamps.insert(LampPass::new(&self.gpu, self.settings.soft)?),
@@ -216,6 +220,11 @@ impl ShadowRenderer {
         }
         self.shares = Some(shares);
         Ok(())
+    }
+
+    /// How far soft shadows got; `None` where no lamp casts.
+    pub(crate) fn soft_progress(&self) -> Option<SoftProgress> {
+        self.passes.as_ref()?.lamps.as_ref().filter(|_| self.has_lamps)?.progress()
     }
 
     /// Whether a light ever cast.

@@ -23,14 +23,18 @@
 
 mod compare;
 mod maps;
+pub(crate) mod pace;
 mod reach;
 mod warp;
+
+use std::ops::Range;
 
 use camera::Pinhole;
 use gpu::Gpu;
 use protocol::Held;
 use surface::{GBuffer, HeldSurfaces, SurfaceError};
 
+pub use pace::Pace;
 pub use protocol::Lamp;
 
 use crate::fullscreen::Target;
@@ -58,6 +62,8 @@ pub struct Settings {
     pub points: u32,
     /// A map has as many texels as a square of this side.
     pub map_px: u32,
+    /// How many of the points a frame draws.
+    pub pace: Pace,
 }
 
 impl Settings {
@@ -67,7 +73,7 @@ impl Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { method: Method::default(), points: 8, map_px: 512 }
+        Settings { method: Method::default(), points: 8, map_px: 512, pace: Pace::All }
     }
 }
 
@@ -100,6 +106,14 @@ impl<'a> Count<'a> {
             }
         }
     }
+
+    /// The number of the target that a point counts in.
+    fn target_of(self, point: usize) -> usize {
+        match self {
+            Count::Share { .. } => 0,
+            Count::Each(_) => point / Count::POINTS_A_TARGET,
+        }
+    }
 }
 
 /// A view with what it shows: where shadows fall.
@@ -118,6 +132,8 @@ pub struct Receivers<'a> {
 pub struct SoftShadows {
     gpu: Gpu,
     settings: Settings,
+    /// In which points are drawn.
+    order: Vec<usize>,
     passes: Option<Passes>,
 }
 
@@ -144,17 +160,23 @@ impl SoftShadows {
         let points = settings.points.clamp(1, Settings::MAX_POINTS);
         // Twice as long as that, and two texels more, is the longest map.
         let map_px = settings.map_px.clamp(16, gpu.device.limits().max_texture_dimension_2d / 2 - 1);
-        SoftShadows { gpu: gpu.clone(), settings: Settings { points, map_px, ..settings }, passes: None }
+        let order = pace::order(points);
+        SoftShadows { gpu: gpu.clone(), settings: Settings { points, map_px, ..settings }, order, passes: None }
     }
 
-    /// Counts, at each pixel, the points of a lamp that `casters` hide from it. Points are numbered as [`protocol::Area::points_world`]
-    /// gives them.
+    /// A lamp's points.
+    pub fn points(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Counts, at each pixel, the points of a lamp that `casters` hide from it: those whose turn it is, of [`SoftShadows::points`] in an order in
+    /// which any first few lie evenly. Points are numbered as [`protocol::Area::points_world`] gives them.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         (lamp, casters): (&Lamp, &HeldSurfaces),
         receivers: Receivers<'_>,
-        count: Count<'_>,
+        (count, turns): (Count<'_>, Range<usize>),
     ) -> Result<(), SurfaceError> {
         let Some(bounds) = casters.bounds_world() else { return Ok(()) };
         let faces = lamp.views(bounds, self.settings.points, self.settings.map_px);
@@ -165,12 +187,15 @@ impl SoftShadows {
             Some(passes) => passes,
             None => self.passes.insert(Passes::new(&self.gpu, self.settings.method)?),
         };
+        let mut points = self.order[turns].to_vec();
+        points.sort_unstable();
         let ready = passes.compare.prepare(receivers);
         for face in &faces {
             match passes.warps.as_mut().filter(|warps| PointWarps::may_warp(face) && warps.has_room_for(casters)) {
-                Some(warps) => warps.encode(encoder, (face, casters), receivers, count),
+                Some(warps) => warps.encode(encoder, (face, casters), receivers, (count, &points)),
                 None => {
-                    for (point, map) in face.iter().enumerate() {
+                    for &point in &points {
+                        let map = &face[point];
                         let target = passes.maps.draw(encoder, casters, map);
                         let (hidden, weights) = count.of(point, face.len());
                         passes.compare.encode(encoder, &ready, (map, target), weights, hidden);

@@ -157,13 +157,13 @@ impl PointWarps {
         Parallelograms::bytes(casters.stats().samples) <= self.gpu.device.limits().max_storage_buffer_binding_size
     }
 
-    /// Counts the points of a face, the first of which is number 0.
+    /// Counts some of the points of a face.
     pub(super) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         (face, casters): (&[Pinhole], &HeldSurfaces),
         receivers: Receivers<'_>,
-        count: Count<'_>,
+        (count, numbers): (Count<'_>, &[usize]),
     ) {
         let frame = &face[0];
         let Some(list) = self.flatten.encode(encoder, casters, frame) else { return };
@@ -184,18 +184,16 @@ impl PointWarps {
             size_px: receivers.gbuffer.size_px,
         };
         let kept = self.reach.encode(encoder, &list, (frame, shifts(frame, face)), seen);
-        let mut first = 0;
-        while first < face.len() {
-            // Points that count in one target.
-            let room = Count::POINTS_A_TARGET - first % Count::POINTS_A_TARGET;
-            let some = &face[first..(first + maps.layers().min(room)).min(face.len())];
-            let (hidden, _) = count.of(first, face.len());
-            let weights = |index: usize| count.of(first + index, face.len()).1;
-            let points = PointsUniform::new(frame, some, (maps.pitch, list.count, INVOCATIONS_A_ROW), weights);
+        for numbers in numbers
+            .chunk_by(|a, b| count.target_of(*a) == count.target_of(*b))
+            .flat_map(|numbers| numbers.chunks(maps.layers()))
+        {
+            let (hidden, _) = count.of(numbers[0], face.len());
+            let points = PointsUniform::new(frame, (face, numbers), (maps.pitch, list.count), count);
             let points = uniform(&self.gpu, "points", bytemuck::bytes_of(&points));
-            maps.clear(encoder, some.len());
+            maps.clear(encoder, numbers.len());
             self.warp(encoder, [&points, &list.buffer, &maps.buffer, &kept]);
-            maps.copy(encoder, some.len());
+            maps.copy(encoder, numbers.len());
             let views = &receivers.gbuffer.views;
             let inputs = [
                 camera.as_entire_binding(),
@@ -207,7 +205,6 @@ impl PointWarps {
                 BindingResource::TextureView(&maps.view),
             ];
             self.lookup.encode(encoder, &inputs, &[hidden]);
-            first += some.len();
         }
         self.maps = Some(maps);
     }
@@ -239,19 +236,21 @@ fn shifts(frame: &Pinhole, points: &[Pinhole]) -> impl Iterator<Item = DVec2> {
 }
 
 impl PointsUniform {
+    /// Of the points of a face with these numbers, for `listed` parallelograms and maps with rows of `pitch` texels.
     fn new(
         frame: &Pinhole,
-        points: &[Pinhole],
-        (pitch, count, row): (u32, u32, u32),
-        weights: impl Fn(usize) -> [f32; 4],
+        (face, numbers): (&[Pinhole], &[usize]),
+        (pitch, listed): (u32, u32),
+        count: Count<'_>,
     ) -> PointsUniform {
         let mut uniform: PointsUniform = Zeroable::zeroed();
         uniform.size_px = [frame.width_px, frame.height_px];
-        (uniform.pitch, uniform.count, uniform.row) = (pitch, count, row);
-        uniform.point_count = points.len() as u32;
-        for (index, (point, shift)) in points.iter().zip(shifts(frame, points)).enumerate() {
+        (uniform.pitch, uniform.count, uniform.row) = (pitch, listed, INVOCATIONS_A_ROW);
+        uniform.point_count = numbers.len() as u32;
+        let points: Vec<Pinhole> = numbers.iter().map(|number| face[*number]).collect();
+        for (index, (point, shift)) in points.iter().zip(shifts(frame, &points)).enumerate() {
             uniform.places[index] = [shift.x, shift.y, point.centre_px.x, point.centre_px.y].map(|value| value as f32);
-            uniform.weights[index] = weights(index);
+            (_, uniform.weights[index]) = count.of(numbers[index], face.len());
         }
         uniform
     }

@@ -25,6 +25,7 @@ use crate::address::{self, AddressError};
 use crate::controls::Controls;
 use crate::picture::{PictureError, PictureOptions};
 use crate::pump::Pump;
+use crate::shadow::SoftProgress;
 use crate::socket::Sockets;
 use crate::viewer::{Decoder, Viewer};
 use overlay::Overlay;
@@ -270,6 +271,7 @@ impl Running<'_> {
             status: self.viewer.status(now_s),
             progress: self.viewer.progress(),
             adapter: &self.screen.gpu.caps.name,
+            soft: self.screen.picture.soft_progress(),
             mode: self.controls.as_ref().map(Controls::mode),
         };
         let asked = self.overlay.run(&self.screen.window, panel, self.screen.picture.options_mut());
@@ -280,7 +282,8 @@ impl Running<'_> {
         if shown {
             self.viewer.drawn(self.pump.now_s(), None, None);
         }
-        if moving || changed || asked.repaint {
+        let goes_on = self.screen.picture.soft_progress().is_some_and(SoftProgress::goes_on);
+        if moving || changed || goes_on || asked.repaint {
             self.screen.window.request_redraw();
         }
         Ok(())

@@ -8,6 +8,7 @@ use super::screen::Screen;
 use crate::controls::Mode;
 use crate::frame;
 use crate::panel::{Stats, short_count};
+use crate::shadow::SoftProgress;
 use crate::viewer::Progress;
 
 /// What the panel shows.
@@ -17,6 +18,7 @@ pub(super) struct Panel<'a> {
     pub progress: Option<Progress>,
     pub adapter: &'a str,
     pub mode: Option<Mode>,
+    pub soft: Option<SoftProgress>,
 }
 
 /// What came of showing it.
@@ -165,6 +167,9 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
                     stats.uncovered_share.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0)),
                 );
                 row("Decoding", format!("{:.1} ms", stats.ms.decode));
+                if let Some(SoftProgress { points, of }) = panel.soft {
+                    row("Soft shadows", format!("{points} of {of} points"));
+                }
                 row("Adapter", panel.adapter.to_owned());
             });
             ui.separator();

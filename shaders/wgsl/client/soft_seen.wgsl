@@ -4,6 +4,11 @@
 struct Lamps {
     // 1 in the channels of lamps, else 0.
     channels: vec4f,
+    // All points, for each that was drawn so far.
+    all_of_drawn: f32,
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
 }
 
 @group(0) @binding(0) var<uniform> lamps: Lamps;
@@ -11,5 +16,5 @@ struct Lamps {
 
 @fragment
 fn seen(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    return lamps.channels * (1.0 - textureLoad(hidden, vec2i(position.xy), 0));
+    return lamps.channels * (1.0 - lamps.all_of_drawn * textureLoad(hidden, vec2i(position.xy), 0));
 }

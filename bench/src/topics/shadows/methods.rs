@@ -1,6 +1,6 @@
 //! Ways of drawing shadows, each with its settings.
 
-use client::soft::{Method, Settings};
+use client::soft::{Method, Pace, Settings};
 
 /// A way of drawing by its name.
 #[derive(Clone, Copy)]
@@ -22,11 +22,15 @@ pub(super) const METHODS: &[Way] = &[
         name: "warp, half as many points a side",
         settings: |points, px| plain(Method::Warp, points.div_ceil(2), px),
     },
+    Way {
+        name: "warp, maps of 4/5 of the side",
+        settings: |points, image_px| plain(Method::Warp, points, image_px * 4 / 5),
+    },
     Way { name: "warp, maps of half the side", settings: |points, image_px| plain(Method::Warp, points, image_px / 2) },
 ];
 
 fn plain(method: Method, points: u32, map_px: u32) -> Settings {
-    Settings { method, points, map_px }
+    Settings { method, points, map_px, pace: Pace::All }
 }
 
 impl Way {

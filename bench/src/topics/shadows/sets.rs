@@ -152,7 +152,8 @@ impl Client {
         let hidden = target.create_view(&wgpu::TextureViewDescriptor::default());
         let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
         let count = Count::Share { hidden: &hidden, channel: 0 };
-        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, count)?;
+        let turns = 0..shadows.points();
+        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, (count, turns))?;
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.wait_idle()?;
         Ok(started.elapsed().as_secs_f64() * 1e3)
@@ -168,7 +169,8 @@ impl Client {
             (0..points.div_ceil(Count::POINTS_A_TARGET)).map(|_| shadows.target(&mut encoder, size_px)).collect();
         let views: Vec<TextureView> = targets.iter().map(|target| target.create_view(&Default::default())).collect();
         let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
-        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, Count::Each(&views))?;
+        let turns = 0..shadows.points();
+        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, (Count::Each(&views), turns))?;
         let mut readback = Readback::default();
         let slots: Vec<_> = targets.iter().map(|target| readback.texture(target, 0, size_px)).collect();
         let w = readback.texture(&self.gbuffer().w, 0, size_px);
