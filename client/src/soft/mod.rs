@@ -15,6 +15,9 @@
 //! | [`Method::Maps`] | a shadow map is drawn from the rebuilt surfaces: the paper's |
 //! | [`Method::Warp`] | the same map is written by a compute shader, many points at once |
 //!
+//! Casters that can hide nothing that is seen are left out of the latter (`reach`). A frame may draw some of the points only, and the next ones
+//! more of them: [`Pace`].
+//!
 //! # The comparison
 //!
 //! A pixel's point is compared with the one texel of a map that it lies in, by the rule of [`crate::shadow`]: its tangent plane in the texel's
@@ -169,6 +172,13 @@ impl SoftShadows {
         self.order.len()
     }
 
+    /// The numbers of the points whose turn it is, ascending.
+    pub fn numbers(&self, turns: Range<usize>) -> Vec<usize> {
+        let mut numbers = self.order[turns].to_vec();
+        numbers.sort_unstable();
+        numbers
+    }
+
     /// Counts, at each pixel, the points of a lamp that `casters` hide from it: those whose turn it is, of [`SoftShadows::points`] in an order in
     /// which any first few lie evenly. Points are numbered as [`protocol::Area::points_world`] gives them.
     pub fn encode(
@@ -183,12 +193,11 @@ impl SoftShadows {
         if faces.is_empty() {
             return Ok(());
         }
+        let points = self.numbers(turns);
         let passes = match &mut self.passes {
             Some(passes) => passes,
             None => self.passes.insert(Passes::new(&self.gpu, self.settings.method)?),
         };
-        let mut points = self.order[turns].to_vec();
-        points.sort_unstable();
         let ready = passes.compare.prepare(receivers);
         for face in &faces {
             match passes.warps.as_mut().filter(|warps| PointWarps::may_warp(face) && warps.has_room_for(casters)) {

@@ -31,12 +31,8 @@ impl Hidden {
         self.pixels.iter().map(|words| words.as_ref().map_or(255, |words| share(words).round() as u8)).collect()
     }
 
-    /// How wrong it is. Where the truth has more points than were drawn, each of them is taken to be hidden where the drawn one is that it lies
-    /// nearest to.
+    /// How wrong it is, of as many points.
     pub fn errors(&self, truth: &Hidden) -> Option<Errors> {
-        if self.points != truth.points {
-            return self.at_points(truth.points).errors(truth);
-        }
         let scale = 255.0 / self.points as f64;
         let both =
             self.pixels.iter().zip(&truth.pixels).filter_map(|(own, truth)| Some((own.as_ref()?, truth.as_ref()?)));
@@ -55,22 +51,6 @@ impl Hidden {
             intensity: errors.intensity / count,
             ..errors
         })
-    }
-
-    /// The same for a grid of `points` points of the lamp.
-    fn at_points(&self, points: usize) -> Hidden {
-        let (own_side, side) = (self.points.isqrt(), points.isqrt());
-        // Points are the middles of a grid's cells.
-        let nearest = |index: usize| (2 * index + 1) * own_side / (2 * side);
-        let spread = |words: &Vec<u64>| {
-            let mut all = vec![0; points.div_ceil(64)];
-            for point in 0..points {
-                let own = nearest(point / side) * own_side + nearest(point % side);
-                all[point / 64] |= (words[own / 64] >> (own % 64) & 1) << (point % 64);
-            }
-            all
-        };
-        Hidden { points, pixels: self.pixels.iter().map(|words| words.as_ref().map(spread)).collect() }
     }
 
     /// How wrong the count of each pixel is, as a share of all points; 0 where one of both shows no surface.
@@ -176,15 +156,8 @@ mod tests {
     }
 
     #[test]
-    fn a_point_of_few_stands_for_those_around_it() {
-        // The first row's second point of 2 x 2 is the right upper quarter of 4 x 4.
-        assert_eq!(of(4, 0b0010).at_points(16), of(16, 0b0000_0000_1100_1100));
-        assert_eq!(of(16, 0xabcd).at_points(16), of(16, 0xabcd));
-    }
-
-    #[test]
     fn wrong_points_of_both_kinds_make_good_for_each_other_in_intensity_alone() {
-        let (own, truth) = (of(4, 0b0010), of(16, 0b0000_0000_1111_1000));
+        let (own, truth) = (of(16, 0b0000_0000_1100_1100), of(16, 0b0000_0000_1111_1000));
         let errors = own.errors(&truth).expect("a pixel shows a surface");
         let scale = 255.0 / 16.0;
         assert_eq!((errors.visibility, errors.intensity, errors.pixels), (3.0 * scale, scale, 1));

@@ -18,19 +18,18 @@ pub(super) const PAPERS: &str = "maps";
 pub(super) const METHODS: &[Way] = &[
     Way { name: PAPERS, settings: |points, image_px| plain(Method::Maps, points, image_px) },
     Way { name: "warp", settings: |points, image_px| plain(Method::Warp, points, image_px) },
-    Way {
-        name: "warp, half as many points a side",
-        settings: |points, px| plain(Method::Warp, points.div_ceil(2), px),
-    },
-    Way {
-        name: "warp, maps of 4/5 of the side",
-        settings: |points, image_px| plain(Method::Warp, points, image_px * 4 / 5),
-    },
+    Way { name: "warp, half of the points", settings: |points, px| some(points * points / 2, points, px) },
+    Way { name: "warp, a quarter of the points", settings: |points, px| some(points * points / 4, points, px) },
     Way { name: "warp, maps of half the side", settings: |points, image_px| plain(Method::Warp, points, image_px / 2) },
 ];
 
 fn plain(method: Method, points: u32, map_px: u32) -> Settings {
     Settings { method, points, map_px, pace: Pace::All }
+}
+
+/// What the first frame shows where a frame draws `some` of the points.
+fn some(some: u32, points: u32, map_px: u32) -> Settings {
+    Settings { pace: Pace::Points(some.max(1)), ..plain(Method::Warp, points, map_px) }
 }
 
 impl Way {

@@ -35,7 +35,7 @@ fn truths(cell: &Cell, bench: &Bench<'_>) -> [Named; 2] {
 fn file(cell: &Cell, what: &str, image: &str, bench: &Bench<'_>) -> String {
     let (points, (width_px, height_px)) = (bench.settings.points, bench.settings.size_px);
     let name = format!("{}-{what}{image}-{}-{points}-{width_px}x{height_px}.png", cell.scene, cell.lamp);
-    name.replace(", ", "-").replace(' ', "-")
+    name.replace(", ", "-").replace([' ', '/'], "-")
 }
 
 /// Errors are shown where images and lamp have their usual size.

@@ -1,9 +1,10 @@
 //! The lamp's images, and a client that draws shadows from them.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use camera::Pinhole;
-use client::soft::{Count, Lamp, Receivers, Settings, SoftShadows};
+use client::soft::{Count, Lamp, Pace, Receivers, Settings, SoftShadows};
 use gpu::{Gpu, Readback};
 use protocol::held::{Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material};
@@ -141,25 +142,31 @@ impl Client {
         settings: Settings,
     ) -> anyhow::Result<f64> {
         let mut shadows = SoftShadows::new(&self.gpu, settings);
-        self.encode(&mut shadows, lamp, others)?;
-        self.encode(&mut shadows, lamp, casters)
+        let turns = first_frame(&shadows, settings);
+        self.encode(&mut shadows, lamp, others, turns.clone())?;
+        self.encode(&mut shadows, lamp, casters, turns)
     }
 
-    fn encode(&self, shadows: &mut SoftShadows, lamp: &Lamp, casters: &Casters) -> anyhow::Result<f64> {
+    fn encode(
+        &self,
+        shadows: &mut SoftShadows,
+        lamp: &Lamp,
+        casters: &Casters,
+        turns: Range<usize>,
+    ) -> anyhow::Result<f64> {
         let started = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let target = shadows.target(&mut encoder, self.gbuffer().size_px);
         let hidden = target.create_view(&wgpu::TextureViewDescriptor::default());
         let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
         let count = Count::Share { hidden: &hidden, channel: 0 };
-        let turns = 0..shadows.points();
         shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, (count, turns))?;
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.wait_idle()?;
         Ok(started.elapsed().as_secs_f64() * 1e3)
     }
 
-    /// Which points of a lamp each pixel does not see.
+    /// Which points of a lamp each pixel does not see; a point that the first frame does not draw is taken to be like the nearest one that it does.
     pub fn hidden(&self, lamp: &Lamp, casters: &Casters, settings: Settings) -> anyhow::Result<Hidden> {
         let mut shadows = SoftShadows::new(&self.gpu, settings);
         let points = settings.points.pow(2) as usize;
@@ -169,8 +176,9 @@ impl Client {
             (0..points.div_ceil(Count::POINTS_A_TARGET)).map(|_| shadows.target(&mut encoder, size_px)).collect();
         let views: Vec<TextureView> = targets.iter().map(|target| target.create_view(&Default::default())).collect();
         let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
-        let turns = 0..shadows.points();
-        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, (Count::Each(&views), turns))?;
+        let turns = first_frame(&shadows, settings);
+        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, (Count::Each(&views), turns.clone()))?;
+        let like = stand_ins(&shadows.numbers(turns), settings.points as usize);
         let mut readback = Readback::default();
         let slots: Vec<_> = targets.iter().map(|target| readback.texture(target, 0, size_px)).collect();
         let w = readback.texture(&self.gbuffer().w, 0, size_px);
@@ -187,11 +195,32 @@ impl Client {
                     words[first / 64] |= u64::from(whole_from_half(*half)) << (first % 64);
                 }
             }
-            words
+            let mut all = vec![0u64; words.len()];
+            for (point, like) in like.iter().enumerate() {
+                all[point / 64] |= (words[like / 64] >> (like % 64) & 1) << (point % 64);
+            }
+            all
         };
         let pixels = (0..pixel_count(&self.view)).map(|pixel| (w[pixel] > 0.0).then(|| words(pixel))).collect();
         Ok(Hidden { points, pixels })
     }
+}
+
+/// The points that the first frame draws.
+fn first_frame(shadows: &SoftShadows, settings: Settings) -> Range<usize> {
+    let all = shadows.points();
+    0..if let Pace::Points(points) = settings.pace { all.min(points as usize) } else { all }
+}
+
+/// For each of `side * side` points the nearest of those drawn; of several the one in its own cell of two, four, ... points, of which as many are
+/// drawn in every cell.
+fn stand_ins(drawn: &[usize], side: usize) -> Vec<usize> {
+    let nearest = |point: usize| {
+        let apart = |a: usize, b: usize| a.abs_diff(b).pow(2);
+        let distance = |other: usize| apart(other % side, point % side) + apart(other / side, point / side);
+        drawn.iter().copied().min_by_key(|other| (distance(*other), other ^ point)).unwrap_or(point)
+    };
+    (0..side * side).map(nearest).collect()
 }
 
 /// A whole number below 256 from a 16-bit float.
@@ -210,6 +239,17 @@ mod tests {
         let of =
             |runs: usize, ms: f64| repeated(runs, || Ok([ms, 2.0])).expect("nothing fails").map(|times| times.count);
         assert_eq!((of(5, 1.0), of(5, 1999.0), of(1, 0.0), of(0, 0.0)), ([5, 5], [1, 1], [1, 1], [1, 1]));
+    }
+
+    #[test]
+    fn points_that_are_not_drawn_are_like_their_neighbours() {
+        assert_eq!(stand_ins(&[0, 1, 2, 3], 2), [0, 1, 2, 3]);
+        // Half of them, one of every two side by side: each stands for itself and one more.
+        let drawn = [0, 3, 5, 6, 8, 11, 13, 14];
+        let like = stand_ins(&drawn, 4);
+        assert_eq!(like[..4], [0, 0, 3, 3]);
+        assert!(drawn.iter().all(|point| like.iter().filter(|other| *other == point).count() == 2));
+        assert_eq!(stand_ins(&[5], 4), [5; 16]);
     }
 
     #[test]
