@@ -80,7 +80,7 @@ pub(super) fn order(side: u32) -> Vec<usize> {
     // The sequence fills squares of a power of two; what lies beside ours is left out.
     let whole = side.next_power_of_two();
     let cell = |number: u32| {
-        let coordinate = |bits: u32| (u64::from(bits) * u64::from(whole) >> 32) as u32;
+        let coordinate = |bits: u32| ((u64::from(bits) * u64::from(whole)) >> 32) as u32;
         let (column, row) = (coordinate(number.reverse_bits()), coordinate(second_component(number)));
         (column < side && row < side).then_some((row * side + column) as usize)
     };

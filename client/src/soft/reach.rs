@@ -86,24 +86,28 @@ impl ReachPass {
         let tiles: u32 = reach.levels().map(|level| level[0] * level[1]).sum();
         // They begin as zeros.
         let (receivers, kept) = (self.words("receivers", tiles), self.words("kept", KEPT_HEADER_WORDS + list.count));
-        let reach_buffer = uniform(&self.gpu, "reach", bytemuck::bytes_of(&reach));
-        let shared = [(0, &reach_buffer), (1, &receivers)];
+        let reach_uniform = uniform(&self.gpu, "reach", bytemuck::bytes_of(&reach));
+        let own = (0, reach_uniform.as_entire_binding());
+        let tiles = (1, receivers.as_entire_binding());
+        let some = (3, kept.as_entire_binding());
+        let camera = (4, seen.camera.as_entire_binding());
+        let in_frame = (5, seen.in_frame.as_entire_binding());
+        let w = (6, BindingResource::TextureView(seen.w));
         let groups = [seen.size_px.0.div_ceil(8), seen.size_px.1.div_ceil(8)];
-        let buffers = [shared[0], shared[1], (4, seen.camera), (5, seen.in_frame)];
-        self.run(encoder, &self.receive, (&buffers, Some((6, seen.w))), groups);
-        for (level, tiles) in reach.levels().enumerate().skip(1) {
+        self.run(encoder, &self.receive, &[own.clone(), tiles.clone(), camera, in_frame, w], groups);
+        for (level, [width, height, ..]) in reach.levels().enumerate().skip(1) {
             let level = uniform(&self.gpu, "level", bytemuck::bytes_of(&[level as u32, 0, 0, 0]));
-            let groups = [tiles[0].div_ceil(8), tiles[1].div_ceil(8)];
-            self.run(encoder, &self.coarsen, (&[shared[0], shared[1], (7, &level)], None), groups);
+            let inputs = [own.clone(), tiles.clone(), (7, level.as_entire_binding())];
+            self.run(encoder, &self.coarsen, &inputs, [width.div_ceil(8), height.div_ceil(8)]);
         }
-        let buffers = [shared[0], shared[1], (2, &list.buffer), (3, &kept)];
-        self.run(encoder, &self.keep, (&buffers, None), dispatch(list.count));
-        self.run(encoder, &self.arrange, (&[shared[0], (3, &kept)], None), [1, 1]);
+        let all = (2, list.buffer.as_entire_binding());
+        self.run(encoder, &self.keep, &[own.clone(), tiles, all, some.clone()], dispatch(list.count));
+        self.run(encoder, &self.arrange, &[own, some], [1, 1]);
         kept
     }
 
     fn words(&self, label: &str, count: u32) -> Buffer {
-        let usage = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
+        let usage = BufferUsages::STORAGE | BufferUsages::INDIRECT;
         let size = 4 * u64::from(count);
         let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
         self.gpu.device.create_buffer(&descriptor)
@@ -113,13 +117,11 @@ impl ReachPass {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         pipeline: &wgpu::ComputePipeline,
-        (buffers, texture): (&[(u32, &Buffer)], Option<(u32, &wgpu::TextureView)>),
+        inputs: &[(u32, BindingResource<'_>)],
         groups: [u32; 2],
     ) {
-        let buffers = buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
-        let texture = texture.map(|(binding, view)| (binding, BindingResource::TextureView(view)));
-        let entries: Vec<_> =
-            buffers.chain(texture).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let inputs = inputs.iter().cloned();
+        let entries: Vec<_> = inputs.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("reach"),
             layout: &pipeline.get_bind_group_layout(0),
