@@ -169,6 +169,18 @@ impl Gpu {
             source: wgpu::ShaderSource::Wgsl(text.into()),
         }))
     }
+
+    /// The pipeline of an entry point, with the bindings that it names. Needs [`Caps::compute`].
+    pub fn compute_pipeline(&self, module: &wgpu::ShaderModule, entry_point: &str) -> wgpu::ComputePipeline {
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry_point),
+            layout: None,
+            module,
+            entry_point: Some(entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        })
+    }
 }
 
 /// Smaller is preferred.

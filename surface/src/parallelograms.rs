@@ -65,14 +65,7 @@ impl FlattenPass {
     /// Compiles the pipeline.
     pub fn new(gpu: &Gpu) -> Result<FlattenPass, SurfaceError> {
         let module = gpu.shader("surface/parallelograms.wgsl")?;
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("flatten"),
-            layout: None,
-            module: &module,
-            entry_point: Some("flatten"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
+        let pipeline = gpu.compute_pipeline(&module, "flatten");
         Ok(FlattenPass { gpu: gpu.clone(), pipeline })
     }
 

@@ -60,17 +60,8 @@ pub(super) struct ReachPass {
 impl ReachPass {
     pub(super) fn new(gpu: &Gpu) -> Result<ReachPass, SurfaceError> {
         let module = gpu.shader("client/compute/reach.wgsl")?;
-        let pipeline = |entry_point| {
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry_point),
-                layout: None,
-                module: &module,
-                entry_point: Some(entry_point),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        };
-        let [receive, keep, coarsen, arrange] = ["receive", "keep", "coarsen", "arrange"].map(pipeline);
+        let pipelines = ["receive", "keep", "coarsen", "arrange"];
+        let [receive, keep, coarsen, arrange] = pipelines.map(|entry_point| gpu.compute_pipeline(&module, entry_point));
         Ok(ReachPass { gpu: gpu.clone(), receive, keep, coarsen, arrange })
     }
 

@@ -126,16 +126,7 @@ impl PointWarps {
     pub(super) fn new(gpu: &Gpu) -> Result<PointWarps, SurfaceError> {
         use Binding::{FloatTexture, FloatTextures, UintTexture, Uniform};
         let module = gpu.shader("client/compute/warp.wgsl")?;
-        let warps = ["warp_small", "warp_large"].map(|entry_point| {
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry_point),
-                layout: None,
-                module: &module,
-                entry_point: Some(entry_point),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        });
+        let warps = ["warp_small", "warp_large"].map(|entry_point| gpu.compute_pipeline(&module, entry_point));
         let bindings = [Uniform, Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTextures];
         let shader = ("client/compute/warp_lookup.wgsl", "hidden_by_maps");
         let lookup = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[super::SoftShadows::FORMAT])?;
