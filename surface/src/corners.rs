@@ -11,7 +11,7 @@
 
 use camera::Pinhole;
 use glam::{DVec2, Vec3};
-use protocol::DepthImage;
+use protocol::{DepthImage, Purpose};
 
 /// Where corners come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -46,6 +46,9 @@ pub struct CornerRules {
     pub rim: Rim,
     /// The same where the image has no sample beside it: the sky, or a surface that another image holds.
     pub open_rim: Rim,
+    /// Where a surface ends, its corners rise towards the eye by no more than this many footprints over its samples. A surface seen edge-on that
+    /// ends within a pixel would otherwise stand out of itself by all that its plane rises on the rest of it.
+    pub end_rise_footprints: f32,
 }
 
 /// How far a surface's corners draw back where it ends, in pixels along both axes, by how many of the four samples around the
@@ -62,6 +65,12 @@ pub struct Rim {
 }
 
 impl Rim {
+    /// Of what casts: where several images show an outline, the union of their pixels does, and a hole in a shadow is as wrong as a shadow beside it.
+    /// So corners draw back until about as much is covered as in truth. Intensity errors of soft shadows (0 to 255; 2016 paper, section 6.2; four images of 1024², 4 x 4 points,
+    /// before [`CornerRules::end_rise_footprints`]): `urban` 2.02 instead of 2.46 by the rims of what is looked at, `grass` 7.8 instead of 8.6.
+    const CASTING: Rim = Rim { convex_px: 0.2, straight_px: 0.05, concave_px: -0.1 };
+    const OPEN_CASTING: Rim = Rim { convex_px: 0.25, straight_px: 0.15, concave_px: -0.1 };
+
     fn px(&self, samples: usize) -> f32 {
         match samples {
             1 => self.convex_px,
@@ -88,6 +97,21 @@ impl Default for CornerRules {
             rim: Rim { convex_px: 0.15, straight_px: 0.05, concave_px: -0.25 },
             // A straight side may be the seam to another image: drawn back it opens.
             open_rim: Rim { convex_px: 0.15, straight_px: 0.0, concave_px: -0.25 },
+            end_rise_footprints: f32::INFINITY,
+        }
+    }
+}
+
+impl CornerRules {
+    /// What surfaces for a purpose are rebuilt by. Those of a light's images cover no more than there is: their rims draw back further, and
+    /// none ends above itself by more than a footprint (`urban`: an intensity error of 1.49 instead of 2.02).
+    pub fn of(purpose: Purpose) -> CornerRules {
+        let Purpose::Light(_) = purpose else { return CornerRules::default() };
+        CornerRules {
+            rim: Rim::CASTING,
+            open_rim: Rim::OPEN_CASTING,
+            end_rise_footprints: 1.0,
+            ..CornerRules::default()
         }
     }
 }
@@ -99,6 +123,8 @@ pub struct Plane {
     pub w: f32,
     /// Change of `w` a pixel to the right and down, 1/m; zero where the normal gives none.
     pub slope: [f32; 2],
+    /// What [`CornerRules::end_rise_footprints`] comes to, 1/m.
+    pub end_rise: f32,
     /// Predictions of one surface may be this far apart, 1/m.
     pub tolerance: f32,
     /// Unit normal, in the axes of the world at capture.
@@ -148,6 +174,7 @@ pub fn planes(
         Plane {
             w,
             slope: if steepest.is_finite() { slope } else { [0.0; 2] },
+            end_rise: rules.end_rise_footprints * footprint,
             tolerance: tolerance.min(0.5 * w),
             normal,
             object: image.object[index],
@@ -252,19 +279,20 @@ fn draw_back(corner: &mut Corner, around: [Option<&Plane>; 4], rules: &CornerRul
             (false, false) => continue,
         };
         let members = (0..4).filter(|&other| around[other].is_some() && whole.group[other] == whole.group[index]);
-        let (mut towards, mut slope, mut count) = ([0_i8; 2], [0.0; 2], 0);
+        let (mut towards, mut slope, mut count, mut highest_w) = ([0_i8; 2], [0.0; 2], 0, f32::INFINITY);
         for (member, plane) in members.filter_map(|member| Some((member, around[member]?))) {
             towards[0] += if member % 2 == 0 { -1 } else { 1 };
             towards[1] += if member < 2 { -1 } else { 1 };
             slope[0] += plane.slope[0];
             slope[1] += plane.slope[1];
             count += 1;
+            highest_w = highest_w.min(plane.w + plane.end_rise);
         }
         // Two samples across from each other have no side to draw back to.
         let shift = towards.map(|sum| rim.px(count) * f32::from(sum.signum()));
         corner.shift_px[index] = shift;
         let w = whole.w[index] + (shift[0] * slope[0] + shift[1] * slope[1]) / count as f32;
-        corner.w[index] = w.clamp(own.w / rules.max_ratio, own.w * rules.max_ratio);
+        corner.w[index] = w.clamp(own.w / rules.max_ratio, own.w * rules.max_ratio).min(highest_w);
     }
 }
 
@@ -302,7 +330,7 @@ mod tests {
     const NO_RIM: Rim = Rim { convex_px: 0.0, straight_px: 0.0, concave_px: 0.0 };
 
     fn plane(w: f32, slope: f32, object: u16) -> Plane {
-        Plane { w, slope: [slope, 0.0], tolerance: 0.01, normal: Vec3::Z, object }
+        Plane { w, slope: [slope, 0.0], end_rise: f32::INFINITY, tolerance: 0.01, normal: Vec3::Z, object }
     }
 
     #[test]
@@ -333,6 +361,32 @@ mod tests {
         assert!((corner.w[0] - (1.0 + 0.3 * 0.1)).abs() < 1e-6 && corner.w[0] == corner.w[2]);
         let open = averaged([Some(&near), None, Some(&near), None], &rules);
         assert_eq!(open.shift_px, [[0.0; 2]; 4]);
+    }
+
+    #[test]
+    fn what_ends_does_not_stand_out_of_itself() {
+        let rules = CornerRules { rim: NO_RIM, open_rim: NO_RIM, ..CornerRules::default() };
+        let steep = Plane { end_rise: 0.02, ..plane(1.0, 0.4, 1) };
+        let next = Plane { w: 1.4, ..steep };
+        // The surface rises to the right and ends there: its right corners stay, those that it shares rise, and nothing keeps them from sinking.
+        let end = averaged([Some(&next), None, Some(&next), None], &rules);
+        assert!((end.w[0] - 1.42).abs() < 1e-6 && end.w[2] == end.w[0]);
+        let within = averaged([Some(&steep), Some(&next), Some(&steep), Some(&next)], &rules);
+        assert!((within.w[0] - 1.2).abs() < 1e-6);
+        let start = averaged([None, Some(&steep), None, Some(&steep)], &rules);
+        assert!((start.w[1] - 0.8).abs() < 1e-6);
+        // What is looked at rises as it will.
+        let image = averaged([Some(&plane(1.4, 0.4, 1)), None, Some(&plane(1.4, 0.4, 1)), None], &rules);
+        assert!((image.w[0] - 1.6).abs() < 1e-6);
+    }
+
+    #[test]
+    fn only_surfaces_that_lights_see_are_rebuilt_for_casting() {
+        assert_eq!(CornerRules::of(Purpose::Eye), CornerRules::default());
+        let casting = CornerRules::of(Purpose::Light(3));
+        assert!(
+            casting.end_rise_footprints.is_finite() && casting.rim.convex_px > CornerRules::default().rim.convex_px
+        );
     }
 
     #[test]

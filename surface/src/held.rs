@@ -99,9 +99,9 @@ impl HeldSurfaces {
         HeldSurfaces { gpu, corners, rules, purpose: Purpose::Eye, patches, poses_now, double_sided, revision: 0 }
     }
 
-    /// The same of what is held for something else; of a store that holds nothing yet.
+    /// The same of what is held for something else, by the rules for it; of a store that holds nothing yet.
     pub fn of(self, purpose: Purpose) -> HeldSurfaces {
-        HeldSurfaces { purpose, ..self }
+        HeldSurfaces { purpose, rules: CornerRules::of(purpose), ..self }
     }
 
     /// Follows an update that `held` has just applied.

@@ -25,10 +25,11 @@ struct PatchUniform {
     first_mover: u32,
     frame_focal_px: f32,
     setback: f32,
+    first_quad: u32,
     quad_count: u32,
     first: u32,
     row: u32,
-    padding: [u32; 3],
+    padding: [u32; 2],
 }
 
 /// Invocations of a workgroup of compute shaders over lists.
@@ -47,11 +48,33 @@ pub struct Parallelograms {
     pub count: u32,
 }
 
-impl Parallelograms {
-    /// What a list of so many takes.
-    pub fn bytes(count: usize) -> u64 {
-        48 * count as u64
+/// What one of a list takes.
+const BYTES: u64 = 48;
+
+/// Quads of a patch that go into one list: the patch's number, its first, and how many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Part {
+    patch: usize,
+    first: u32,
+    count: u32,
+}
+
+/// Quads of patches in as few lists of at most `most` as hold them, in order.
+fn lists(quads: impl Iterator<Item = u32>, most: u32) -> Vec<Vec<Part>> {
+    let (mut lists, mut room) = (Vec::<Vec<Part>>::new(), 0);
+    for (patch, count) in quads.enumerate() {
+        let mut first = 0;
+        while first < count {
+            if room == 0 {
+                lists.push(Vec::new());
+                room = most.max(1);
+            }
+            let part = Part { patch, first, count: room.min(count - first) };
+            (first, room) = (first + part.count, room - part.count);
+            lists.last_mut().expect("one was begun").push(part);
+        }
     }
+    lists
 }
 
 /// Makes lists. Needs [`gpu::Caps::compute`].
@@ -69,40 +92,56 @@ impl FlattenPass {
         Ok(FlattenPass { gpu: gpu.clone(), pipeline })
     }
 
-    /// Everything held on the GPU, in the image of `frame`; `None` where nothing is.
+    /// Whether the device takes every patch; one of 2.8 million samples is too large for the least of devices.
+    pub fn may_encode(&self, surfaces: &HeldSurfaces) -> bool {
+        let most = self.gpu.device.limits().max_storage_buffer_binding_size;
+        surfaces.patches().all(|(_, patch)| match &patch.quads {
+            QuadBuffers::Gpu { vertices, indices, .. } => vertices.size().max(indices.size()) <= most,
+            QuadBuffers::Host { .. } => true,
+        })
+    }
+
+    /// Everything held on the GPU, in the image of `frame`: as many lists as it takes by what a device binds at once, none where nothing is held.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         surfaces: &HeldSurfaces,
         frame: &Pinhole,
-    ) -> Option<Parallelograms> {
+    ) -> Vec<Parallelograms> {
+        let most = u32::try_from(self.gpu.device.limits().max_storage_buffer_binding_size / BYTES).unwrap_or(u32::MAX);
+        let quads = surfaces.patches().map(|(_, patch)| quads(patch));
+        lists(quads, most).iter().map(|parts| self.list(encoder, surfaces, (frame, parts))).collect()
+    }
+
+    fn list(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        (frame, parts): (&Pinhole, &[Part]),
+    ) -> Parallelograms {
         let device = &self.gpu.device;
-        let quads = |patch: &PatchSurface| match &patch.quads {
-            QuadBuffers::Gpu { index_count, .. } => index_count / QUAD_INDICES as u32,
-            QuadBuffers::Host { .. } => 0,
-        };
-        let count: u32 = surfaces.patches().map(|(_, patch)| quads(patch)).sum();
-        if count == 0 {
-            return None;
-        }
+        let count = parts.iter().map(|part| part.count).sum();
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("parallelograms"),
-            size: Parallelograms::bytes(count as usize),
+            size: BYTES * u64::from(count),
             usage: wgpu::BufferUsages::STORAGE,
             mapped_at_creation: false,
         });
+        let patches: Vec<&PatchSurface> = surfaces.patches().map(|(_, patch)| patch).collect();
+        let patch_of = |part: &Part| patches[part.patch];
         let frame_from_world = frame.world_from_eye.inverse().to_affine();
         let placements: Vec<Placement> =
-            surfaces.patches().map(|(_, patch)| Placement::new(surfaces, patch, &frame_from_world)).collect();
+            parts.iter().map(|part| Placement::new(surfaces, patch_of(part), &frame_from_world)).collect();
         let movers = placements.iter().flat_map(|placement| &placement.movers);
         let texels = movers.flat_map(|mover| mover.eye_from_patch.into_iter().chain(mover.turn)).collect();
         let movers = movers_texture(&self.gpu, texels).create_view(&wgpu::TextureViewDescriptor::default());
         let (mut first, mut first_mover) = (0, 0);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.pipeline);
-        for ((_, patch), placement) in surfaces.patches().zip(&placements) {
+        for (part, placement) in parts.iter().zip(&placements) {
+            let patch = patch_of(part);
             let QuadBuffers::Gpu { vertices, indices, .. } = &patch.quads else { continue };
-            let groups = dispatch(quads(patch));
+            let groups = dispatch(part.count);
             let uniform = PatchUniform {
                 frame_from_patch: placement.eye_from_patch,
                 centre_px: patch.camera.centre_px.as_vec2().to_array(),
@@ -110,12 +149,13 @@ impl FlattenPass {
                 first_mover,
                 frame_focal_px: frame.focal_px as f32,
                 setback: setback(patch),
-                quad_count: quads(patch),
+                first_quad: part.first,
+                quad_count: part.count,
                 first,
                 row: INVOCATIONS_A_ROW,
-                padding: [0; 3],
+                padding: [0; 2],
             };
-            first += quads(patch);
+            first += part.count;
             first_mover += placement.movers.len() as u32;
             let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("patch"),
@@ -140,7 +180,14 @@ impl FlattenPass {
             pass.dispatch_workgroups(groups[0], groups[1], 1);
         }
         drop(pass);
-        Some(Parallelograms { buffer, count })
+        Parallelograms { buffer, count }
+    }
+}
+
+fn quads(patch: &PatchSurface) -> u32 {
+    match &patch.quads {
+        QuadBuffers::Gpu { index_count, .. } => index_count / QUAD_INDICES as u32,
+        QuadBuffers::Host { .. } => 0,
     }
 }
 
@@ -155,6 +202,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn lists_hold_all_quads_in_order_and_no_more_than_may_be() {
+        let part = |patch, first, count| Part { patch, first, count };
+        assert_eq!(lists([3, 0, 2].into_iter(), 9), [[part(0, 0, 3), part(2, 0, 2)]]);
+        assert_eq!(lists([3, 2].into_iter(), 3), [[part(0, 0, 3)], [part(1, 0, 2)]]);
+        let cut = lists([1, 5].into_iter(), 2);
+        assert_eq!(cut, [vec![part(0, 0, 1), part(1, 0, 1)], vec![part(1, 1, 2)], vec![part(1, 3, 2)]]);
+        assert!(lists([0, 0].into_iter(), 4).is_empty());
+    }
+
+    #[test]
     fn uniforms_are_laid_out_as_in_wgsl() {
         let path = "surface/parallelograms.wgsl";
         shaders::assert_layout!(
@@ -167,6 +224,7 @@ mod tests {
             first_mover,
             frame_focal_px,
             setback,
+            first_quad,
             quad_count,
             first,
             row

@@ -15,7 +15,7 @@ use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, uniform};
 use crate::held_pass;
 use crate::light_images::LightImages;
 use crate::soft::pace::Pacer;
-use crate::soft::{Count, Lamp, Receivers, Settings, SoftShadows};
+use crate::soft::{Casters, Count, Lamp, Receivers, Settings, SoftShadows};
 
 /// See the module.
 #[derive(Debug)]
@@ -95,7 +95,7 @@ impl LampPass {
             for CastingLamp { channel, light, lamp } in lamps {
                 let count = Count::Share { hidden: &target, channel: *channel };
                 let seen = shown.lights.and_then(|lights| lights.seen_by(*light));
-                let casters = seen.unwrap_or(shown.surfaces);
+                let Some(casters) = Casters::of(seen.unwrap_or(shown.surfaces)) else { continue };
                 self.soft.encode(encoder, (lamp, casters), receivers, (count, turns.clone()))?;
             }
             hidden.points = turns.end;

@@ -32,7 +32,7 @@ mod warp;
 
 use std::ops::Range;
 
-use camera::Pinhole;
+use camera::{Bounds, Pinhole};
 use gpu::Gpu;
 use protocol::Held;
 use surface::{GBuffer, HeldSurfaces, SurfaceError};
@@ -119,6 +119,22 @@ impl<'a> Count<'a> {
     }
 }
 
+/// Surfaces that cast.
+#[derive(Debug, Clone, Copy)]
+pub struct Casters<'a> {
+    /// Those.
+    pub surfaces: &'a HeldSurfaces,
+    /// A box around them, which maps hold: of the same box, maps of a lamp's points lie the same whatever casts.
+    pub bounds_world: Bounds,
+}
+
+impl<'a> Casters<'a> {
+    /// All of a store's, in the smallest box; `None` where it has none.
+    pub fn of(surfaces: &'a HeldSurfaces) -> Option<Casters<'a>> {
+        surfaces.bounds_world().map(|bounds_world| Casters { surfaces, bounds_world })
+    }
+}
+
 /// A view with what it shows: where shadows fall.
 #[derive(Debug, Clone, Copy)]
 pub struct Receivers<'a> {
@@ -184,12 +200,12 @@ impl SoftShadows {
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        (lamp, casters): (&Lamp, &HeldSurfaces),
+        (lamp, casters): (&Lamp, Casters<'_>),
         receivers: Receivers<'_>,
         (count, turns): (Count<'_>, Range<usize>),
     ) -> Result<(), SurfaceError> {
-        let Some(bounds) = casters.bounds_world() else { return Ok(()) };
-        let faces = lamp.views(bounds, self.settings.points, self.settings.map_px);
+        let Casters { surfaces: casters, bounds_world } = casters;
+        let faces = lamp.views(bounds_world, self.settings.points, self.settings.map_px);
         if faces.is_empty() {
             return Ok(());
         }

@@ -30,8 +30,8 @@ struct ReachUniform {
     least_shift: [f32; 2],
     greatest_shift: [f32; 2],
     centre_px: [f32; 2],
-    count: u32,
     row: u32,
+    padding: u32,
     levels: [[u32; 4]; LEVELS],
 }
 
@@ -65,22 +65,22 @@ impl ReachPass {
         Ok(ReachPass { gpu: gpu.clone(), receive, keep, coarsen, arrange })
     }
 
-    /// Which of a list in the image of `frame` are within reach of `seen`, by points that shift by `shifts`: how many, and their places in the list.
+    /// Which of each list in the image of `frame` are within reach of `seen`, by points that shift by `shifts`: how many, and their places in the
+    /// list.
     pub(super) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        list: &Parallelograms,
+        lists: &[Parallelograms],
         (frame, shifts): (&Pinhole, impl Iterator<Item = DVec2>),
         seen: Seen<'_>,
-    ) -> Buffer {
-        let reach = ReachUniform::new(frame, shifts, list.count);
+    ) -> Vec<Buffer> {
+        let reach = ReachUniform::new(frame, shifts);
         let tiles: u32 = reach.levels().map(|level| level[0] * level[1]).sum();
         // They begin as zeros.
-        let (receivers, kept) = (self.words("receivers", tiles), self.words("kept", KEPT_HEADER_WORDS + list.count));
+        let receivers = self.words("receivers", tiles);
         let reach_uniform = uniform(&self.gpu, "reach", bytemuck::bytes_of(&reach));
         let own = (0, reach_uniform.as_entire_binding());
         let tiles = (1, receivers.as_entire_binding());
-        let some = (3, kept.as_entire_binding());
         let camera = (4, seen.camera.as_entire_binding());
         let in_frame = (5, seen.in_frame.as_entire_binding());
         let w = (6, BindingResource::TextureView(seen.w));
@@ -91,10 +91,14 @@ impl ReachPass {
             let inputs = [own.clone(), tiles.clone(), (7, level.as_entire_binding())];
             self.run(encoder, &self.coarsen, &inputs, [width.div_ceil(8), height.div_ceil(8)]);
         }
-        let all = (2, list.buffer.as_entire_binding());
-        self.run(encoder, &self.keep, &[own.clone(), tiles, all, some.clone()], dispatch(list.count));
-        self.run(encoder, &self.arrange, &[own, some], [1, 1]);
-        kept
+        let keep = |list: &Parallelograms| {
+            let kept = self.words("kept", KEPT_HEADER_WORDS + list.count);
+            let (all, some) = ((2, list.buffer.as_entire_binding()), (3, kept.as_entire_binding()));
+            self.run(encoder, &self.keep, &[own.clone(), tiles.clone(), all, some.clone()], dispatch(list.count));
+            self.run(encoder, &self.arrange, &[own.clone(), some], [1, 1]);
+            kept
+        };
+        lists.iter().map(keep).collect()
     }
 
     fn words(&self, label: &str, count: u32) -> Buffer {
@@ -126,7 +130,7 @@ impl ReachPass {
 }
 
 impl ReachUniform {
-    fn new(frame: &Pinhole, shifts: impl Iterator<Item = DVec2>, count: u32) -> ReachUniform {
+    fn new(frame: &Pinhole, shifts: impl Iterator<Item = DVec2>) -> ReachUniform {
         let (least, greatest) = shifts.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(least, greatest), shift| {
             (least.min(shift), greatest.max(shift))
         });
@@ -134,7 +138,7 @@ impl ReachUniform {
         uniform.least_shift = least.as_vec2().to_array();
         uniform.greatest_shift = greatest.as_vec2().to_array();
         uniform.centre_px = frame.centre_px.as_vec2().to_array();
-        (uniform.count, uniform.row) = (count, INVOCATIONS_A_ROW);
+        uniform.row = INVOCATIONS_A_ROW;
         let (mut width, mut height) = (frame.width_px.div_ceil(TILE_PX), frame.height_px.div_ceil(TILE_PX));
         let mut first = 0;
         for tiles in &mut uniform.levels {
@@ -166,7 +170,6 @@ mod tests {
             least_shift,
             greatest_shift,
             centre_px,
-            count,
             row,
             levels
         );
@@ -177,7 +180,7 @@ mod tests {
         let mut frame = Pinhole::symmetric(camera::Rigid::IDENTITY, (512, 37), 1.0, 0.1);
         for (width_px, height_px) in [(512, 37), (1, 1), (16_384, 3)] {
             (frame.width_px, frame.height_px) = (width_px, height_px);
-            let reach = ReachUniform::new(&frame, [DVec2::X, -DVec2::Y].into_iter(), 9);
+            let reach = ReachUniform::new(&frame, [DVec2::X, -DVec2::Y].into_iter());
             let levels: Vec<_> = reach.levels().collect();
             assert_eq!(levels[0][..2], [width_px.div_ceil(4), height_px.div_ceil(4)]);
             assert_eq!(levels.last().expect("one")[..2], [1, 1]);

@@ -10,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use glam::DVec2;
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
-use surface::{FlattenPass, HeldSurfaces, INVOCATIONS_A_ROW, Parallelograms, SurfaceError};
+use surface::{FlattenPass, HeldSurfaces, INVOCATIONS_A_ROW, SurfaceError};
 use wgpu::BindingResource;
 
 use super::reach::{DISPATCHES, ReachPass, Seen};
@@ -29,10 +29,9 @@ const BATCH_BYTES: u64 = 16 << 20;
 struct PointsUniform {
     size_px: [u32; 2],
     pitch: u32,
-    count: u32,
     row: u32,
     point_count: u32,
-    padding: [u32; 2],
+    padding: [u32; 3],
     places: [[f32; 4]; POINTS],
     weights: [[f32; 4]; POINTS],
 }
@@ -143,9 +142,9 @@ impl PointWarps {
         face.iter().all(|view| away(view).z.abs() <= 1e-6 * away(view).length())
     }
 
-    /// Whether the device takes a list of all that casts.
+    /// Whether the device takes all that casts.
     pub(super) fn has_room_for(&self, casters: &HeldSurfaces) -> bool {
-        Parallelograms::bytes(casters.stats().samples) <= self.gpu.device.limits().max_storage_buffer_binding_size
+        self.flatten.may_encode(casters)
     }
 
     /// Counts some of the points of a face.
@@ -157,7 +156,10 @@ impl PointWarps {
         (count, numbers): (Count<'_>, &[usize]),
     ) {
         let frame = &face[0];
-        let Some(list) = self.flatten.encode(encoder, casters, frame) else { return };
+        let lists = self.flatten.encode(encoder, casters, frame);
+        if lists.is_empty() {
+            return;
+        }
         let maps = match self.maps.take() {
             Some(maps) if maps.size_px == [frame.width_px, frame.height_px] => maps,
             _ => Maps::new(&self.gpu, [frame.width_px, frame.height_px]),
@@ -174,16 +176,18 @@ impl PointWarps {
             w: &receivers.gbuffer.views.w,
             size_px: receivers.gbuffer.size_px,
         };
-        let kept = self.reach.encode(encoder, &list, (frame, shifts(frame, face)), seen);
+        let kept = self.reach.encode(encoder, &lists, (frame, shifts(frame, face)), seen);
         for numbers in numbers
             .chunk_by(|a, b| count.target_of(*a) == count.target_of(*b))
             .flat_map(|numbers| numbers.chunks(maps.layers()))
         {
             let (hidden, _) = count.of(numbers[0], face.len());
-            let points = PointsUniform::new(frame, (face, numbers), (maps.pitch, list.count), count);
+            let points = PointsUniform::new(frame, (face, numbers), maps.pitch, count);
             let points = uniform(&self.gpu, "points", bytemuck::bytes_of(&points));
             maps.clear(encoder, numbers.len());
-            self.warp(encoder, [&points, &list.buffer, &maps.buffer, &kept]);
+            for (list, kept) in lists.iter().zip(&kept) {
+                self.warp(encoder, [&points, &list.buffer, &maps.buffer, kept]);
+            }
             maps.copy(encoder, numbers.len());
             let views = &receivers.gbuffer.views;
             let inputs = [
@@ -227,16 +231,11 @@ fn shifts(frame: &Pinhole, points: &[Pinhole]) -> impl Iterator<Item = DVec2> {
 }
 
 impl PointsUniform {
-    /// Of the points of a face with these numbers, for `listed` parallelograms and maps with rows of `pitch` texels.
-    fn new(
-        frame: &Pinhole,
-        (face, numbers): (&[Pinhole], &[usize]),
-        (pitch, listed): (u32, u32),
-        count: Count<'_>,
-    ) -> PointsUniform {
+    /// Of the points of a face with these numbers, for maps with rows of `pitch` texels.
+    fn new(frame: &Pinhole, (face, numbers): (&[Pinhole], &[usize]), pitch: u32, count: Count<'_>) -> PointsUniform {
         let mut uniform: PointsUniform = Zeroable::zeroed();
         uniform.size_px = [frame.width_px, frame.height_px];
-        (uniform.pitch, uniform.count, uniform.row) = (pitch, listed, INVOCATIONS_A_ROW);
+        (uniform.pitch, uniform.row) = (pitch, INVOCATIONS_A_ROW);
         uniform.point_count = numbers.len() as u32;
         let points: Vec<Pinhole> = numbers.iter().map(|number| face[*number]).collect();
         for (index, (point, shift)) in points.iter().zip(shifts(frame, &points)).enumerate() {
@@ -266,18 +265,7 @@ mod tests {
     #[test]
     fn uniforms_are_laid_out_as_in_wgsl() {
         let path = "client/compute/warp_lookup.wgsl";
-        shaders::assert_layout!(
-            PointsUniform,
-            path,
-            "WarpPoints",
-            size_px,
-            pitch,
-            count,
-            row,
-            point_count,
-            places,
-            weights
-        );
+        shaders::assert_layout!(PointsUniform, path, "WarpPoints", size_px, pitch, row, point_count, places, weights);
         shaders::assert_layout!(FrameUniform, path, "Frame", frame_from_view, focal_px, near_m, rounding);
     }
 }

@@ -12,14 +12,14 @@ struct Patch {
     frame_focal_px: f32,
     // See `View` in `surface/quads.wgsl`.
     setback: f32,
-    // Of the patch, and the place of its first in the list.
+    // Of the patch, and the place of the first of them in the list.
+    first_quad: u32,
     quad_count: u32,
     first: u32,
     // Invocations in a row of the dispatch.
     row: u32,
     padding_0: u32,
     padding_1: u32,
-    padding_2: u32,
 }
 
 const VERTEX_WORDS: u32 = 9u;
@@ -67,7 +67,7 @@ fn flatten(@builtin(global_invocation_id) id: vec3u) {
     if quad >= patch_view.quad_count {
         return;
     }
-    let first = quad * QUAD_INDICES;
+    let first = (patch_view.first_quad + quad) * QUAD_INDICES;
     // Opposite corners are the second of both triangles, whichever vertex comes first: see `surface::mesh`.
     var corners: array<Corner, 4>;
     corners[0] = corner_at(indices[first]);

@@ -3,7 +3,7 @@
 use super::methods::PAPERS;
 use super::sets::SETS;
 use super::settings::USUAL_LAMP;
-use super::tables::{found, rows, text};
+use super::tables::{found, of_set, rows, text};
 use super::{Settings, paper};
 use crate::report::{Bar, Report, Row};
 
@@ -37,7 +37,7 @@ pub(super) fn add(report: &mut Report, settings: &Settings) {
     report.bars.extend(bars);
 }
 
-/// The paper's set against its own figure and against the other sets, drawn in its own way.
+/// The paper's set against its own figure and against the other sets.
 fn of_errors(report: &Report, scene: &str, settings: &Settings) -> Vec<Bar> {
     let [ours, others @ ..] = SETS;
     let is_asked_for = |set: &str| settings.sets.iter().any(|(name, _)| name == set);
@@ -45,8 +45,7 @@ fn of_errors(report: &Report, scene: &str, settings: &Settings) -> Vec<Bar> {
         return Vec::new();
     }
     let error = |set: &str| {
-        let row = found(report, scene, (set, PAPERS), (USUAL_LAMP, ERRORS_PX));
-        row.and_then(|row| row.figure("error.intensity.mean"))
+        of_set(report, scene, set, (USUAL_LAMP, ERRORS_PX)).and_then(|row| row.figure("error.intensity.mean"))
     };
     let mut bars = Vec::new();
     if let Some([intensity, _]) = paper::by_image(scene, ours, ERRORS_PX).filter(|_| PRINTED.contains(&scene)) {

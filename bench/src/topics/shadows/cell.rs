@@ -40,7 +40,6 @@ impl Cell {
             "drawing": format!("{:?}", (self.way.settings)(settings.points, self.image_px)),
             "points": settings.points,
             "size_px": settings.size_px,
-            "truth_px": settings.truth_px,
             "runs": settings.runs,
             "machine": machine,
         })

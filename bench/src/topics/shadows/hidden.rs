@@ -16,6 +16,8 @@ pub(super) struct Hidden {
 pub(super) struct Errors {
     /// Mean of the points that are resolved wrongly.
     pub visibility: f64,
+    /// Of it the points that are taken to be hidden and are seen; the others are taken to be seen and are hidden.
+    pub too_dark: f64,
     /// Mean of how wrong the count of points is: wrong ones of both kinds make good for each other.
     pub intensity: f64,
     /// The greatest error of a pixel's count.
@@ -36,11 +38,13 @@ impl Hidden {
         let scale = 255.0 / self.points as f64;
         let both =
             self.pixels.iter().zip(&truth.pixels).filter_map(|(own, truth)| Some((own.as_ref()?, truth.as_ref()?)));
-        let mut errors = Errors { visibility: 0.0, intensity: 0.0, worst_intensity: 0.0, pixels: 0 };
+        let mut errors = Errors { visibility: 0.0, too_dark: 0.0, intensity: 0.0, worst_intensity: 0.0, pixels: 0 };
         for (own, truth) in both {
             let wrong: u32 = own.iter().zip(truth).map(|(a, b)| (a ^ b).count_ones()).sum();
+            let too_dark: u32 = own.iter().zip(truth).map(|(a, b)| (a & !b).count_ones()).sum();
             let off = scale * f64::from(ones(own).abs_diff(ones(truth)));
             errors.visibility += scale * f64::from(wrong);
+            errors.too_dark += scale * f64::from(too_dark);
             errors.intensity += off;
             errors.worst_intensity = errors.worst_intensity.max(off);
             errors.pixels += 1;
@@ -48,6 +52,7 @@ impl Hidden {
         let count = errors.pixels as f64;
         (errors.pixels > 0).then_some(Errors {
             visibility: errors.visibility / count,
+            too_dark: errors.too_dark / count,
             intensity: errors.intensity / count,
             ..errors
         })
@@ -160,7 +165,8 @@ mod tests {
         let (own, truth) = (of(16, 0b0000_0000_1100_1100), of(16, 0b0000_0000_1111_1000));
         let errors = own.errors(&truth).expect("a pixel shows a surface");
         let scale = 255.0 / 16.0;
-        assert_eq!((errors.visibility, errors.intensity, errors.pixels), (3.0 * scale, scale, 1));
+        assert_eq!((errors.visibility, errors.too_dark), (3.0 * scale, scale));
+        assert_eq!((errors.intensity, errors.pixels), (scale, 1));
         assert_eq!(own.intensity_errors(&truth), [0.0, 1.0 / 16.0]);
     }
 }

@@ -1,6 +1,6 @@
 //! The lamp over a scene, and what is seen of the scene by its light.
 
-use camera::{Pinhole, Rigid, parallel_views};
+use camera::{Bounds, Pinhole, Rigid, parallel_views};
 use client::soft::Lamp;
 use glam::DVec3;
 use protocol::{Area, AreaShape};
@@ -42,10 +42,14 @@ pub(super) fn point_views(lamp: &Lamp, scene: &Scene, points: u32, side_px: u32)
 }
 
 fn one_face(lamp: &Lamp, scene: &Scene, eyes: &[DVec3], side_px: u32) -> anyhow::Result<Vec<Pinhole>> {
-    let bounds = camera::Bounds { min: scene.bounds.min, max: scene.bounds.max };
-    let mut faces = parallel_views(eyes, lamp.area.half_world.map(DVec3::from), bounds, side_px);
+    let mut faces = parallel_views(eyes, lamp.area.half_world.map(DVec3::from), bounds(scene), side_px);
     anyhow::ensure!(faces.len() == 1, "the lamp sees the scene by {} faces; one is meant", faces.len());
     Ok(faces.remove(0))
+}
+
+/// What a lamp's images and maps hold.
+pub(super) fn bounds(scene: &Scene) -> Bounds {
+    Bounds { min: scene.bounds.min, max: scene.bounds.max }
 }
 
 /// All of the scene, a little from above.

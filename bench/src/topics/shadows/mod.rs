@@ -144,7 +144,7 @@ fn scene(bench: &mut Bench<'_>, name: &str, report: &mut Report) -> anyhow::Resu
 /// Measures a cell and draws its pictures.
 fn judge(bench: &Bench<'_>, subject: &mut Subject, cell: &Cell) -> anyhow::Result<Row> {
     let (row, hidden) = subject.judged(cell)?;
-    pictures::write(cell, &hidden, &*subject.truths(cell.lamp)?, bench)?;
+    pictures::write(cell, &hidden, &subject.truths(cell)?, bench)?;
     Ok(row)
 }
 

@@ -5,10 +5,9 @@ use crate::report::Report;
 
 /// Settings and notes.
 pub(super) fn describe(report: &mut Report, settings: &Settings) {
-    let Settings { size_px, points, truth_px, runs, .. } = settings;
+    let Settings { size_px, points, runs, .. } = settings;
     report.settings.set("output", format!("{}x{} at 60 degrees", size_px.0, size_px.1));
     report.settings.set("points of the lamp", format!("{points}x{points}"));
-    report.settings.set("truth's shadow maps", format!("{truth_px}x{truth_px}"));
     report.settings.set("runs", *runs);
     report.notes = [
         "A square lamp hangs over the middle of the scene, half a diagonal of the scene's box above its top; its own diagonal is given in \
@@ -16,7 +15,8 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
         "Errors are the paper's, over the pixels that show a surface, 0 to 255: visibility counts every point that is resolved wrongly, \
          intensity what is left where wrong ones of both kinds make good for each other; greatest: of a pixel. Where fewer points were drawn, each stands for \
          those around it.",
-        "Truths: shadow maps of the full geometry from the same points, a triangle never hiding itself; and rays.",
+        "Truths: shadow maps of the full geometry from the same points, with the texels of those that are drawn from the images, a triangle never hiding \
+         itself: what the paper approximates, and what its errors are of; and rays, of which what texels cost is in the errors too.",
         "Times are wall times of this machine: images with their readback, surfaces with their upload, shadows of all points; a still frame's, cold: nothing \
          but pipelines is kept from before. Medians of several, of fewer where one takes seconds. The paper's are of a GeForce GTX 570.",
         "Full geometry: maps of all points drawn from the scene's triangles by the pipelines that draw rebuilt surfaces, with the same lookups; the triangles \

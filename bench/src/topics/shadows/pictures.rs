@@ -28,7 +28,7 @@ fn errors(cell: &Cell, bench: &Bench<'_>) -> Named {
 fn truths(cell: &Cell, bench: &Bench<'_>) -> [Named; 2] {
     ["truth by rays", "truth by maps"].map(|name| {
         let caption = format!("{}: what each pixel sees of the lamp, {name}.", cell.scene);
-        (file(cell, name, "", bench), caption)
+        (file(cell, name, &format!("-{}", cell.image_px), bench), caption)
     })
 }
 

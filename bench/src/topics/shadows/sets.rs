@@ -3,17 +3,18 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use camera::Pinhole;
-use client::soft::{Count, Lamp, Pace, Receivers, Settings, SoftShadows};
+use camera::{Bounds, Pinhole};
+use client::soft::{self, Count, Lamp, Pace, Receivers, Settings, SoftShadows};
 use gpu::{Gpu, Readback};
 use protocol::held::{Held, HeldPatch};
-use protocol::{DepthImage, Lighting, Material};
+use protocol::{DepthImage, Lighting, Material, Purpose};
 use server::discretize::{DepthPrecision, Discretization, Discretizer};
-use surface::{GBuffer, HeldSurfaces, PatchMesh};
+use surface::mesh::{self, MeshOptions};
+use surface::{CornerRules, GBuffer, HeldSurfaces, PatchMesh};
 use wgpu::TextureView;
 
 use super::hidden::{Hidden, pixel_count};
-use super::lamp::{corner_views, middle_view};
+use super::lamp::{self, corner_views, middle_view};
 use crate::client_view::{ClientView, HeldSet};
 use crate::sets::{self, ImageSet};
 use crate::spread::{Better, Spread};
@@ -71,13 +72,22 @@ pub(super) fn repeated<const N: usize>(
 /// Surfaces that cast.
 pub(super) struct Casters {
     surfaces: HeldSurfaces,
+    bounds_world: Bounds,
     pub build_ms: f64,
+}
+
+impl Casters {
+    fn get(&self) -> soft::Casters<'_> {
+        soft::Casters { surfaces: &self.surfaces, bounds_world: self.bounds_world }
+    }
 }
 
 /// A client that holds an image of a view.
 pub(super) struct Client {
     gpu: Gpu,
     view: Pinhole,
+    /// Of the scene: maps lie as the truth's do ([`super::truths`]).
+    bounds_world: Bounds,
     set: HeldSet,
     materials: Vec<Material>,
     lighting: Lighting,
@@ -91,12 +101,23 @@ impl Client {
         let mut frames = ClientView::new(gpu, (view.width_px, view.height_px))?;
         frames.draw(&set, view, client::frame::Options::default())?;
         let (materials, lighting) = (look.0.to_vec(), stage.lighting.clone());
-        Ok(Client { gpu: gpu.clone(), view: *view, set, materials, lighting, frames })
+        Ok(Client {
+            gpu: gpu.clone(),
+            view: *view,
+            bounds_world: lamp::bounds(&stage.scene),
+            set,
+            materials,
+            lighting,
+            frames,
+        })
     }
 
     /// Rebuilds the surfaces of images.
     pub fn casters(&self, images: &[DepthImage]) -> anyhow::Result<Casters> {
-        self.casters_with(images, |surfaces, held, _| surfaces.mesh(held))
+        let rules = CornerRules::of(Purpose::Light(0));
+        self.casters_with(images, |surfaces, held, _| {
+            mesh::build(held, &MeshOptions { rules, ..surfaces.mesh_options() })
+        })
     }
 
     /// The same with meshes of one's own.
@@ -107,7 +128,7 @@ impl Client {
     ) -> anyhow::Result<Casters> {
         let look = (&*self.materials, &self.lighting);
         let HeldSet { surfaces, build_ms, .. } = HeldSet::with_meshes(&self.gpu, images, look, mesh)?;
-        Ok(Casters { surfaces, build_ms })
+        Ok(Casters { surfaces, bounds_world: self.bounds_world, build_ms })
     }
 
     fn gbuffer(&self) -> &GBuffer {
@@ -160,7 +181,7 @@ impl Client {
         let hidden = target.create_view(&wgpu::TextureViewDescriptor::default());
         let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
         let count = Count::Share { hidden: &hidden, channel: 0 };
-        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, (count, turns))?;
+        shadows.encode(&mut encoder, (lamp, casters.get()), receivers, (count, turns))?;
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.wait_idle()?;
         Ok(started.elapsed().as_secs_f64() * 1e3)
@@ -177,7 +198,7 @@ impl Client {
         let views: Vec<TextureView> = targets.iter().map(|target| target.create_view(&Default::default())).collect();
         let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
         let turns = first_frame(&shadows, settings);
-        shadows.encode(&mut encoder, (lamp, &casters.surfaces), receivers, (Count::Each(&views), turns.clone()))?;
+        shadows.encode(&mut encoder, (lamp, casters.get()), receivers, (Count::Each(&views), turns.clone()))?;
         let like = stand_ins(&shadows.numbers(turns), settings.points as usize);
         let mut readback = Readback::default();
         let slots: Vec<_> = targets.iter().map(|target| readback.texture(target, 0, size_px)).collect();

@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     /// Only these sets of images: conventional, non-redundant, depth-peeling or any other method by its name.
     #[arg(long, value_name = "NAME")]
     pub set: Vec<String>,
-    /// Only these ways of drawing, of every set: maps, warp, or one of the settings of a method [default: all of them of non-redundant sets,
+    /// Only these ways of drawing, of every set: maps, or one of the faster ones by its whole name [default: all of them of non-redundant sets,
     /// and of others where images and lamp have their usual size, with --quick none of others but maps].
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
@@ -63,8 +63,6 @@ pub(super) struct Settings {
     pub ways: Vec<Way>,
     /// Which sets are drawn in all of them, rather than in the paper's alone.
     pub in_all_ways: InAllWays,
-    /// Side of the truth's shadow maps.
-    pub truth_px: u32,
     /// What images have while the lamp changes.
     pub usual_px: u32,
     /// What they have while the number of triangles grows.
@@ -128,7 +126,6 @@ impl Settings {
             sets: names.iter().map(named).collect::<anyhow::Result<_>>()?,
             ways: methods::named(method).map_err(anyhow::Error::msg)?,
             in_all_ways,
-            truth_px: if run.quick { 512 } else { 1024 },
             blades: if grows { blades.to_vec() } else { Vec::new() },
             runs: if run.quick { 1 } else { 5 },
         })

@@ -12,7 +12,7 @@ use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer};
 use super::cell::Cell;
 use super::hidden::{Errors, Hidden};
 use super::sets::{self, Casters, Client};
-use super::truths::Truths;
+use super::truths::{self, Truths};
 use super::{Settings, full, lamp};
 use crate::report::Row;
 use crate::sets::ImageSet;
@@ -30,8 +30,8 @@ pub(super) struct Subject {
     shown: Capture,
     view: Pinhole,
     settings: Settings,
-    /// Of the lamp of this size.
-    truths: Option<(f64, Rc<Truths>)>,
+    /// Of the lamp of this size, by maps of this size.
+    truths: Option<((f64, u32), Truths)>,
     /// The last set, of which several methods may draw.
     made: Option<(Named, Rc<Made>)>,
 }
@@ -63,15 +63,21 @@ impl Subject {
         self.stage.scene.triangle_count() as usize
     }
 
-    /// Both truths of a lamp, made where they are not yet.
-    pub fn truths(&mut self, size: f64) -> anyhow::Result<Rc<Truths>> {
-        if let Some((_, truths)) = self.truths.as_ref().filter(|(made, _)| *made == size) {
-            return Ok(truths.clone());
-        }
-        let lamp = lamp::over(&self.stage.scene, size);
-        let shown = (&self.shown, &self.view);
-        let truths = Rc::new(Truths::new(&self.stage, &mut self.discretizer, &lamp, shown, &self.settings)?);
-        self.truths = Some((size, truths.clone()));
+    /// Both truths of a cell, made where they are not yet.
+    pub fn truths(&mut self, cell: &Cell) -> anyhow::Result<Truths> {
+        let kept = self.truths.take();
+        let (lamp, points) = (lamp::over(&self.stage.scene, cell.lamp), self.settings.points);
+        let truths = match kept {
+            Some((of, truths)) if of == (cell.lamp, cell.image_px) => truths,
+            other => {
+                let rays = other.filter(|((size, _), _)| *size == cell.lamp).map(|(_, truths)| truths.rays);
+                let rays = rays.unwrap_or_else(|| Rc::new(truths::by_rays(&self.stage, (&lamp, points), &self.view)));
+                let of = (&lamp, points, cell.image_px);
+                let maps = truths::by_maps(&self.stage, &mut self.discretizer, of, &self.shown)?;
+                Truths { maps: Rc::new(maps), rays }
+            }
+        };
+        self.truths = Some(((cell.lamp, cell.image_px), truths.clone()));
         Ok(truths)
     }
 
@@ -115,12 +121,13 @@ impl Subject {
         let drawing = (cell.way.settings)(self.settings.points, cell.image_px);
         let casters = self.client.casters(&made.set.images)?;
         let hidden = self.client.hidden(&lamp, &casters, drawing)?;
-        let truths = self.truths(cell.lamp)?;
+        let truths = self.truths(cell)?;
         for (name, truth) in [("", &truths.maps), ("_rays", &truths.rays)] {
             let Some(errors) = hidden.errors(truth) else { continue };
-            let Errors { visibility, intensity, worst_intensity, pixels } = errors;
+            let Errors { visibility, too_dark, intensity, worst_intensity, pixels } = errors;
             row.error.set(format!("intensity{name}"), Spread { worst: worst_intensity, ..Spread::single(intensity) });
             row.error.set(format!("visibility{name}"), Spread::single(visibility));
+            row.error.set(format!("too_dark{name}"), Spread::single(too_dark));
             row.counts.set(format!("pixels{name}"), pixels as f64);
         }
         Ok((row, hidden))
@@ -155,6 +162,6 @@ impl Subject {
         let lamp = lamp::over(&self.stage.scene, cell.lamp);
         let casters = self.full(&lamp, cell.image_px)?;
         let hidden = self.client.hidden(&lamp, &casters, (cell.way.settings)(self.settings.points, cell.image_px))?;
-        Ok(hidden.errors(&self.truths(cell.lamp)?.maps))
+        Ok(hidden.errors(&self.truths(cell)?.maps))
     }
 }

@@ -1,7 +1,7 @@
 //! Tables of the topic, with the paper's figures beside ours.
 
 use super::growth;
-use super::methods::{METHODS, PAPERS};
+use super::methods::{METHODS, PAPERS, SAME_MAPS};
 use super::paper;
 use super::settings::USUAL_LAMP;
 use super::{Bench, Settings};
@@ -36,6 +36,12 @@ pub(super) fn found<'a>(
     })
 }
 
+/// The row of a set with a lamp and images of some size that tells the errors of the set itself: the paper's, or that of the same maps
+/// drawn in another way, which differ from them by what quads differ from parallelograms.
+pub(super) fn of_set<'a>(report: &'a Report, scene: &str, set: &str, size: (f64, u32)) -> Option<&'a Row> {
+    [PAPERS, SAME_MAPS].iter().find_map(|method| found(report, scene, (set, method), size))
+}
+
 fn cell(found: Option<f64>, paper: Option<f64>) -> String {
     let found = found.map_or("-".to_owned(), number);
     paper.map_or(found.clone(), |paper| format!("{found} (paper {paper})"))
@@ -62,11 +68,11 @@ enum Changing {
     Lamp,
 }
 
-/// Errors of the paper's way of drawing.
+/// Errors of the sets.
 fn by_size(report: &Report, settings: &Settings, changing: Changing) -> Table {
     let size = if changing == Changing::Images { "images" } else { "lamp" };
     let head = ["scene", size, "set", "intensity", "visibility", "greatest intensity"];
-    let mut table = Table::new(head.into_iter().chain(["by rays: intensity", "visibility", "samples"]));
+    let mut table = Table::new(head.into_iter().chain(["by rays: intensity", "visibility", "samples", "drawn by"]));
     let mut sizes: Vec<(f64, u32)> = settings.sizes.clone();
     sizes.retain(|(lamp, image_px)| match changing {
         Changing::Images => *lamp == USUAL_LAMP,
@@ -80,7 +86,7 @@ fn by_size(report: &Report, settings: &Settings, changing: Changing) -> Table {
     for (scene, &(lamp, image_px)) in report.scene.iter().flat_map(|scene| sizes.iter().map(move |size| (scene, size)))
     {
         for (set, _) in &settings.sets {
-            let Some(row) = found(report, scene, (set, PAPERS), (lamp, image_px)) else { continue };
+            let Some(row) = of_set(report, scene, set, (lamp, image_px)) else { continue };
             let figure = |path: &str| row.figure(path);
             let paper = match changing {
                 Changing::Images => paper::by_image(scene, set, image_px),
@@ -100,6 +106,7 @@ fn by_size(report: &Report, settings: &Settings, changing: Changing) -> Table {
                 cell(figure("error.intensity_rays.mean"), None),
                 cell(figure("error.visibility_rays.mean"), None),
                 cell(figure("counts.samples"), None),
+                text(row, "method").to_owned(),
             ]);
         }
     }

@@ -11,7 +11,7 @@ use crate::report::scratch_folder;
 fn bench<'a>(run: &'a Run, arguments: &Arguments) -> Bench<'a> {
     let mut report = Report::new("shadows", "");
     let settings = Settings::of(run, arguments).expect("valid");
-    let settings = Settings { size_px: (64, 64), truth_px: 256, runs: 1, ..settings };
+    let settings = Settings { size_px: (64, 64), runs: 1, ..settings };
     let gpu = run.gpu(&mut report).expect("a GPU adapter, software or not").clone();
     let kept = Kept::open(&run.out, "shadows", Taken::SameBuild).expect("readable");
     Bench { gpu, settings, run, kept, machine: json!("this one") }

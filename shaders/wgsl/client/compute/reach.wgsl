@@ -11,9 +11,9 @@ struct Reach {
     greatest_shift: vec2f,
     // Of the frame.
     centre_px: vec2f,
-    // Of parallelograms, and invocations in a row of the dispatch.
-    count: u32,
+    // Invocations in a row of the dispatch.
     row: u32,
+    padding: u32,
     // Of tiles: width, height, and the place of the first tile. Every level has half of the sides of the one before it, the last is one tile.
     levels: array<vec4u, REACH_LEVELS>,
 }
@@ -100,7 +100,7 @@ fn receive(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(64)
 fn keep(@builtin(global_invocation_id) id: vec3u) {
     let index = id.y * reach.row + id.x;
-    if index >= reach.count || list[index].middle.z <= 0.0 {
+    if index >= arrayLength(&list) || list[index].middle.z <= 0.0 {
         return;
     }
     let shape = list[index];
@@ -113,7 +113,7 @@ fn keep(@builtin(global_invocation_id) id: vec3u) {
     if all(widest < vec2f(1.0)) {
         kept.places[atomicAdd(&kept.small_count, 1u)] = index;
     } else {
-        kept.places[reach.count - 1u - atomicAdd(&kept.large_count, 1u)] = index;
+        kept.places[arrayLength(&list) - 1u - atomicAdd(&kept.large_count, 1u)] = index;
     }
 }
 

@@ -65,7 +65,7 @@ fn warp_large(@builtin(global_invocation_id) id: vec3u) {
     if index >= kept.large_count {
         return;
     }
-    let shape = list[kept.places[points.count - 1u - index]];
+    let shape = list[kept.places[arrayLength(&kept.places) - 1u - index]];
     let w = shape.middle.z;
     for (var point = 0u; point < points.point_count; point++) {
         let place = points.places[point];

@@ -6,12 +6,12 @@ struct WarpPoints {
     size_px: vec2u,
     // Texels from a row to the next.
     pitch: u32,
-    // Of parallelograms in the list, and invocations in a row of the dispatch.
-    count: u32,
+    // Invocations in a row of the dispatch.
     row: u32,
     point_count: u32,
     padding_1: u32,
     padding_2: u32,
+    padding_3: u32,
     // By how much a point at w = 1 shifts in x and y; then the image's centre.
     places: array<vec4f, WARP_POINTS>,
     // What a hidden point counts.
