@@ -17,6 +17,8 @@ const HEIGHT: f64 = 3.0;
 /// Points along a side of the lamp.
 const POINTS: u32 = 8;
 
+const METHODS: [Method; 3] = [Method::Maps, Method::Warp, Method::March];
+
 /// None sees the plate's rim at a right angle to it.
 const EYES: [DVec3; 5] = [
     DVec3::new(0.0, 5.0, 7.0),
@@ -61,7 +63,7 @@ fn umbra_and_penumbra_of_a_square_are_as_wide_as_they_should_be() {
     // Of the plate's upper rim, by similar triangles.
     let grows = PLATE.1.y / (HEIGHT - PLATE.1.y);
     let (umbra, penumbra) = (PLATE.1.x + (PLATE.1.x - half) * grows, PLATE.1.x + (PLATE.1.x + half) * grows);
-    for method in [Method::Maps, Method::Warp] {
+    for method in METHODS {
         let shares = shares(&mut stage, &HERE, &held, (method, POINTS));
         let (mut dark, mut between, mut lit) = (0, 0, 0);
         for OnFloor { pixel, p, footprint } in on_floor(&stage, &HERE, &camera(&HERE), &blocks) {
@@ -103,7 +105,7 @@ fn methods_agree_with_rays_to_every_point() {
         let points: Vec<DVec3> = area.points_world(place, POINTS).collect();
         let held = held(&HERE, &blocks, light);
         let mut stage = Stage::new(&held);
-        for method in [Method::Maps, Method::Warp] {
+        for method in METHODS {
             let shares = shares(&mut stage, &HERE, &held, (method, POINTS));
             let (mut off, mut count) = (0.0, 0.0);
             for OnFloor { pixel, p, .. } in on_floor(&stage, &HERE, &camera(&HERE), &blocks) {
@@ -125,7 +127,7 @@ fn points_add_up_over_frames_to_what_one_frame_draws() {
     let blocks = [FLOOR, PLATE];
     let held = held(&HERE, &blocks, lamp(&HERE, DVec3::Y * HEIGHT, 0.4, AreaShape::Rectangle));
     let mut stage = Stage::new(&held);
-    for method in [Method::Maps, Method::Warp] {
+    for method in METHODS {
         let all = shares(&mut stage, &HERE, &held, (method, POINTS));
         let soft = soft::Settings { method, points: POINTS, map_px: MAP_PX, pace: Pace::Points(5) };
         stage.frames.set_shadows(Settings { shadows: Shadows::Soft, soft, ..Settings::default() });
@@ -156,7 +158,7 @@ fn a_lamp_without_extent_casts_hard_shadows() {
     let blocks = [FLOOR, PLATE];
     let held = held(&HERE, &blocks, lamp(&HERE, DVec3::Y * HEIGHT, 0.0, AreaShape::Rectangle));
     let mut stage = Stage::new(&held);
-    for method in [Method::Maps, Method::Warp] {
+    for method in METHODS {
         let shares = shares(&mut stage, &HERE, &held, (method, POINTS));
         assert!(shares.iter().all(|share| [0, 255].contains(share)), "{method:?}");
         assert!(shares.iter().filter(|share| **share == 0).count() > 100, "{method:?}");
@@ -183,7 +185,7 @@ fn extreme_lamps_and_scales_neither_leak_nor_speckle() {
         for (place, half) in lamps {
             let held = held(&world, &blocks, lamp(&world, place, half, AreaShape::Rectangle));
             let mut stage = Stage::new(&held);
-            for method in [Method::Maps, Method::Warp] {
+            for method in METHODS {
                 let shares = shares(&mut stage, &world, &held, (method, 3));
                 for OnFloor { pixel, p, .. } in on_floor(&stage, &world, &camera(&world), &blocks) {
                     let is_far = p.with_y(0.0).length() > 2.5 && p.abs().max_element() < 3.6;

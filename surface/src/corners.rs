@@ -69,7 +69,7 @@ impl Rim {
     /// So corners draw back until about as much is covered as in truth. Intensity errors of soft shadows (0 to 255; 2016 paper, section 6.2; four images of 1024², 4 x 4 points,
     /// before [`CornerRules::end_rise_footprints`]): `urban` 2.02 instead of 2.46 by the rims of what is looked at, `grass` 7.8 instead of 8.6.
     const CASTING: Rim = Rim { convex_px: 0.2, straight_px: 0.05, concave_px: -0.1 };
-    const OPEN_CASTING: Rim = Rim { convex_px: 0.25, straight_px: 0.15, concave_px: -0.1 };
+    const OPEN_CASTING: Rim = Rim { convex_px: 0.2, straight_px: 0.1, concave_px: -0.1 };
 
     fn px(&self, samples: usize) -> f32 {
         match samples {

@@ -95,9 +95,17 @@ impl SurfacePass {
 pub struct CastPass(Quads);
 
 impl CastPass {
+    /// See [`CastPass::of_planes`].
+    pub const PLANES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
     /// Compiles the pipeline.
     pub fn new(gpu: &Gpu) -> Result<CastPass, SurfaceError> {
         Ok(CastPass(Quads::new(gpu, ("cast_vertex", "casting_w"), &[GBuffer::W], None)?))
+    }
+
+    /// Inverse depths with their changes a pixel right and down, onto [`CastPass::PLANES`] in place of [`GBuffer::W`].
+    pub fn of_planes(gpu: &Gpu) -> Result<CastPass, SurfaceError> {
+        Ok(CastPass(Quads::new(gpu, ("cast_vertex", "casting_plane"), &[CastPass::PLANES], None)?))
     }
 
     /// Clears the targets, of [`GBuffer::W`] and [`GBuffer::DEPTH`], and draws everything held as seen by `camera`, whose size is theirs.
@@ -108,7 +116,19 @@ impl CastPass {
         camera: &Pinhole,
         (w, depth): (&wgpu::TextureView, &wgpu::TextureView),
     ) {
-        self.0.encode(encoder, surfaces, camera, Smoothing::None, &[w], depth);
+        self.encode_some(encoder, surfaces, camera, (w, depth), |_| true);
+    }
+
+    /// The same of those patches whose cameras are asked for.
+    pub fn encode_some(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        camera: &Pinhole,
+        (w, depth): (&wgpu::TextureView, &wgpu::TextureView),
+        is_drawn: impl Fn(&Pinhole) -> bool,
+    ) {
+        self.0.encode_some(encoder, (surfaces, &is_drawn), camera, Smoothing::None, (&[w], depth));
     }
 }
 
@@ -148,6 +168,18 @@ impl Quads {
         targets: &[&wgpu::TextureView],
         depth: &wgpu::TextureView,
     ) {
+        self.encode_some(encoder, (surfaces, &|_| true), camera, smoothing, (targets, depth));
+    }
+
+    /// The same of patches of some cameras.
+    fn encode_some(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (surfaces, is_drawn): (&HeldSurfaces, &dyn Fn(&Pinhole) -> bool),
+        camera: &Pinhole,
+        smoothing: Smoothing,
+        (targets, depth): (&[&wgpu::TextureView], &wgpu::TextureView),
+    ) {
         let stride = (size_of::<ViewUniform>() as u32)
             .next_multiple_of(self.gpu.device.limits().min_uniform_buffer_offset_alignment);
         let inputs = Inputs::new(surfaces, camera, smoothing, stride as usize);
@@ -156,7 +188,7 @@ impl Quads {
         let Some(group) = group else { return };
         for (index, (_, patch)) in surfaces.patches().enumerate() {
             let QuadBuffers::Gpu { vertices, indices, index_count } = &patch.quads else { continue };
-            if !patch.may_be_seen_from(camera) {
+            if !is_drawn(&patch.camera) || !patch.may_be_seen_from(camera) {
                 continue;
             }
             pass.set_pipeline(if surfaces.is_one_sided(patch) { &self.one_sided } else { &self.both_sides });

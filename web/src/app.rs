@@ -141,6 +141,12 @@ fn wishes() -> Result<Wishes, String> {
     };
     let mut shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
     shadow.soft.pace = query.get("soft-pace").map_or(Ok(Pace::Measured), |pace| pace.parse())?;
+    shadow.soft.method = match query.get("soft-method").as_deref() {
+        None | Some("warp") => soft::Method::Warp,
+        Some("maps") => soft::Method::Maps,
+        Some("march") => soft::Method::March,
+        Some(other) => return Err(format!("?soft-method={other}: use warp, maps or march")),
+    };
     if let Some(points) = query.get("soft-points") {
         let number = points.parse().ok().filter(|number| (1..=soft::Settings::MAX_POINTS).contains(number));
         let most = soft::Settings::MAX_POINTS;

@@ -159,6 +159,8 @@ enum SoftMethodName {
     Warp,
     /// A shadow map from each point.
     Maps,
+    /// Rays through the images of the lamp's corners.
+    March,
 }
 
 impl Arguments {
@@ -185,6 +187,7 @@ impl Arguments {
         let method = match self.soft_method {
             SoftMethodName::Warp => soft::Method::Warp,
             SoftMethodName::Maps => soft::Method::Maps,
+            SoftMethodName::March => soft::Method::March,
         };
         let pace = self.soft_pace.unwrap_or(if self.headless { soft::Pace::All } else { soft::Pace::Measured });
         let soft = soft::Settings { method, pace, points: self.soft_points, ..soft::Settings::default() };

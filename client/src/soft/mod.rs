@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`Method::Maps`] | a shadow map is drawn from the rebuilt surfaces: the paper's |
 //! | [`Method::Warp`] | the same map is written by a compute shader, many points at once |
+//! | [`Method::March`] | a ray is followed through the images of the lamp's corners: no map |
 //!
 //! Casters that can hide nothing that is seen are left out of the latter (`reach`). A frame may draw some of the points only, and the next ones
 //! more of them: [`Pace`].
@@ -26,6 +27,7 @@
 
 mod compare;
 mod maps;
+mod march;
 pub(crate) mod pace;
 mod reach;
 mod warp;
@@ -43,6 +45,7 @@ pub use protocol::Lamp;
 use crate::fullscreen::Target;
 use compare::ComparePass;
 use maps::PointMaps;
+use march::PointMarch;
 use warp::PointWarps;
 
 /// How it is found out which points of a light are seen.
@@ -54,6 +57,8 @@ pub enum Method {
     /// may hold (2.8 million samples on the least of devices).
     #[default]
     Warp,
+    /// Rays through the images of the light's corners; [`Method::Maps`] of lamps amid what they light.
+    March,
 }
 
 /// How soft shadows are drawn.
@@ -161,12 +166,14 @@ struct Passes {
     compare: ComparePass,
     maps: PointMaps,
     warps: Option<PointWarps>,
+    march: Option<PointMarch>,
 }
 
 impl Passes {
     fn new(gpu: &Gpu, method: Method) -> Result<Passes, SurfaceError> {
         let warps = (method == Method::Warp && gpu.caps.compute).then(|| PointWarps::new(gpu)).transpose()?;
-        Ok(Passes { compare: ComparePass::new(gpu)?, maps: PointMaps::new(gpu)?, warps })
+        let march = (method == Method::March).then(|| PointMarch::new(gpu)).transpose()?;
+        Ok(Passes { compare: ComparePass::new(gpu)?, maps: PointMaps::new(gpu)?, warps, march })
     }
 }
 
@@ -214,6 +221,15 @@ impl SoftShadows {
             Some(passes) => passes,
             None => self.passes.insert(Passes::new(&self.gpu, self.settings.method)?),
         };
+        if let Some(march) = &mut passes.march {
+            let corners = lamp.corner_views(bounds_world, self.settings.map_px);
+            if let ([corners], [face]) = (&*corners, &*faces)
+                && PointWarps::may_warp(corners)
+            {
+                march.encode(encoder, (corners, face, casters), receivers, (count, &points));
+                return Ok(());
+            }
+        }
         let ready = passes.compare.prepare(receivers);
         for face in &faces {
             match passes.warps.as_mut().filter(|warps| PointWarps::may_warp(face) && warps.has_room_for(casters)) {

@@ -19,14 +19,14 @@ use crate::fullscreen::{Binding, FullscreenPass, Onto, uniform};
 use crate::shadow::{ROUNDING, from_view};
 
 /// Points whose maps are drawn together at most; the twin of the constant in `client/compute/warp_points.wgsl`.
-const POINTS: usize = 32;
+pub(super) const POINTS: usize = 32;
 /// The maps of a batch take no more bytes than this: as many as most caches hold.
 const BATCH_BYTES: u64 = 16 << 20;
 
 /// `WarpPoints` of `client/compute/warp_points.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-struct PointsUniform {
+pub(super) struct PointsUniform {
     size_px: [u32; 2],
     pitch: u32,
     row: u32,
@@ -39,7 +39,7 @@ struct PointsUniform {
 /// `Frame` of `client/compute/warp_lookup.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-struct FrameUniform {
+pub(super) struct FrameUniform {
     frame_from_view: [[f32; 4]; 4],
     focal_px: f32,
     near_m: f32,
@@ -224,7 +224,7 @@ impl PointWarps {
 }
 
 /// What each of some points shifts by at `w = 1`, in pixels of the frame's image.
-fn shifts(frame: &Pinhole, points: &[Pinhole]) -> impl Iterator<Item = DVec2> {
+pub(super) fn shifts(frame: &Pinhole, points: &[Pinhole]) -> impl Iterator<Item = DVec2> {
     let frame_from_world = frame.world_from_eye.inverse();
     let place = move |point: &Pinhole| frame_from_world.transform_point(point.world_from_eye.translation);
     points.iter().map(move |point| place(point).truncate() * frame.focal_px)
@@ -232,7 +232,12 @@ fn shifts(frame: &Pinhole, points: &[Pinhole]) -> impl Iterator<Item = DVec2> {
 
 impl PointsUniform {
     /// Of the points of a face with these numbers, for maps with rows of `pitch` texels.
-    fn new(frame: &Pinhole, (face, numbers): (&[Pinhole], &[usize]), pitch: u32, count: Count<'_>) -> PointsUniform {
+    pub(super) fn new(
+        frame: &Pinhole,
+        (face, numbers): (&[Pinhole], &[usize]),
+        pitch: u32,
+        count: Count<'_>,
+    ) -> PointsUniform {
         let mut uniform: PointsUniform = Zeroable::zeroed();
         uniform.size_px = [frame.width_px, frame.height_px];
         (uniform.pitch, uniform.row) = (pitch, INVOCATIONS_A_ROW);
@@ -247,7 +252,7 @@ impl PointsUniform {
 }
 
 impl FrameUniform {
-    fn new(frame: &Pinhole, view: &Pinhole) -> FrameUniform {
+    pub(super) fn new(frame: &Pinhole, view: &Pinhole) -> FrameUniform {
         FrameUniform {
             frame_from_view: from_view(frame, view.world_from_eye.translation),
             focal_px: frame.focal_px as f32,

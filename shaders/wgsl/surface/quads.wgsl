@@ -227,6 +227,13 @@ fn casting_w(in: CastCorner) -> @location(0) f32 {
     return cast_w(in.w, in.clip.w);
 }
 
+// The same with its change a pixel to the right and down; on a plane that is the same all over it.
+@fragment
+fn casting_plane(in: CastCorner) -> @location(0) vec4f {
+    let w = cast_w(in.w, in.clip.w);
+    return vec4f(w, dpdx(w), dpdy(w), 0.0);
+}
+
 // Which sample is seen: the twin of `surface::AddressTexel`.
 @fragment
 fn address(in: Corner) -> @location(0) vec4u {
