@@ -53,8 +53,8 @@ use warp::PointWarps;
 pub enum Method {
     /// A shadow map from each (2016 paper, Alg. 5).
     Maps,
-    /// The same maps from parallelograms, by compute shaders; [`Method::Maps`] where there are none, of lamps amid what they light, and of more than a buffer
-    /// may hold (2.8 million samples on the least of devices).
+    /// The same maps from parallelograms, by compute shaders; [`Method::Maps`] where there are none, of lamps amid what they light, and where one
+    /// patch has more samples than a buffer may hold (2.8 million on the least of devices).
     #[default]
     Warp,
     /// Rays through the images of the light's corners; [`Method::Maps`] of lamps amid what they light.
