@@ -8,6 +8,8 @@ use server::discretize::Capture;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Hidden {
     pub points: usize,
+    /// Those that were looked at, of which alone a picture shows the share; what is said of others is a guess ([`super::undrawn`]).
+    pub drawn: Vec<u64>,
     pub pixels: Vec<Option<Vec<u64>>>,
 }
 
@@ -18,31 +20,45 @@ pub(super) struct Errors {
     pub visibility: f64,
     /// Of it the points that are taken to be hidden and are seen; the others are taken to be seen and are hidden.
     pub too_dark: f64,
-    /// Mean of how wrong the count of points is: wrong ones of both kinds make good for each other.
+    /// Mean of how wrong the share is that is seen: wrong ones of both kinds make good for each other.
     pub intensity: f64,
-    /// The greatest error of a pixel's count.
+    /// The greatest error of a pixel's share.
     pub worst_intensity: f64,
     /// Pixels that were compared.
     pub pixels: usize,
 }
 
 impl Hidden {
+    /// Of so many points, all of which were looked at.
+    pub fn new(points: usize, pixels: Vec<Option<Vec<u64>>>) -> Hidden {
+        Hidden { points, drawn: bits(points, 0..points), pixels }
+    }
+
+    /// The share of the lamp that a pixel does not see.
+    fn share(&self, words: &[u64]) -> f64 {
+        let hidden: u32 = words.iter().zip(&self.drawn).map(|(words, drawn)| (words & drawn).count_ones()).sum();
+        f64::from(hidden) / f64::from(ones(&self.drawn))
+    }
+
     /// The share of the lamp that each pixel sees, 0 to 255; 255 without a surface.
     pub fn shares(&self) -> Vec<u8> {
-        let share = |words: &Vec<u64>| 255.0 * (1.0 - f64::from(ones(words)) / self.points as f64);
-        self.pixels.iter().map(|words| words.as_ref().map_or(255, |words| share(words).round() as u8)).collect()
+        let seen = |words: &Vec<u64>| (255.0 * (1.0 - self.share(words))).round() as u8;
+        self.pixels.iter().map(|words| words.as_ref().map_or(255, seen)).collect()
     }
 
     /// How wrong it is, of as many points.
     pub fn errors(&self, truth: &Hidden) -> Option<Errors> {
         let scale = 255.0 / self.points as f64;
-        let both =
-            self.pixels.iter().zip(&truth.pixels).filter_map(|(own, truth)| Some((own.as_ref()?, truth.as_ref()?)));
+        let both = self
+            .pixels
+            .iter()
+            .zip(&truth.pixels)
+            .filter_map(|(own, of_truth)| Some((own.as_ref()?, of_truth.as_ref()?)));
         let mut errors = Errors { visibility: 0.0, too_dark: 0.0, intensity: 0.0, worst_intensity: 0.0, pixels: 0 };
-        for (own, truth) in both {
-            let wrong: u32 = own.iter().zip(truth).map(|(a, b)| (a ^ b).count_ones()).sum();
-            let too_dark: u32 = own.iter().zip(truth).map(|(a, b)| (a & !b).count_ones()).sum();
-            let off = scale * f64::from(ones(own).abs_diff(ones(truth)));
+        for (own, of_truth) in both {
+            let wrong: u32 = own.iter().zip(of_truth).map(|(a, b)| (a ^ b).count_ones()).sum();
+            let too_dark: u32 = own.iter().zip(of_truth).map(|(a, b)| (a & !b).count_ones()).sum();
+            let off = 255.0 * (self.share(own) - truth.share(of_truth)).abs();
             errors.visibility += scale * f64::from(wrong);
             errors.too_dark += scale * f64::from(too_dark);
             errors.intensity += off;
@@ -58,18 +74,26 @@ impl Hidden {
         })
     }
 
-    /// How wrong the count of each pixel is, as a share of all points; 0 where one of both shows no surface.
+    /// How wrong the share of each pixel is; 0 where one of both shows no surface.
     pub fn intensity_errors(&self, truth: &Hidden) -> Vec<f32> {
-        let share = |words: &[u64], hidden: &Hidden| f64::from(ones(words)) / hidden.points as f64;
         let off = |(own, of_truth): (&Option<Vec<u64>>, &Option<Vec<u64>>)| match (own, of_truth) {
-            (Some(own), Some(of_truth)) => (share(own, self) - share(of_truth, truth)).abs() as f32,
+            (Some(own), Some(of_truth)) => (self.share(own) - truth.share(of_truth)).abs() as f32,
             _ => 0.0,
         };
         self.pixels.iter().zip(&truth.pixels).map(off).collect()
     }
 }
 
-fn ones(words: &[u64]) -> u32 {
+/// Some of so many points, 64 a word.
+pub(super) fn bits(points: usize, some: impl IntoIterator<Item = usize>) -> Vec<u64> {
+    let mut words = vec![0; points.div_ceil(64)];
+    for point in some {
+        words[point / 64] |= 1 << (point % 64);
+    }
+    words
+}
+
+pub(super) fn ones(words: &[u64]) -> u32 {
     words.iter().map(|word| word.count_ones()).sum()
 }
 
@@ -106,9 +130,9 @@ pub(super) struct MapTruth {
 
 impl MapTruth {
     pub fn new(receivers: Vec<Option<Receiver>>, points: usize) -> MapTruth {
-        let words = |receiver: &Option<Receiver>| receiver.map(|_| vec![0; points.div_ceil(64)]);
+        let words = |receiver: &Option<Receiver>| receiver.map(|_| bits(points, []));
         let pixels = receivers.iter().map(words).collect();
-        MapTruth { receivers, hidden: Hidden { points, pixels } }
+        MapTruth { receivers, hidden: Hidden::new(points, pixels) }
     }
 
     /// Takes in what a point sees.
@@ -157,7 +181,7 @@ mod tests {
     use super::*;
 
     fn of(points: usize, words: u64) -> Hidden {
-        Hidden { points, pixels: vec![None, Some(vec![words])] }
+        Hidden::new(points, vec![None, Some(vec![words])])
     }
 
     #[test]
@@ -168,5 +192,15 @@ mod tests {
         assert_eq!((errors.visibility, errors.too_dark), (3.0 * scale, scale));
         assert_eq!((errors.intensity, errors.pixels), (scale, 1));
         assert_eq!(own.intensity_errors(&truth), [0.0, 1.0 / 16.0]);
+    }
+
+    #[test]
+    fn points_that_were_not_drawn_count_in_visibility_alone() {
+        let drawn = bits(16, [0, 2, 5, 7]);
+        let own = Hidden { drawn, ..of(16, 0b1111_0000_0010_0101) };
+        let errors = own.errors(&of(16, 0b0000_0000_1111_1111)).expect("a pixel shows a surface");
+        // Three of the four that were drawn are hidden, and half of all are.
+        assert_eq!(errors.intensity, 255.0 * 0.25);
+        assert_eq!(errors.visibility, 255.0 * 9.0 / 16.0);
     }
 }

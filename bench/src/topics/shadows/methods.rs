@@ -21,6 +21,10 @@ pub(super) const SAME_MAPS: &str = "warp";
 pub(super) const METHODS: &[Way] = &[
     Way { name: PAPERS, settings: |points, image_px| plain(Method::Maps, points, image_px) },
     Way { name: SAME_MAPS, settings: |points, image_px| plain(Method::Warp, points, image_px) },
+    Way {
+        name: "warp, three quarters of the points",
+        settings: |points, px| some(points * points * 3 / 4, points, px),
+    },
     Way { name: "warp, half of the points", settings: |points, px| some(points * points / 2, points, px) },
     Way { name: "warp, a quarter of the points", settings: |points, px| some(points * points / 4, points, px) },
     Way { name: "warp, maps of half the side", settings: |points, image_px| plain(Method::Warp, points, image_px / 2) },

@@ -21,6 +21,7 @@ mod settings;
 mod subject;
 mod tables;
 mod truths;
+mod undrawn;
 
 use clap::Args;
 use gpu::Gpu;

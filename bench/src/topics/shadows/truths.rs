@@ -44,5 +44,5 @@ pub(super) fn by_maps(
 pub(super) fn by_rays(stage: &Stage, (lamp, points): (&Lamp, u32), view: &Pinhole) -> Hidden {
     let eyes: Vec<_> = lamp.area.points_world(lamp.middle_world, points).collect();
     let pixels = RayTruth::new(&stage.scene, stage.snapshot(), &stage.lighting).hidden_points(view, &eyes);
-    Hidden { points: eyes.len(), pixels }
+    Hidden::new(eyes.len(), pixels)
 }

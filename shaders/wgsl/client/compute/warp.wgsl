@@ -29,7 +29,6 @@ fn warp_small(@builtin(global_invocation_id) id: vec3u) {
     }
     let shape = list[kept.places[index]];
     let w = shape.middle.z;
-    let size = vec2i(points.size_px);
     for (var point = 0u; point < points.point_count; point++) {
         let place = points.places[point];
         // An eye that stands aside sees everything shifted by its inverse depth.
@@ -46,15 +45,24 @@ fn warp_small(@builtin(global_invocation_id) id: vec3u) {
         let by_y = vec2f(-down.x, right.x) * scale;
         let rate = vec2f(shape.right.z, shape.down.z);
         let cast_w = w + shape.middle.w;
-        let map = point * points.pitch * points.size_px.y;
+        // Writes cost the most: first which of the four texels are inside, a bit each, then those alone.
+        var inside = 0u;
         for (var corner = 0u; corner < 4u; corner++) {
             let step = vec2u(corner & 1u, corner >> 1u);
             let at = st + f32(step.x) * by_x + f32(step.y) * by_y;
-            let texel = first + vec2i(step);
-            if all(abs(at) <= vec2f(1.0)) && all(texel >= vec2i(0)) && all(texel < size) {
-                let value = bitcast<u32>(max(cast_w + dot(at, rate), 0.0));
-                atomicMax(&maps[map + u32(texel.y) * points.pitch + u32(texel.x)], value);
-            }
+            // Texels below zero wrap to great ones.
+            let is_inside = all(abs(at) <= vec2f(1.0)) && all(vec2u(first) + step < points.size_px);
+            inside |= u32(is_inside) << corner;
+        }
+        while inside != 0u {
+            let corner = firstTrailingBit(inside);
+            inside &= inside - 1u;
+            let step = vec2u(corner & 1u, corner >> 1u);
+            let at = st + f32(step.x) * by_x + f32(step.y) * by_y;
+            let texel = vec2u(first) + step;
+            // Bits of floats above zero are in the order of the floats.
+            let value = bitcast<u32>(max(cast_w + dot(at, rate), 0.0));
+            atomicMax(&maps[(point * points.size_px.y + texel.y) * points.pitch + texel.x], value);
         }
     }
 }
@@ -88,21 +96,31 @@ fn warp_large(@builtin(global_invocation_id) id: vec3u) {
             shape.down.z * right.x - shape.right.z * down.x,
         ) / determinant;
         let middle_w = w + shape.middle.w;
-        let map = point * points.pitch * points.size_px.y;
-        for (var y = first_row; y <= last_row; y++) {
-            let up = f32(y) + 0.5 - middle.y;
-            // A side that lies along the rows bounds none of them.
-            let of_right = select(vec2f(-1e9, 1e9), up * lean.x + vec2f(-width.x, width.x), down.y != 0.0);
-            let of_down = select(vec2f(-1e9, 1e9), up * lean.y + vec2f(-width.y, width.y), right.y != 0.0);
-            let left = middle.x - 0.5 + max(of_right.x, of_down.x);
-            let end = middle.x - 0.5 + min(of_right.y, of_down.y);
-            let first = max(i32(ceil(left)), 0);
-            let last = min(i32(floor(end)), min(i32(points.size_px.x) - 1, first + MOST_TEXELS));
-            for (var x = first; x <= last; x++) {
+        // One loop over all texels: what has few rows does not wait for each row of what has many.
+        var row = first_row - 1;
+        var x = 0;
+        var end = 0;
+        var up = 0.0;
+        loop {
+            if x >= end {
+                row++;
+                if row > last_row {
+                    break;
+                }
+                up = f32(row) + 0.5 - middle.y;
+                // A side that lies along the rows bounds none of them.
+                let of_right = select(vec2f(-1e9, 1e9), up * lean.x + vec2f(-width.x, width.x), down.y != 0.0);
+                let of_down = select(vec2f(-1e9, 1e9), up * lean.y + vec2f(-width.y, width.y), right.y != 0.0);
+                let left = middle.x - 0.5 + max(of_right.x, of_down.x);
+                let right_end = middle.x - 0.5 + min(of_right.y, of_down.y);
+                x = max(i32(ceil(left)), 0);
+                end = min(i32(floor(right_end)), min(i32(points.size_px.x) - 1, x + MOST_TEXELS)) + 1;
+            }
+            if x < end {
                 let cast_w = middle_w + dot(rate_w, vec2f(f32(x) + 0.5 - middle.x, up));
-                let texel = map + u32(y) * points.pitch + u32(x);
-                // Bits of floats above zero are in the order of the floats.
+                let texel = (point * points.size_px.y + u32(row)) * points.pitch + u32(x);
                 atomicMax(&maps[texel], bitcast<u32>(max(cast_w, 0.0)));
+                x++;
             }
         }
     }

@@ -18,15 +18,24 @@
 
 @fragment
 fn hidden_by_maps(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let sum = hidden_weights(position);
+    if all(sum == vec4f(0.0)) {
+        discard;
+    }
+    return sum;
+}
+
+// Returns early where nothing is: what is discarded may go on, and pay for the loop.
+fn hidden_weights(position: vec4f) -> vec4f {
     let pixel = vec2i(position.xy);
     let inverse_depth = textureLoad(w, pixel, 0).x;
     if inverse_depth == 0.0 {
-        discard;
+        return vec4f(0.0);
     }
     let point = pinhole_eye_from_image(camera, position.xy, inverse_depth) * camera.eye_from_world;
     let p = frame.frame_from_view * vec4f(point, 1.0);
     if p.z < frame.near_m {
-        discard;
+        return vec4f(0.0);
     }
     let ids = textureLoad(normal_ids, pixel, 0).xy;
     let is_double_sided = (material_table[(ids.y >> 16u) & 0xffu].flags & MATERIAL_DOUBLE_SIDED) != 0u;
@@ -40,14 +49,14 @@ fn hidden_by_maps(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // What the plane rises over half a texel, times that.
     let rise = 0.5 * (abs(normal.x) + abs(normal.y));
     let least_w = own_w + frame.rounding * own_w;
-    let size = vec2i(points.size_px);
     var sum = vec4f(0.0);
     for (var index = 0u; index < points.point_count; index++) {
         let place = points.places[index];
         let at = image_px - place.xy * own_w + place.zw;
         let texel = floor(at);
         let t = vec2i(texel);
-        if all(t >= vec2i(0)) && all(t < size) {
+        // Places below zero wrap to great ones.
+        if all(vec2u(t) < points.size_px) {
             // As in `client/soft_compare.wgsl`, with both sides of the comparison times the cosine.
             let facing = facing_frame + dot(normal.xy, place.xy);
             let caster_w = textureLoad(maps, t, i32(index), 0).x;
@@ -56,9 +65,6 @@ fn hidden_by_maps(@builtin(position) position: vec4f) -> @location(0) vec4f {
                 sum += points.weights[index];
             }
         }
-    }
-    if all(sum == vec4f(0.0)) {
-        discard;
     }
     return sum;
 }
