@@ -154,6 +154,35 @@ fn points_add_up_over_frames_to_what_one_frame_draws() {
 }
 
 #[test]
+fn few_points_are_evened_out_along_a_surface_and_not_over_outlines() {
+    let blocks = [FLOOR, PLATE];
+    let place = DVec3::Y * HEIGHT;
+    let light = lamp(&HERE, place, 0.4, AreaShape::Rectangle);
+    let Light::Point { area: Some(area), .. } = light else { unreachable!() };
+    let points: Vec<DVec3> = area.points_world(place, POINTS).collect();
+    let held = held(&HERE, &blocks, light);
+    let mut stage = Stage::new(&held);
+    let all = shares(&mut stage, &HERE, &held, (Method::Warp, POINTS));
+    let few = soft::Settings { points: POINTS, map_px: MAP_PX, pace: Pace::Points(8), ..soft::Settings::default() };
+    let drawn = soft::SoftShadows::new(&stage.gpu, few).numbers(0..8);
+    stage.frames.set_shadows(Settings { shadows: Shadows::Soft, soft: few, ..Settings::default() });
+    stage.shoot(&held, &camera(&HERE));
+    let shown: Vec<[u8; 4]> = stage.read(stage.frames.light_shares().expect("a lamp casts"));
+    let (mut off, mut in_steps, mut plain) = (0.0, 0.0, 0);
+    for OnFloor { pixel, p, .. } in on_floor(&stage, &HERE, &camera(&HERE), &blocks) {
+        let sees = |point: &&usize| entry(PLATE, p, points[**point] - p).is_none();
+        let stepped = 255.0 * drawn.iter().filter(sees).count() as f64 / drawn.len() as f64;
+        let (shown, all) = (f64::from(shown[pixel][0]), f64::from(all[pixel]));
+        off += (shown - all).abs();
+        in_steps += (stepped - all).abs();
+        plain += usize::from(shown == all && [0.0, 255.0].contains(&all));
+    }
+    assert!(off < 0.5 * in_steps, "{off} of {in_steps}");
+    // Where all points agree nothing comes from beside.
+    assert!(plain > 4000, "{plain}");
+}
+
+#[test]
 fn a_lamp_without_extent_casts_hard_shadows() {
     let blocks = [FLOOR, PLATE];
     let held = held(&HERE, &blocks, lamp(&HERE, DVec3::Y * HEIGHT, 0.0, AreaShape::Rectangle));

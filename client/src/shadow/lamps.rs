@@ -88,10 +88,10 @@ impl LampPass {
             points: 0,
         });
         let target = hidden.target.create_view(&wgpu::TextureViewDescriptor::default());
+        let receivers = Receivers { gbuffer, held: shown.held, view };
         if hidden.points < all {
             let some = self.pacer.next(Instant::now(), all as u32) as usize;
             let turns = hidden.points..all.min(hidden.points + some);
-            let receivers = Receivers { gbuffer, held: shown.held, view };
             for CastingLamp { channel, light, lamp } in lamps {
                 let count = Count::Share { hidden: &target, channel: *channel };
                 let seen = shown.lights.and_then(|lights| lights.seen_by(*light));
@@ -107,7 +107,8 @@ impl LampPass {
         let all_of_drawn = all as f32 / hidden.points as f32;
         let lamps = LampsUniform { channels, all_of_drawn, padding: [0.0; 3] };
         let lamps = uniform(&self.gpu, "lamps", bytemuck::bytes_of(&lamps));
-        let inputs = [lamps.as_entire_binding(), BindingResource::TextureView(&target)];
+        let smooth = self.soft.shown(encoder, (&target, hidden.points), receivers)?;
+        let inputs = [lamps.as_entire_binding(), BindingResource::TextureView(&smooth)];
         self.seen.encode(encoder, &inputs, &[&shares.view]);
         self.hidden = Some(hidden);
         Ok(())

@@ -17,7 +17,7 @@
 //! | [`Method::March`] | a ray is followed through the images of the lamp's corners: no map |
 //!
 //! Casters that can hide nothing that is seen are left out of the latter (`reach`). A frame may draw some of the points only, and the next ones
-//! more of them: [`Pace`].
+//! more of them: [`Pace`]; meanwhile a filter that stops at edges evens out their steps (`smooth`).
 //!
 //! # The comparison
 //!
@@ -30,6 +30,7 @@ mod maps;
 mod march;
 pub(crate) mod pace;
 mod reach;
+mod smooth;
 mod warp;
 
 use std::ops::Range;
@@ -46,6 +47,7 @@ use crate::fullscreen::Target;
 use compare::ComparePass;
 use maps::PointMaps;
 use march::PointMarch;
+use smooth::SmoothPass;
 use warp::PointWarps;
 
 /// How it is found out which points of a light are seen.
@@ -159,6 +161,7 @@ pub struct SoftShadows {
     /// In which points are drawn.
     order: Vec<usize>,
     passes: Option<Passes>,
+    smooth: Option<SmoothPass>,
 }
 
 #[derive(Debug)]
@@ -187,7 +190,13 @@ impl SoftShadows {
         // Twice as long as that, and two texels more, is the longest map.
         let map_px = settings.map_px.clamp(16, gpu.device.limits().max_texture_dimension_2d / 2 - 1);
         let order = pace::order(points);
-        SoftShadows { gpu: gpu.clone(), settings: Settings { points, map_px, ..settings }, order, passes: None }
+        SoftShadows {
+            gpu: gpu.clone(),
+            settings: Settings { points, map_px, ..settings },
+            order,
+            passes: None,
+            smooth: None,
+        }
     }
 
     /// A lamp's points.
@@ -245,6 +254,25 @@ impl SoftShadows {
             }
         }
         Ok(())
+    }
+
+    /// What is shown of shares ([`Count::Share`]) of which `drawn` points were counted so far: those of all points as they are, those of fewer evened
+    /// out along each surface.
+    pub fn shown(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (hidden, drawn): (&wgpu::TextureView, usize),
+        receivers: Receivers<'_>,
+    ) -> Result<wgpu::TextureView, SurfaceError> {
+        if drawn >= self.points() {
+            return Ok(hidden.clone());
+        }
+        let points = self.points();
+        let smooth = match &mut self.smooth {
+            Some(smooth) => smooth,
+            None => self.smooth.insert(SmoothPass::new(&self.gpu)?),
+        };
+        Ok(smooth.encode(encoder, (hidden, points), receivers))
     }
 
     /// A target for [`SoftShadows::encode`], all zero.

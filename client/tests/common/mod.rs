@@ -142,7 +142,7 @@ pub fn on_floor(stage: &Stage, world: &World, camera: &Pinhole, blocks: &[Block]
 
 /// Draws pictures of one held copy.
 pub struct Stage {
-    gpu: Gpu,
+    pub gpu: Gpu,
     surfaces: HeldSurfaces,
     /// What lights see, where that is held.
     pub lights: Option<LightImages>,

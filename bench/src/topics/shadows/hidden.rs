@@ -4,13 +4,14 @@ use camera::Pinhole;
 use glam::{DVec2, DVec3};
 use server::discretize::Capture;
 
-/// Of each pixel the points that it does not see, 64 a word; `None` where no surface is.
+/// How much of a lamp each pixel does not see.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Hidden {
     pub points: usize,
-    /// Those that were looked at, of which alone a picture shows the share; what is said of others is a guess ([`super::undrawn`]).
-    pub drawn: Vec<u64>,
+    /// Which points, 64 a word; `None` where no surface is.
     pub pixels: Vec<Option<Vec<u64>>>,
+    /// The share that a picture shows, 0 to 1.
+    pub shares: Vec<f32>,
 }
 
 /// The 2016 paper's errors, section 6.2, over the pixels that show a surface in both, on its scale: 255 where every point is wrong.
@@ -29,36 +30,29 @@ pub(super) struct Errors {
 }
 
 impl Hidden {
-    /// Of so many points, all of which were looked at.
+    /// Of so many points, which a picture shows as they are.
     pub fn new(points: usize, pixels: Vec<Option<Vec<u64>>>) -> Hidden {
-        Hidden { points, drawn: bits(points, 0..points), pixels }
-    }
-
-    /// The share of the lamp that a pixel does not see.
-    fn share(&self, words: &[u64]) -> f64 {
-        let hidden: u32 = words.iter().zip(&self.drawn).map(|(words, drawn)| (words & drawn).count_ones()).sum();
-        f64::from(hidden) / f64::from(ones(&self.drawn))
+        let share = |words: &Vec<u64>| ones(words) as f32 / points as f32;
+        let shares = pixels.iter().map(|words| words.as_ref().map_or(0.0, share)).collect();
+        Hidden { points, pixels, shares }
     }
 
     /// The share of the lamp that each pixel sees, 0 to 255; 255 without a surface.
-    pub fn shares(&self) -> Vec<u8> {
-        let seen = |words: &Vec<u64>| (255.0 * (1.0 - self.share(words))).round() as u8;
-        self.pixels.iter().map(|words| words.as_ref().map_or(255, seen)).collect()
+    pub fn seen(&self) -> Vec<u8> {
+        let seen = |(words, share): (&Option<_>, &f32)| if words.is_some() { 255.0 * (1.0 - share) } else { 255.0 };
+        self.pixels.iter().zip(&self.shares).map(|pixel| seen(pixel).round() as u8).collect()
     }
 
     /// How wrong it is, of as many points.
     pub fn errors(&self, truth: &Hidden) -> Option<Errors> {
         let scale = 255.0 / self.points as f64;
-        let both = self
-            .pixels
-            .iter()
-            .zip(&truth.pixels)
-            .filter_map(|(own, of_truth)| Some((own.as_ref()?, of_truth.as_ref()?)));
         let mut errors = Errors { visibility: 0.0, too_dark: 0.0, intensity: 0.0, worst_intensity: 0.0, pixels: 0 };
-        for (own, of_truth) in both {
+        let off = self.intensity_errors(truth);
+        for ((own, of_truth), off) in self.pixels.iter().zip(&truth.pixels).zip(off) {
+            let (Some(own), Some(of_truth)) = (own, of_truth) else { continue };
             let wrong: u32 = own.iter().zip(of_truth).map(|(a, b)| (a ^ b).count_ones()).sum();
             let too_dark: u32 = own.iter().zip(of_truth).map(|(a, b)| (a & !b).count_ones()).sum();
-            let off = 255.0 * (self.share(own) - truth.share(of_truth)).abs();
+            let off = 255.0 * f64::from(off);
             errors.visibility += scale * f64::from(wrong);
             errors.too_dark += scale * f64::from(too_dark);
             errors.intensity += off;
@@ -76,21 +70,10 @@ impl Hidden {
 
     /// How wrong the share of each pixel is; 0 where one of both shows no surface.
     pub fn intensity_errors(&self, truth: &Hidden) -> Vec<f32> {
-        let off = |(own, of_truth): (&Option<Vec<u64>>, &Option<Vec<u64>>)| match (own, of_truth) {
-            (Some(own), Some(of_truth)) => (self.share(own) - truth.share(of_truth)).abs() as f32,
-            _ => 0.0,
-        };
-        self.pixels.iter().zip(&truth.pixels).map(off).collect()
+        let both = self.pixels.iter().zip(&truth.pixels).map(|(own, of_truth)| own.is_some() && of_truth.is_some());
+        let off = self.shares.iter().zip(&truth.shares).map(|(own, of_truth)| (own - of_truth).abs());
+        both.zip(off).map(|(both, off)| if both { off } else { 0.0 }).collect()
     }
-}
-
-/// Some of so many points, 64 a word.
-pub(super) fn bits(points: usize, some: impl IntoIterator<Item = usize>) -> Vec<u64> {
-    let mut words = vec![0; points.div_ceil(64)];
-    for point in some {
-        words[point / 64] |= 1 << (point % 64);
-    }
-    words
 }
 
 pub(super) fn ones(words: &[u64]) -> u32 {
@@ -125,20 +108,21 @@ pub(super) fn receivers(capture: &Capture, double_sided: &[bool]) -> Vec<Option<
 /// point is seen where that texel shows the pixel's own triangle, or nothing nearer than the plane of the pixel's surface in the texel's middle.
 pub(super) struct MapTruth {
     receivers: Vec<Option<Receiver>>,
-    hidden: Hidden,
+    points: usize,
+    pixels: Vec<Option<Vec<u64>>>,
 }
 
 impl MapTruth {
     pub fn new(receivers: Vec<Option<Receiver>>, points: usize) -> MapTruth {
-        let words = |receiver: &Option<Receiver>| receiver.map(|_| bits(points, []));
+        let words = |receiver: &Option<Receiver>| receiver.map(|_| vec![0; points.div_ceil(64)]);
         let pixels = receivers.iter().map(words).collect();
-        MapTruth { receivers, hidden: Hidden::new(points, pixels) }
+        MapTruth { receivers, points, pixels }
     }
 
     /// Takes in what a point sees.
     pub fn add(&mut self, point: usize, seen: &Capture) {
         let map_from_world = seen.camera.world_from_eye.inverse();
-        for (receiver, words) in self.receivers.iter().zip(&mut self.hidden.pixels) {
+        for (receiver, words) in self.receivers.iter().zip(&mut self.pixels) {
             let (Some(receiver), Some(words)) = (receiver, words) else { continue };
             if is_hidden(receiver, seen, &map_from_world) {
                 words[point / 64] |= 1 << (point % 64);
@@ -147,7 +131,7 @@ impl MapTruth {
     }
 
     pub fn done(self) -> Hidden {
-        self.hidden
+        Hidden::new(self.points, self.pixels)
     }
 }
 
@@ -195,12 +179,11 @@ mod tests {
     }
 
     #[test]
-    fn points_that_were_not_drawn_count_in_visibility_alone() {
-        let drawn = bits(16, [0, 2, 5, 7]);
-        let own = Hidden { drawn, ..of(16, 0b1111_0000_0010_0101) };
+    fn what_a_picture_shows_counts_in_intensity_alone() {
+        let own = Hidden { shares: vec![0.9, 0.75], ..of(16, 0b1111_0000_0010_0101) };
         let errors = own.errors(&of(16, 0b0000_0000_1111_1111)).expect("a pixel shows a surface");
-        // Three of the four that were drawn are hidden, and half of all are.
-        assert_eq!(errors.intensity, 255.0 * 0.25);
+        assert_eq!((errors.intensity, errors.pixels), (255.0 * 0.25, 1));
         assert_eq!(errors.visibility, 255.0 * 9.0 / 16.0);
+        assert_eq!(own.seen(), [255, 64]);
     }
 }

@@ -27,6 +27,7 @@ pub(super) const METHODS: &[Way] = &[
     },
     Way { name: "warp, half of the points", settings: |points, px| some(points * points / 2, points, px) },
     Way { name: "warp, a quarter of the points", settings: |points, px| some(points * points / 4, points, px) },
+    Way { name: "warp, a sixteenth of the points", settings: |points, px| some(points * points / 16, points, px) },
     Way { name: "warp, maps of half the side", settings: |points, image_px| plain(Method::Warp, points, image_px / 2) },
     Way { name: "march", settings: |points, image_px| plain(Method::March, points, image_px) },
 ];

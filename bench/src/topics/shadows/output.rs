@@ -13,8 +13,8 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
         "A square lamp hangs over the middle of the scene, half a diagonal of the scene's box above its top; its own diagonal is given in \
          those of the box. The paper prints neither its lamps' places nor its views; its scenes are not ours.",
         "Errors are the paper's, over the pixels that show a surface, 0 to 255: visibility counts every point that is resolved wrongly, \
-         intensity what is left where wrong ones of both kinds make good for each other; greatest: of a pixel. Where fewer points were drawn, the \
-         share of those is the intensity, and each of the others is taken to be as most of those nearest to it.",
+         intensity what is left where wrong ones of both kinds make good for each other; greatest: of a pixel. Where fewer points were drawn, intensity \
+         is of what a picture shows then, evened out along surfaces; for visibility each of the others is taken to be as most of those nearest to it.",
         "Truths: shadow maps of the full geometry from the same points, with the texels of those that are drawn from the images, a triangle never hiding \
          itself: what the paper approximates, and what its errors are of; and rays, of which what texels cost is in the errors too.",
         "Times are wall times of this machine: images with their readback, surfaces with their upload, shadows of all points; a still frame's, cold: nothing \

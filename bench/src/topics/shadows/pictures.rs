@@ -48,7 +48,7 @@ pub(super) fn write(cell: &Cell, hidden: &Hidden, truth: &Truths, bench: &Bench<
     let (width_px, height_px) = bench.settings.size_px;
     let [by_rays, by_maps] = truths(cell, bench);
     for ((file, _), hidden) in [(shown(cell, bench), hidden), (by_rays, &truth.rays), (by_maps, &truth.maps)] {
-        let rgb = hidden.shares().iter().flat_map(|&share| [share; 3]).collect();
+        let rgb = hidden.seen().iter().flat_map(|&seen| [seen; 3]).collect();
         Picture { width_px, height_px, rgb, covered: None }.write(&bench.run.out.join(file))?;
     }
     if has_errors(cell, bench) {

@@ -13,7 +13,7 @@ use surface::mesh::{self, MeshOptions};
 use surface::{CornerRules, GBuffer, HeldSurfaces, PatchMesh};
 use wgpu::TextureView;
 
-use super::hidden::{Hidden, bits, pixel_count};
+use super::hidden::{Hidden, pixel_count};
 use super::lamp::{self, corner_views, middle_view};
 use super::undrawn::Neighbours;
 use crate::client_view::{ClientView, HeldSet};
@@ -165,11 +165,11 @@ impl Client {
     ) -> anyhow::Result<f64> {
         let mut shadows = SoftShadows::new(&self.gpu, settings);
         let turns = first_frame(&shadows, settings);
-        self.encode(&mut shadows, lamp, others, turns.clone())?;
-        self.encode(&mut shadows, lamp, casters, turns)
+        self.timed(&mut shadows, lamp, others, turns.clone())?;
+        self.timed(&mut shadows, lamp, casters, turns)
     }
 
-    fn encode(
+    fn timed(
         &self,
         shadows: &mut SoftShadows,
         lamp: &Lamp,
@@ -178,14 +178,28 @@ impl Client {
     ) -> anyhow::Result<f64> {
         let started = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let target = shadows.target(&mut encoder, self.gbuffer().size_px);
-        let hidden = target.create_view(&wgpu::TextureViewDescriptor::default());
-        let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
-        let count = Count::Share { hidden: &hidden, channel: 0 };
-        shadows.encode(&mut encoder, (lamp, casters.get()), receivers, (count, turns))?;
+        self.shown(&mut encoder, shadows, (lamp, casters), turns)?;
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.wait_idle()?;
         Ok(started.elapsed().as_secs_f64() * 1e3)
+    }
+
+    /// The share of a lamp that a picture shows as hidden after some of its points were drawn.
+    fn shown(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        shadows: &mut SoftShadows,
+        (lamp, casters): (&Lamp, &Casters),
+        turns: Range<usize>,
+    ) -> anyhow::Result<TextureView> {
+        let hidden = shadows.target(encoder, self.gbuffer().size_px).create_view(&Default::default());
+        let count = Count::Share { hidden: &hidden, channel: 0 };
+        shadows.encode(encoder, (lamp, casters.get()), self.receivers(), (count, turns.clone()))?;
+        Ok(shadows.shown(encoder, (&hidden, turns.end), self.receivers())?)
+    }
+
+    fn receivers(&self) -> Receivers<'_> {
+        Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view }
     }
 
     /// Which points of a lamp each pixel does not see, by the first frame; those that it does not draw are guessed.
@@ -197,13 +211,17 @@ impl Client {
         let targets: Vec<wgpu::Texture> =
             (0..points.div_ceil(Count::POINTS_A_TARGET)).map(|_| shadows.target(&mut encoder, size_px)).collect();
         let views: Vec<TextureView> = targets.iter().map(|target| target.create_view(&Default::default())).collect();
-        let receivers = Receivers { gbuffer: self.gbuffer(), held: self.held(), view: &self.view };
         let turns = first_frame(&shadows, settings);
-        shadows.encode(&mut encoder, (lamp, casters.get()), receivers, (Count::Each(&views), turns.clone()))?;
-        let drawn = shadows.numbers(turns);
+        let count = Count::Each(&views);
+        shadows.encode(&mut encoder, (lamp, casters.get()), self.receivers(), (count, turns.clone()))?;
+        let drawn = shadows.numbers(turns.clone());
         let neighbours = Neighbours::new(&drawn, settings.points as usize);
+        let is_part = drawn.len() < points;
+        // Of all points the share is what they say.
+        let shown = is_part.then(|| self.shown(&mut encoder, &mut shadows, (lamp, casters), turns)).transpose()?;
         let mut readback = Readback::default();
         let slots: Vec<_> = targets.iter().map(|target| readback.texture(target, 0, size_px)).collect();
+        let shown = shown.map(|shown| readback.texture(shown.texture(), 0, size_px));
         let w = readback.texture(&self.gbuffer().w, 0, size_px);
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
@@ -215,13 +233,19 @@ impl Client {
             for (target, plane) in planes.iter().enumerate() {
                 for (channel, half) in plane[pixel].iter().enumerate() {
                     let first = target * Count::POINTS_A_TARGET + channel * 8;
-                    words[first / 64] |= u64::from(whole_from_half(*half)) << (first % 64);
+                    words[first / 64] |= (from_half(*half) as u64) << (first % 64);
                 }
             }
             neighbours.vote(&words)
         };
         let pixels = (0..pixel_count(&self.view)).map(|pixel| (w[pixel] > 0.0).then(|| words(pixel))).collect();
-        Ok(Hidden { points, drawn: bits(points, drawn), pixels })
+        let mut hidden = Hidden::new(points, pixels);
+        if let Some(shown) = shown {
+            let all_of_drawn = points as f32 / drawn.len() as f32;
+            let share = |channels: [u16; 4]| all_of_drawn * from_half(channels[0]);
+            hidden.shares = mapped.values(shown).into_iter().map(share).collect();
+        }
+        Ok(hidden)
     }
 }
 
@@ -231,11 +255,10 @@ fn first_frame(shadows: &SoftShadows, settings: Settings) -> Range<usize> {
     0..if let Pace::Points(points) = settings.pace { all.min(points as usize) } else { all }
 }
 
-/// A whole number below 256 from a 16-bit float.
-fn whole_from_half(half: u16) -> u8 {
-    let exponent = i32::from(half >> 10 & 31) - 15;
-    let mantissa = u32::from(half & 0x3ff) | 0x400;
-    if exponent < 0 { 0 } else { (mantissa << exponent >> 10) as u8 }
+/// A number above or at zero from a 16-bit float: 1 + 15 at the exponent, ten bits after the point.
+fn from_half(half: u16) -> f32 {
+    let (exponent, mantissa) = (i32::from(half >> 10 & 31), f32::from(half & 0x3ff) / 1024.0);
+    if exponent == 0 { mantissa * 2f32.powi(-14) } else { (1.0 + mantissa) * 2f32.powi(exponent - 15) }
 }
 
 #[cfg(test)]
@@ -251,13 +274,14 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_come_back_from_halves() {
-        // From the format's definition: 1 + 15 at the exponent, ten bits after the point.
+    fn numbers_come_back_from_halves() {
         for whole in 1u16..256 {
             let exponent = whole.ilog2() as u16;
             let half = (exponent + 15) << 10 | (whole << (10 - exponent) & 0x3ff);
-            assert_eq!(u16::from(whole_from_half(half)), whole);
+            assert_eq!(from_half(half), f32::from(whole));
         }
-        assert_eq!(whole_from_half(0), 0);
+        // Zero, the least and the greatest below the least exponent, 1/256, 0.75.
+        let halves = [0, 1, 0x3ff, 0x1c00, 0x3a00];
+        assert_eq!(halves.map(from_half), [0.0, 2f32.powi(-24), 2f32.powi(-14) - 2f32.powi(-24), 1.0 / 256.0, 0.75]);
     }
 }
