@@ -10,11 +10,11 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use gpu::{Gpu, MaterialUniform, PinholeUniform};
+use gpu::Gpu;
 use surface::{CastPass, GBuffer, HeldSurfaces, SurfaceError};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
-use super::warp::{FrameUniform, POINTS, PointsUniform, shifts};
+use super::batch::{POINTS, PointsUniform, Ready, batches, shifts};
 use super::{Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, uniform};
 
@@ -101,12 +101,11 @@ impl Images {
 
 impl PointMarch {
     pub(super) fn new(gpu: &Gpu) -> Result<PointMarch, SurfaceError> {
-        use Binding::{FloatTexture, FloatTextures, UintTexture, Uniform};
+        use Binding::{FloatTexture, FloatTextures, Uniform};
         let widen = |entry_point, bindings: &[Binding]| {
             FullscreenPass::new(gpu, "client/soft_spans.wgsl", entry_point, bindings, &[SPANS])
         };
-        let uniforms = [Uniform; 5];
-        let bindings = [&uniforms[..], &[FloatTexture, UintTexture], &[FloatTextures; LEVELS]].concat();
+        let bindings = [&Ready::BINDINGS[..], &[Uniform], &[FloatTextures; LEVELS]].concat();
         let shader = ("client/soft_march.wgsl", "hidden_by_march");
         Ok(PointMarch {
             gpu: gpu.clone(),
@@ -132,26 +131,15 @@ impl PointMarch {
             _ => Images::new(&self.gpu, (frame.width_px, frame.height_px)),
         };
         self.draw(encoder, (corners, casters), &images);
-        let eye_world = receivers.view.world_from_eye.translation;
-        let camera = PinholeUniform::new(receivers.view, eye_world);
-        let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&camera));
-        let materials = MaterialUniform::table(&receivers.held.materials);
-        let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
-        let in_frame = uniform(&self.gpu, "frame", bytemuck::bytes_of(&FrameUniform::new(frame, receivers.view)));
-        let places = CornersUniform::new(corners);
-        let places = uniform(&self.gpu, "corners", bytemuck::bytes_of(&places));
+        let ready = Ready::new(&self.gpu, frame, receivers);
+        let places = uniform(&self.gpu, "corners", bytemuck::bytes_of(&CornersUniform::new(corners)));
         let spans = images.levels();
-        for numbers in numbers
-            .chunk_by(|a, b| count.target_of(*a) == count.target_of(*b))
-            .flat_map(|numbers| numbers.chunks(POINTS))
-        {
+        for numbers in batches(numbers, POINTS, count) {
             let (hidden, _) = count.of(numbers[0], points.len());
-            let some = PointsUniform::new(frame, (points, numbers), 0, count);
-            let some = uniform(&self.gpu, "points", bytemuck::bytes_of(&some));
-            let seen = &receivers.gbuffer.views;
-            let uniforms = [&camera, &materials, &in_frame, &some, &places].map(wgpu::Buffer::as_entire_binding);
-            let textures = [&seen.w, &seen.normal_ids].into_iter().chain(&spans).map(BindingResource::TextureView);
-            let inputs: Vec<_> = uniforms.into_iter().chain(textures).collect();
+            let some = ready.points(&PointsUniform::new(frame, (points, numbers), 0, count));
+            let spans = spans.iter().map(BindingResource::TextureView);
+            let inputs: Vec<_> =
+                ready.inputs(&some).into_iter().chain([places.as_entire_binding()]).chain(spans).collect();
             self.march.encode(encoder, &inputs, &[hidden]);
         }
         self.images = Some(images);

@@ -25,6 +25,7 @@
 //! middle against the caster's inverse depth, less half of the caster's footprint, what the plane rises over half a texel, and
 //! rounding. One texel and not four: a light's many points smooth by themselves, and each of them sees or does not.
 
+mod batch;
 mod compare;
 mod maps;
 mod march;

@@ -6,47 +6,19 @@
 //! images have one orientation). What is written into a texel is what [`super::maps`] draws there, up to what the quads' shared corners differ from
 //! parallelograms; lookups are its own.
 
-use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::DVec2;
-use gpu::{Gpu, MaterialUniform, PinholeUniform};
-use surface::{FlattenPass, HeldSurfaces, INVOCATIONS_A_ROW, SurfaceError};
+use gpu::Gpu;
+use surface::{FlattenPass, HeldSurfaces, SurfaceError};
 use wgpu::BindingResource;
 
+use super::batch::{POINTS, PointsUniform, Ready, batches, shifts};
 use super::reach::{DISPATCHES, ReachPass, Seen};
 use super::{Count, Receivers};
-use crate::fullscreen::{Binding, FullscreenPass, Onto, uniform};
-use crate::shadow::{ROUNDING, from_view};
+use crate::fullscreen::{Binding, FullscreenPass, Onto};
 
-/// Points whose maps are drawn together at most; the twin of the constant in `client/compute/warp_points.wgsl`.
-pub(super) const POINTS: usize = 32;
 /// The maps of a batch take no more bytes than this: each batch reads everything that casts, so few are better than what a cache holds (on two
 /// cores 14 maps of 512 by 512 texels at once take 1.4 times as long as 31, and more gain nothing).
 const BATCH_BYTES: u64 = 32 << 20;
-
-/// `WarpPoints` of `client/compute/warp_points.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub(super) struct PointsUniform {
-    size_px: [u32; 2],
-    pitch: u32,
-    row: u32,
-    point_count: u32,
-    padding: [u32; 3],
-    places: [[f32; 4]; POINTS],
-    weights: [[f32; 4]; POINTS],
-}
-
-/// `Frame` of `client/compute/warp_lookup.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub(super) struct FrameUniform {
-    frame_from_view: [[f32; 4]; 4],
-    focal_px: f32,
-    near_m: f32,
-    rounding: f32,
-    padding: f32,
-}
 
 /// See the module. Needs [`gpu::Caps::compute`].
 #[derive(Debug)]
@@ -124,10 +96,9 @@ impl Maps {
 
 impl PointWarps {
     pub(super) fn new(gpu: &Gpu) -> Result<PointWarps, SurfaceError> {
-        use Binding::{FloatTexture, FloatTextures, UintTexture, Uniform};
         let module = gpu.shader("client/compute/warp.wgsl")?;
         let warps = ["warp_small", "warp_large"].map(|entry_point| gpu.compute_pipeline(&module, entry_point));
-        let bindings = [Uniform, Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTextures];
+        let bindings = [&Ready::BINDINGS[..], &[Binding::FloatTextures]].concat();
         let shader = ("client/compute/warp_lookup.wgsl", "hidden_by_maps");
         let lookup = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[super::SoftShadows::FORMAT])?;
         let (flatten, reach) = (FlattenPass::new(gpu)?, ReachPass::new(gpu)?);
@@ -165,41 +136,24 @@ impl PointWarps {
             Some(maps) if maps.size_px == [frame.width_px, frame.height_px] => maps,
             _ => Maps::new(&self.gpu, [frame.width_px, frame.height_px]),
         };
-        let eye_world = receivers.view.world_from_eye.translation;
-        let camera = PinholeUniform::new(receivers.view, eye_world);
-        let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&camera));
-        let materials = MaterialUniform::table(&receivers.held.materials);
-        let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
-        let in_frame = uniform(&self.gpu, "frame", bytemuck::bytes_of(&FrameUniform::new(frame, receivers.view)));
+        let ready = Ready::new(&self.gpu, frame, receivers);
         let seen = Seen {
-            camera: &camera,
-            in_frame: &in_frame,
+            camera: &ready.camera,
+            in_frame: &ready.in_frame,
             w: &receivers.gbuffer.views.w,
             size_px: receivers.gbuffer.size_px,
         };
         let kept = self.reach.encode(encoder, &lists, (frame, shifts(frame, face)), seen);
-        for numbers in numbers
-            .chunk_by(|a, b| count.target_of(*a) == count.target_of(*b))
-            .flat_map(|numbers| numbers.chunks(maps.layers()))
-        {
+        for numbers in batches(numbers, maps.layers(), count) {
             let (hidden, _) = count.of(numbers[0], face.len());
-            let points = PointsUniform::new(frame, (face, numbers), maps.pitch, count);
-            let points = uniform(&self.gpu, "points", bytemuck::bytes_of(&points));
+            let points = ready.points(&PointsUniform::new(frame, (face, numbers), maps.pitch, count));
             maps.clear(encoder, numbers.len());
             for (list, kept) in lists.iter().zip(&kept) {
                 self.warp(encoder, [&points, &list.buffer, &maps.buffer, kept]);
             }
             maps.copy(encoder, numbers.len());
-            let views = &receivers.gbuffer.views;
-            let inputs = [
-                camera.as_entire_binding(),
-                materials.as_entire_binding(),
-                in_frame.as_entire_binding(),
-                points.as_entire_binding(),
-                BindingResource::TextureView(&views.w),
-                BindingResource::TextureView(&views.normal_ids),
-                BindingResource::TextureView(&maps.view),
-            ];
+            let maps = BindingResource::TextureView(&maps.view);
+            let inputs: Vec<_> = ready.inputs(&points).into_iter().chain([maps]).collect();
             self.lookup.encode(encoder, &inputs, &[hidden]);
         }
         self.maps = Some(maps);
@@ -221,57 +175,5 @@ impl PointWarps {
             pass.set_bind_group(0, &group, &[]);
             pass.dispatch_workgroups_indirect(inputs[3], groups);
         }
-    }
-}
-
-/// What each of some points shifts by at `w = 1`, in pixels of the frame's image.
-pub(super) fn shifts(frame: &Pinhole, points: &[Pinhole]) -> impl Iterator<Item = DVec2> {
-    let frame_from_world = frame.world_from_eye.inverse();
-    let place = move |point: &Pinhole| frame_from_world.transform_point(point.world_from_eye.translation);
-    points.iter().map(move |point| place(point).truncate() * frame.focal_px)
-}
-
-impl PointsUniform {
-    /// Of the points of a face with these numbers, for maps with rows of `pitch` texels.
-    pub(super) fn new(
-        frame: &Pinhole,
-        (face, numbers): (&[Pinhole], &[usize]),
-        pitch: u32,
-        count: Count<'_>,
-    ) -> PointsUniform {
-        let mut uniform: PointsUniform = Zeroable::zeroed();
-        uniform.size_px = [frame.width_px, frame.height_px];
-        (uniform.pitch, uniform.row) = (pitch, INVOCATIONS_A_ROW);
-        uniform.point_count = numbers.len() as u32;
-        let points: Vec<Pinhole> = numbers.iter().map(|number| face[*number]).collect();
-        for (index, (point, shift)) in points.iter().zip(shifts(frame, &points)).enumerate() {
-            uniform.places[index] = [shift.x, shift.y, point.centre_px.x, point.centre_px.y].map(|value| value as f32);
-            (_, uniform.weights[index]) = count.of(numbers[index], face.len());
-        }
-        uniform
-    }
-}
-
-impl FrameUniform {
-    pub(super) fn new(frame: &Pinhole, view: &Pinhole) -> FrameUniform {
-        FrameUniform {
-            frame_from_view: from_view(frame, view.world_from_eye.translation),
-            focal_px: frame.focal_px as f32,
-            near_m: frame.near_m as f32,
-            rounding: ROUNDING as f32,
-            padding: 0.0,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn uniforms_are_laid_out_as_in_wgsl() {
-        let path = "client/compute/warp_lookup.wgsl";
-        shaders::assert_layout!(PointsUniform, path, "WarpPoints", size_px, pitch, row, point_count, places, weights);
-        shaders::assert_layout!(FrameUniform, path, "Frame", frame_from_view, focal_px, near_m, rounding);
     }
 }

@@ -1,11 +1,6 @@
-// Which pixels do not see some of a lamp's points, by rays through the images of its corners: see `client::soft::march`. Positions are relative to
-// the output eye, with the world's axes.
+// Which pixels do not see some of a lamp's points, by rays through the images of its corners: see `client::soft::march`.
 #import "client/fullscreen.wgsl"
-#import "camera/pinhole.wgsl"
-#import "common/octahedral.wgsl"
-#import "common/shade.wgsl"
-#import "client/compute/warp_points.wgsl"
-#import "client/compute/warp_frame.wgsl"
+#import "client/soft_receiver.wgsl"
 
 const CORNERS: u32 = 4u;
 
@@ -18,13 +13,7 @@ struct Corners {
     padding_1: u32,
 }
 
-@group(0) @binding(0) var<uniform> camera: Pinhole;
-@group(0) @binding(1) var<uniform> material_table: array<Material, 256>;
-@group(0) @binding(2) var<uniform> frame: Frame;
-@group(0) @binding(3) var<uniform> points: WarpPoints;
-@group(0) @binding(4) var<uniform> corners: Corners;
-@group(0) @binding(5) var w: texture_2d<f32>;
-@group(0) @binding(6) var normal_ids: texture_2d<u32>;
+@group(0) @binding(6) var<uniform> corners: Corners;
 // The planes of texels, w and its change a pixel to the right and down; least and greatest w of 4 x 4 and of 16 x 16. A layer for each corner.
 @group(0) @binding(7) var planes: texture_2d_array<f32>;
 @group(0) @binding(8) var spans_of_4: texture_2d_array<f32>;
@@ -42,15 +31,6 @@ const NEVER: f32 = 3e38;
 const RIM_PX: f32 = 0.2;
 // A texel continues another's plane up to as many footprints.
 const CONTINUED: f32 = 1.5;
-
-struct Receiver {
-    // In the frame's eye space.
-    normal: vec3f,
-    own_w: f32,
-    least_w: f32,
-    // What its plane rises over half a texel, times the cosine.
-    rise: f32,
-}
 
 // Of the cell that a texel lies in.
 fn span_at(level: u32, texel: vec2i, layer: u32) -> vec2f {
@@ -126,42 +106,31 @@ fn is_blocked(layer: u32, receiver: Receiver, start: vec2f, way: vec2f, facing: 
 
 @fragment
 fn hidden_by_march(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let pixel = vec2i(position.xy);
-    let inverse_depth = textureLoad(w, pixel, 0).x;
-    if inverse_depth == 0.0 {
+    let sum = hidden_weights(receiver_at(position));
+    if all(sum == vec4f(0.0)) {
         discard;
     }
-    let point = pinhole_eye_from_image(camera, position.xy, inverse_depth) * camera.eye_from_world;
-    let p = frame.frame_from_view * vec4f(point, 1.0);
-    if p.z < frame.near_m {
-        discard;
-    }
-    let ids = textureLoad(normal_ids, pixel, 0).xy;
-    let is_double_sided = (material_table[(ids.y >> 16u) & 0xffu].flags & MATERIAL_DOUBLE_SIDED) != 0u;
-    let octahedral = octahedral_normal_fine(ids.x);
-    let turned = is_double_sided && dot(octahedral, point) > 0.0;
-    let normal = frame.frame_from_view * vec4f(select(octahedral, -octahedral, turned), 0.0);
-    let own_w = 1.0 / p.z;
-    let image_px = frame.focal_px * p.xy * own_w;
-    let facing_frame = -frame.focal_px * dot(normal, p);
-    let rise = 0.5 * (abs(normal.x) + abs(normal.y));
-    let receiver = Receiver(normal, own_w, own_w + frame.rounding * own_w, rise);
+    return sum;
+}
+
+// Returns early where nothing is: what is discarded may go on, and pay for the rays.
+fn hidden_weights(receiver: Receiver) -> vec4f {
     var sum = vec4f(0.0);
+    if receiver.own_w == 0.0 {
+        return sum;
+    }
     for (var index = 0u; index < points.point_count; index++) {
         let shift = points.places[index].xy;
-        var is_hidden = facing_frame + dot(normal.xy, shift) <= 0.0;
+        var is_hidden = receiver.facing + dot(receiver.normal.xy, shift) <= 0.0;
         for (var layer = 0u; layer < CORNERS && !is_hidden; layer++) {
             let corner = corners.places[layer];
-            let start = image_px - corner.xy * own_w + corner.zw;
-            let facing = facing_frame + dot(normal.xy, corner.xy);
+            let start = receiver.image_px - corner.xy * receiver.own_w + corner.zw;
+            let facing = receiver.facing + dot(receiver.normal.xy, corner.xy);
             is_hidden = is_blocked(layer, receiver, start, shift - corner.xy, facing);
         }
         if is_hidden {
             sum += points.weights[index];
         }
-    }
-    if all(sum == vec4f(0.0)) {
-        discard;
     }
     return sum;
 }
