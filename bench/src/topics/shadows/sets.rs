@@ -78,7 +78,7 @@ pub(super) struct Casters {
 }
 
 impl Casters {
-    fn get(&self) -> soft::Casters<'_> {
+    pub fn get(&self) -> soft::Casters<'_> {
         soft::Casters { surfaces: &self.surfaces, bounds_world: self.bounds_world }
     }
 }

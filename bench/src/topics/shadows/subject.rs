@@ -164,4 +164,15 @@ impl Subject {
         let hidden = self.client.hidden(&lamp, &casters, (cell.way.settings)(self.settings.points, cell.image_px))?;
         Ok(hidden.errors(&self.truths(cell)?.maps))
     }
+
+    /// The views of the lamp's points as a truth draws maps of them, and as a client does from images.
+    #[cfg(test)]
+    pub fn point_views(&mut self, cell: &Cell) -> anyhow::Result<[Vec<Pinhole>; 2]> {
+        let lamp = lamp::over(&self.stage.scene, cell.lamp);
+        let made = self.made(&lamp, (cell.discretization, cell.lamp, cell.image_px))?;
+        let casters = self.client.casters(&made.set.images)?;
+        let points = self.settings.points;
+        let drawn = lamp.views(casters.get().bounds_world, points, cell.image_px);
+        Ok([lamp::point_views(&lamp, &self.stage.scene, points, cell.image_px)?, drawn.concat()])
+    }
 }

@@ -91,3 +91,16 @@ fn maps_of_the_full_geometry_are_nearly_the_truth() {
     assert_eq!(row.figure("counts.triangles"), Some(subject.triangle_count() as f64));
     std::fs::remove_dir_all(out).expect("was written");
 }
+
+#[test]
+fn maps_of_a_truth_have_the_texels_of_those_that_a_client_draws() {
+    let out = scratch_folder("shadows-texels");
+    let run = Run::new(vec!["birdnest".to_owned()], out.clone());
+    let bench = bench(&run, &arguments());
+    let mut subject = bench.subject("birdnest").expect("built in");
+    let set = ("conventional", server::discretize::Discretization::Conventional);
+    let [of_truth, drawn] = subject.point_views(&Cell::new("birdnest", set, (USUAL_LAMP, 128))).expect("one face");
+    assert_eq!(of_truth.len(), 4);
+    assert_eq!(of_truth, drawn);
+    std::fs::remove_dir_all(out).expect("was written");
+}
