@@ -5,8 +5,9 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::{Bounds, Pinhole, Rigid};
 
-/// No image reaches further from its axis than this tangent (70 degrees) as long as faces of a cube can be had instead.
-const WIDEST_TANGENT: f64 = 2.75;
+/// No image reaches further from its axis than this tangent (76 degrees) as long as faces of a cube can be had instead. What lies parallel to the image
+/// has the same texels everywhere, so a wide image loses nothing by it.
+const WIDEST_TANGENT: f64 = 4.0;
 /// Nor is it longer than this many times the side of a square of as many pixels.
 const LONGEST: f64 = 2.0;
 /// How near to an eye things are seen that stand all around it, as a share of the distance of the farthest. See [`parallel_views`].
@@ -15,7 +16,7 @@ const NEAREST: f64 = 1.0 / 4096.0;
 /// The pinholes by which `eyes` see all of `bounds`, a face after the other, and in each face one for each eye, in order. All of a face share
 /// rotation, focal length and size; their image centres differ, so that each holds the box as closely as that size allows.
 ///
-/// One face along `plane`'s normal is enough where the box lies on one side of it and is seen within 70 degrees of it; else one towards
+/// One face along `plane`'s normal is enough where the box lies on one side of it and is seen within 76 degrees of it; else one towards
 /// the box; else those faces of cubes around the eyes that the box reaches into. A face has about `side_px²` pixels, one of a cube a
 /// quarter of that. `plane` are two vectors in the plane that the eyes lie in; images lie parallel to it, where they can. None where the
 /// box is empty or not finite.

@@ -86,7 +86,7 @@ pub(super) enum InAllWays {
 
 /// The paper's sizes of images, of lamps, and what is kept while the other changes.
 const IMAGES_PX: [u32; 3] = [512, 1024, 1536];
-const LAMPS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+pub(super) const LAMPS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 const USUAL_PX: u32 = 1024;
 pub(super) const USUAL_LAMP: f64 = 1.0;
 /// The scene that growth is measured on.

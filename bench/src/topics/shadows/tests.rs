@@ -2,7 +2,7 @@ use client::soft::Method;
 
 use super::cell::FULL_GEOMETRY;
 use super::sets::SETS;
-use super::settings::USUAL_LAMP;
+use super::settings::{LAMPS, USUAL_LAMP};
 use super::*;
 use crate::report::kept::Taken;
 use crate::report::scratch_folder;
@@ -103,4 +103,16 @@ fn maps_of_a_truth_have_the_texels_of_those_that_a_client_draws() {
     assert_eq!(of_truth.len(), 4);
     assert_eq!(of_truth, drawn);
     std::fs::remove_dir_all(out).expect("was written");
+}
+
+#[test]
+fn every_lamp_of_the_tables_sees_every_scene_by_one_face() {
+    let run = Run::new(Vec::new(), std::path::PathBuf::new());
+    for name in Shadows.default_scenes(false) {
+        let scene = run.load(&name).expect("built in");
+        for size in LAMPS {
+            let views = lamp::corner_views(&lamp::over(&scene, size), &scene, 64);
+            assert_eq!(views.map(|views| views.len()).ok(), Some(4), "{name}, {size}");
+        }
+    }
 }
