@@ -17,7 +17,7 @@ use super::{Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto};
 
 /// The maps of a batch take no more bytes than this: each batch reads everything that casts, so few are better than what a cache holds (on two
-/// cores 14 maps of 512 by 512 texels at once take 1.4 times as long as 31, and more gain nothing).
+/// cores 14 maps of 512 by 512 texels at once take 1.4 times as long as 28, and more gain nothing).
 const BATCH_BYTES: u64 = 32 << 20;
 
 /// See the module. Needs [`gpu::Caps::compute`].
