@@ -17,7 +17,12 @@ const CUBE: Block = (DVec3::new(-0.7, 0.5, -0.6), DVec3::new(0.6, 1.7, 0.7));
 const MAPS: Settings = Settings {
     shadows: Shadows::Maps,
     side_px: MAP_PX,
-    soft: soft::Settings { method: soft::Method::Maps, points: 16, map_px: MAP_PX, pace: soft::Pace::All },
+    soft: soft::Settings {
+        choice: soft::Choice::Always(soft::Method::Maps),
+        points: 16,
+        map_px: MAP_PX,
+        pace: soft::Pace::All,
+    },
 };
 const HERE: World = World { origin: DVec3::ZERO, scale: 1.0, side_px: HELD_PX };
 

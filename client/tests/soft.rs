@@ -6,7 +6,7 @@ use common::{Block, FLOOR, OnFloor, Stage, World, camera, entry, lit_by, on_floo
 use glam::DVec3;
 use protocol::{Area, AreaShape, Held, Light};
 use vantage_client::shadow::{Settings, Shadows, SoftProgress};
-use vantage_client::soft::{self, Method, Pace};
+use vantage_client::soft::{self, Choice, Method, Pace};
 
 const MAP_PX: u32 = 192;
 const HELD_PX: u32 = 192;
@@ -43,7 +43,7 @@ fn lamp(world: &World, place: DVec3, half: f64, shape: AreaShape) -> Light {
 
 /// How much of a held copy's only lamp arrives at each pixel, 0 to 255.
 fn shares(stage: &mut Stage, world: &World, held: &Held, (method, points): (Method, u32)) -> Vec<u8> {
-    let soft = soft::Settings { method, points, map_px: MAP_PX, ..soft::Settings::default() };
+    let soft = soft::Settings { choice: Choice::Always(method), points, map_px: MAP_PX, ..soft::Settings::default() };
     stage.frames.set_shadows(Settings { shadows: Shadows::Soft, soft, ..Settings::default() });
     stage.shoot(held, &camera(world));
     let shares: Vec<[u8; 4]> = stage.read(stage.frames.light_shares().expect("a lamp casts"));
@@ -129,7 +129,8 @@ fn points_add_up_over_frames_to_what_one_frame_draws() {
     let mut stage = Stage::new(&held);
     for method in METHODS {
         let all = shares(&mut stage, &HERE, &held, (method, POINTS));
-        let soft = soft::Settings { method, points: POINTS, map_px: MAP_PX, pace: Pace::Points(5) };
+        let soft =
+            soft::Settings { choice: Choice::Always(method), points: POINTS, map_px: MAP_PX, pace: Pace::Points(5) };
         stage.frames.set_shadows(Settings { shadows: Shadows::Soft, soft, ..Settings::default() });
         let frame = |stage: &mut Stage| {
             stage.shoot(&held, &camera(&HERE));
@@ -137,7 +138,7 @@ fn points_add_up_over_frames_to_what_one_frame_draws() {
             (shares.into_iter().map(|share| share[0]).collect::<Vec<u8>>(), stage.frames.soft_progress())
         };
         let (first, progress) = frame(&mut stage);
-        assert_eq!(progress, Some(SoftProgress { points: 5, of: 64 }), "{method:?}");
+        assert_eq!(progress, Some(SoftProgress { points: 5, of: 64, method: Some(method) }), "{method:?}");
         // As bright on the whole as five points can tell.
         let mean = |shares: &[u8]| shares.iter().map(|share| f64::from(*share)).sum::<f64>() / shares.len() as f64;
         assert!(first != all && (mean(&first) - mean(&all)).abs() < 2.0, "{method:?}: {} {}", mean(&first), mean(&all));

@@ -9,7 +9,7 @@ use client::controls::{Controls, Mode};
 use client::occlusion::{self, Occlusion};
 use client::picture::PictureOptions;
 use client::shadow::{self, Shadows, SoftProgress};
-use client::soft::{self, Pace};
+use client::soft::{self, Choice, Pace};
 use client::viewer::{SocketCommand, Viewer};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
@@ -141,12 +141,7 @@ fn wishes() -> Result<Wishes, String> {
     };
     let mut shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
     shadow.soft.pace = query.get("soft-pace").map_or(Ok(Pace::Measured), |pace| pace.parse())?;
-    shadow.soft.method = match query.get("soft-method").as_deref() {
-        None | Some("warp") => soft::Method::Warp,
-        Some("maps") => soft::Method::Maps,
-        Some("march") => soft::Method::March,
-        Some(other) => return Err(format!("?soft-method={other}: use warp, maps or march")),
-    };
+    shadow.soft.choice = query.get("soft-method").map_or(Ok(Choice::Measured), |choice| choice.parse())?;
     if let Some(points) = query.get("soft-points") {
         let number = points.parse().ok().filter(|number| (1..=soft::Settings::MAX_POINTS).contains(number));
         let most = soft::Settings::MAX_POINTS;
@@ -421,12 +416,14 @@ pub fn snapshot() -> String {
     let pose = app.drawn.pose.map(
         |pose| serde_json::json!({ "position": pose.translation.to_array(), "quaternion": pose.rotation.to_array() }),
     );
+    let soft = app.screen.as_ref().and_then(|screen| screen.picture.soft_progress());
     let snapshot = serde_json::json!({
         "frames": stats.frames,
         "samples": stats.samples,
         "updates": stats.updates,
         "impostors": app.screen.as_ref().map(|screen| screen.picture.impostors()),
-        "soft_points": app.screen.as_ref().and_then(|screen| screen.picture.soft_progress()).map(|soft| [soft.points, soft.of]),
+        "soft_points": soft.map(|soft| [soft.points, soft.of]),
+        "soft_method": soft.and_then(|soft| soft.method).map(|method| method.to_string()),
         "uncovered": app.drawn.uncovered,
         "age_ms": stats.age_ms,
         "status": app.status(now_s),

@@ -93,11 +93,11 @@ impl Page {
         set_text(&self.renderer, renderer);
     }
 
-    /// Shows how many points of its lights a picture has soft shadows of, if any.
+    /// Shows how many points of its lights a picture has soft shadows of, and by which method, if any.
     pub fn show_soft(&self, progress: Option<SoftProgress>) {
         self.soft.iter().for_each(|element| element.set_hidden(progress.is_none()));
-        if let Some(SoftProgress { points, of }) = progress {
-            set_text(&self.soft_points, &format!("{points} of {of}"));
+        if let Some(progress) = progress {
+            set_text(&self.soft_points, &progress.to_string());
         }
     }
 

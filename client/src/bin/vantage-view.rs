@@ -64,9 +64,9 @@ struct Arguments {
     #[arg(long, value_name = "N", default_value_t = soft::Settings::default().points,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(soft::Settings::MAX_POINTS)))]
     soft_points: u32,
-    /// How it is found out which of them are seen
-    #[arg(long, value_enum, default_value_t)]
-    soft_method: SoftMethodName,
+    /// How it is found out which of them are seen: warp, maps, march, or measured (what frames come faster with) [default: measured, warp without a window]
+    #[arg(long, value_name = "METHOD")]
+    soft_method: Option<soft::Choice>,
     /// How many of them a frame draws: measured (as many as frames come in time with), all, or a number [default: measured, all without a window]
     #[arg(long, value_name = "PACE")]
     soft_pace: Option<soft::Pace>,
@@ -152,17 +152,6 @@ enum ShadowsName {
     Soft,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum SoftMethodName {
-    /// Maps of many points at once, by compute shaders; `maps` where there are none.
-    #[default]
-    Warp,
-    /// A shadow map from each point.
-    Maps,
-    /// Rays through the images of the lamp's corners.
-    March,
-}
-
 impl Arguments {
     fn picture(&self) -> PictureOptions {
         let corners = match self.corners {
@@ -184,13 +173,10 @@ impl Arguments {
             ShadowsName::Maps => Shadows::Maps,
             ShadowsName::Soft => Shadows::Soft,
         };
-        let method = match self.soft_method {
-            SoftMethodName::Warp => soft::Method::Warp,
-            SoftMethodName::Maps => soft::Method::Maps,
-            SoftMethodName::March => soft::Method::March,
-        };
+        let choice = if self.headless { soft::Choice::default() } else { soft::Choice::Measured };
+        let choice = self.soft_method.unwrap_or(choice);
         let pace = self.soft_pace.unwrap_or(if self.headless { soft::Pace::All } else { soft::Pace::Measured });
-        let soft = soft::Settings { method, pace, points: self.soft_points, ..soft::Settings::default() };
+        let soft = soft::Settings { choice, pace, points: self.soft_points, ..soft::Settings::default() };
         PictureOptions { corners, frame, occlusion, shadow: shadow::Settings { shadows, soft, ..Default::default() } }
     }
 

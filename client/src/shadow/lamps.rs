@@ -2,10 +2,12 @@
 //! and more of its points while nothing does ([`soft::Pace`](crate::soft::Pace)). What a light
 //! sees casts its shadows where images of that are held, else everything held does: see [`crate::light_images`].
 
+use std::fmt;
+
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::Gpu;
-use surface::{GBuffer, SurfaceError};
+use surface::SurfaceError;
 use web_time::Instant;
 use wgpu::BindingResource;
 
@@ -15,7 +17,7 @@ use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, uniform};
 use crate::held_pass;
 use crate::light_images::LightImages;
 use crate::soft::pace::Pacer;
-use crate::soft::{Casters, Count, Lamp, Receivers, Settings, SoftShadows};
+use crate::soft::{Casters, Count, Lamp, Method, Receivers, Settings, SoftShadows};
 
 /// See the module.
 #[derive(Debug)]
@@ -36,6 +38,10 @@ struct Hidden {
     revision: Revision,
     /// Points of each lamp that were drawn.
     points: usize,
+    /// By what they were to be.
+    method: Method,
+    /// By what the first lamp's were.
+    drawn_by: Option<Method>,
 }
 
 /// `Lamps` of `client/soft_seen.wgsl`.
@@ -64,7 +70,8 @@ impl LampPass {
         let bindings = [Binding::Uniform, Binding::FloatTexture];
         let shader = ("client/soft_seen.wgsl", "seen");
         let seen = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[SharePass::FORMAT])?;
-        let (soft, pacer) = (SoftShadows::new(gpu, settings), Pacer::new(settings.pace));
+        let soft = SoftShadows::new(gpu, settings);
+        let pacer = Pacer::new(settings.pace, settings.choice, gpu.caps.compute);
         Ok(LampPass { gpu: gpu.clone(), soft, pacer, seen, hidden: None })
     }
 
@@ -74,37 +81,14 @@ impl LampPass {
         encoder: &mut wgpu::CommandEncoder,
         lamps: &[CastingLamp],
         shown: Shown<'_>,
-        (view, gbuffer): (&Pinhole, &GBuffer),
+        receivers: Receivers<'_>,
         shares: &Target,
     ) -> Result<(), SurfaceError> {
-        let revision = (held_pass::revision(shown), shown.lights.map_or(0, LightImages::revision));
-        let is_same = |drawn: &Hidden| (&drawn.view, drawn.revision, &drawn.lamps[..]) == (view, revision, lamps);
-        let all = self.soft.points();
-        let mut hidden = self.hidden.take().filter(is_same).unwrap_or_else(|| Hidden {
-            target: self.soft.target(encoder, gbuffer.size_px),
-            lamps: lamps.to_vec(),
-            view: *view,
-            revision,
-            points: 0,
-        });
+        let hidden = self.draw(encoder, lamps, shown, receivers)?;
         let target = hidden.target.create_view(&wgpu::TextureViewDescriptor::default());
-        let receivers = Receivers { gbuffer, held: shown.held, view };
-        if hidden.points < all {
-            let some = self.pacer.next(Instant::now(), all as u32) as usize;
-            let turns = hidden.points..all.min(hidden.points + some);
-            for CastingLamp { channel, light, lamp } in lamps {
-                let count = Count::Share { hidden: &target, channel: *channel };
-                let seen = shown.lights.and_then(|lights| lights.seen_by(*light));
-                let Some(casters) = Casters::of(seen.unwrap_or(shown.surfaces)) else { continue };
-                self.soft.encode(encoder, (lamp, casters), receivers, (count, turns.clone()))?;
-            }
-            hidden.points = turns.end;
-        } else {
-            self.pacer.rest();
-        }
         let mut channels = [0.0_f32; CHANNELS];
         lamps.iter().for_each(|casting| channels[casting.channel] = 1.0);
-        let all_of_drawn = all as f32 / hidden.points as f32;
+        let all_of_drawn = self.soft.points() as f32 / hidden.points as f32;
         let lamps = LampsUniform { channels, all_of_drawn, padding: [0.0; 3] };
         let lamps = uniform(&self.gpu, "lamps", bytemuck::bytes_of(&lamps));
         let smooth = self.soft.shown(encoder, (&target, hidden.points), receivers)?;
@@ -114,11 +98,72 @@ impl LampPass {
         Ok(())
     }
 
+    /// Draws the points whose turn it is, onto those that were drawn before of the same.
+    fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        lamps: &[CastingLamp],
+        shown: Shown<'_>,
+        receivers: Receivers<'_>,
+    ) -> Result<Hidden, SurfaceError> {
+        let view = receivers.view;
+        let revision = (held_pass::revision(shown), shown.lights.map_or(0, LightImages::revision));
+        let is_same = |drawn: &Hidden| (&drawn.view, drawn.revision, &drawn.lamps[..]) == (view, revision, lamps);
+        let before = self.hidden.take();
+        if before.as_ref().is_some_and(|drawn| drawn.lamps.len() != lamps.len() || drawn.size_px() != size_of(view)) {
+            self.pacer.begin_again();
+        }
+        let all = self.soft.points();
+        let before = match before.filter(is_same) {
+            Some(all_drawn) if all_drawn.points >= all => {
+                self.pacer.rest();
+                return Ok(all_drawn);
+            }
+            before => before,
+        };
+        let (some, method) = self.pacer.next(Instant::now(), all as u32);
+        self.soft.draw_by(method);
+        let mut hidden = before.filter(|drawn| drawn.method == method).unwrap_or_else(|| Hidden {
+            target: self.soft.target(encoder, size_of(view)),
+            lamps: lamps.to_vec(),
+            view: *view,
+            revision,
+            points: 0,
+            method,
+            drawn_by: None,
+        });
+        let target = hidden.target.create_view(&wgpu::TextureViewDescriptor::default());
+        let turns = hidden.points..all.min(hidden.points + some as usize);
+        for CastingLamp { channel, light, lamp } in lamps {
+            let count = Count::Share { hidden: &target, channel: *channel };
+            let seen = shown.lights.and_then(|lights| lights.seen_by(*light));
+            let Some(casters) = Casters::of(seen.unwrap_or(shown.surfaces)) else { continue };
+            let drawn_by = self.soft.encode(encoder, (lamp, casters), receivers, (count, turns.clone()))?;
+            hidden.drawn_by = hidden.drawn_by.or(drawn_by);
+        }
+        if turns.len() < some as usize {
+            // The last few: they tell too little of how long a frame takes.
+            self.pacer.rest();
+        }
+        hidden.points = turns.end;
+        Ok(hidden)
+    }
+
     /// How far the last frame got; `None` before any.
     pub(super) fn progress(&self) -> Option<SoftProgress> {
         let hidden = self.hidden.as_ref()?;
-        Some(SoftProgress { points: hidden.points, of: self.soft.points() })
+        Some(SoftProgress { points: hidden.points, of: self.soft.points(), method: hidden.drawn_by })
     }
+}
+
+impl Hidden {
+    fn size_px(&self) -> (u32, u32) {
+        size_of(&self.view)
+    }
+}
+
+fn size_of(view: &Pinhole) -> (u32, u32) {
+    (view.width_px, view.height_px)
 }
 
 /// How many of a lamp's points a picture shows.
@@ -128,6 +173,15 @@ pub struct SoftProgress {
     pub points: usize,
     /// When all are drawn.
     pub of: usize,
+    /// By which method they were drawn; `None` where no point is hidden from anything.
+    pub method: Option<Method>,
+}
+
+impl fmt::Display for SoftProgress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {} points", self.points, self.of)?;
+        self.method.map_or(Ok(()), |method| write!(f, ", by {method}"))
+    }
 }
 
 impl SoftProgress {

@@ -60,7 +60,7 @@ use wgpu::TextureView;
 use crate::frame::Shown;
 use crate::fullscreen::Target;
 use crate::held_pass::{self, HeldPass};
-use crate::soft::{self, Lamp};
+use crate::soft::{self, Lamp, Receivers};
 pub use lamps::SoftProgress;
 use lamps::{CastingLamp, LampPass};
 pub(crate) use maps::ROUNDING;
@@ -216,7 +216,7 @@ impl ShadowRenderer {
                 Some(pass) => pass,
                 None => passes.lamps.insert(LampPass::new(&self.gpu, self.settings.soft)?),
             };
-            pass.encode(encoder, &lamps, shown, (view, gbuffer), &shares)?;
+            pass.encode(encoder, &lamps, shown, Receivers { gbuffer, held: shown.held, view }, &shares)?;
         }
         self.shares = Some(shares);
         Ok(())

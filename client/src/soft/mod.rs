@@ -17,7 +17,8 @@
 //! | [`Method::March`] | a ray is followed through the images of the lamp's corners: no map |
 //!
 //! Casters that can hide nothing that is seen are left out of the latter (`reach`). A frame may draw some of the points only, and the next ones
-//! more of them: [`Pace`]; meanwhile a filter that stops at edges evens out their steps (`smooth`).
+//! more of them: [`Pace`]; meanwhile a filter that stops at edges evens out their steps (`smooth`). Which method frames come faster with is
+//! found out by trying: [`Choice`].
 //!
 //! # The comparison
 //!
@@ -26,6 +27,7 @@
 //! rounding. One texel and not four: a light's many points smooth by themselves, and each of them sees or does not.
 
 mod batch;
+mod choice;
 mod compare;
 mod maps;
 mod march;
@@ -41,6 +43,7 @@ use gpu::Gpu;
 use protocol::Held;
 use surface::{GBuffer, HeldSurfaces, SurfaceError};
 
+pub use choice::Choice;
 pub use pace::Pace;
 pub use protocol::Lamp;
 
@@ -68,7 +71,7 @@ pub enum Method {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// By what.
-    pub method: Method,
+    pub choice: Choice,
     /// A light is `points * points` points; at most [`Settings::MAX_POINTS`].
     pub points: u32,
     /// A map has as many texels as a square of this side.
@@ -84,7 +87,7 @@ impl Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { method: Method::default(), points: 8, map_px: 512, pace: Pace::All }
+        Settings { choice: Choice::default(), points: 8, map_px: 512, pace: Pace::All }
     }
 }
 
@@ -159,26 +162,19 @@ pub struct Receivers<'a> {
 pub struct SoftShadows {
     gpu: Gpu,
     settings: Settings,
+    method: Method,
     /// In which points are drawn.
     order: Vec<usize>,
-    passes: Option<Passes>,
+    passes: Passes,
     smooth: Option<SmoothPass>,
 }
 
-#[derive(Debug)]
+/// Each made when it is first needed.
+#[derive(Debug, Default)]
 struct Passes {
-    compare: ComparePass,
-    maps: PointMaps,
+    maps: Option<(PointMaps, ComparePass)>,
     warps: Option<PointWarps>,
     march: Option<PointMarch>,
-}
-
-impl Passes {
-    fn new(gpu: &Gpu, method: Method) -> Result<Passes, SurfaceError> {
-        let warps = (method == Method::Warp && gpu.caps.compute).then(|| PointWarps::new(gpu)).transpose()?;
-        let march = (method == Method::March).then(|| PointMarch::new(gpu)).transpose()?;
-        Ok(Passes { compare: ComparePass::new(gpu)?, maps: PointMaps::new(gpu)?, warps, march })
-    }
 }
 
 impl SoftShadows {
@@ -194,8 +190,9 @@ impl SoftShadows {
         SoftShadows {
             gpu: gpu.clone(),
             settings: Settings { points, map_px, ..settings },
+            method: settings.choice.first(gpu.caps.compute),
             order,
-            passes: None,
+            passes: Passes::default(),
             smooth: None,
         }
     }
@@ -203,6 +200,13 @@ impl SoftShadows {
     /// A lamp's points.
     pub fn points(&self) -> usize {
         self.order.len()
+    }
+
+    /// Draws by another method from now on; what the former one needs is given back.
+    pub fn draw_by(&mut self, method: Method) {
+        if method != self.method {
+            (self.method, self.passes) = (method, Passes::default());
+        }
     }
 
     /// The numbers of the points whose turn it is, ascending.
@@ -213,48 +217,49 @@ impl SoftShadows {
     }
 
     /// Counts, at each pixel, the points of a lamp that `casters` hide from it: those whose turn it is, of [`SoftShadows::points`] in an order in
-    /// which any first few lie evenly. Points are numbered as [`protocol::Area::points_world`] gives them.
+    /// which any first few lie evenly. Points are numbered as [`protocol::Area::points_world`] gives them. Tells by which method; `None` where
+    /// nothing is hidden from any.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         (lamp, casters): (&Lamp, Casters<'_>),
         receivers: Receivers<'_>,
         (count, turns): (Count<'_>, Range<usize>),
-    ) -> Result<(), SurfaceError> {
+    ) -> Result<Option<Method>, SurfaceError> {
         let Casters { surfaces: casters, bounds_world } = casters;
         let faces = lamp.views(bounds_world, self.settings.points, self.settings.map_px);
-        if faces.is_empty() {
-            return Ok(());
-        }
         let points = self.numbers(turns);
-        let passes = match &mut self.passes {
-            Some(passes) => passes,
-            None => self.passes.insert(Passes::new(&self.gpu, self.settings.method)?),
-        };
-        if let Some(march) = &mut passes.march {
-            let corners = lamp.corner_views(bounds_world, self.settings.map_px);
-            if let ([corners], [face]) = (&*corners, &*faces)
-                && PointWarps::may_warp(corners)
-            {
-                march.encode(encoder, (corners, face, casters), receivers, (count, &points));
-                return Ok(());
-            }
+        if self.method == Method::March
+            && let [face] = &*faces
+            && let [corners] = &*lamp.corner_views(bounds_world, self.settings.map_px)
+            && PointWarps::may_warp(corners)
+        {
+            let march = made(&mut self.passes.march, || PointMarch::new(&self.gpu))?;
+            march.encode(encoder, (corners, face, casters), receivers, (count, &points));
+            return Ok(Some(Method::March));
         }
-        let ready = passes.compare.prepare(receivers);
+        let mut drawn_by = None;
         for face in &faces {
-            match passes.warps.as_mut().filter(|warps| PointWarps::may_warp(face) && warps.has_room_for(casters)) {
-                Some(warps) => warps.encode(encoder, (face, casters), receivers, (count, &points)),
-                None => {
-                    for &point in &points {
-                        let map = &face[point];
-                        let target = passes.maps.draw(encoder, casters, map);
-                        let (hidden, weights) = count.of(point, face.len());
-                        passes.compare.encode(encoder, &ready, (map, target), weights, hidden);
-                    }
+            if self.method == Method::Warp && self.gpu.caps.compute && PointWarps::may_warp(face) {
+                let warps = made(&mut self.passes.warps, || PointWarps::new(&self.gpu))?;
+                if warps.has_room_for(casters) {
+                    warps.encode(encoder, (face, casters), receivers, (count, &points));
+                    drawn_by = Some(Method::Warp);
+                    continue;
                 }
             }
+            let make = || Ok((PointMaps::new(&self.gpu)?, ComparePass::new(&self.gpu)?));
+            let (maps, compare) = made(&mut self.passes.maps, make)?;
+            let ready = compare.prepare(receivers);
+            for &point in &points {
+                let map = &face[point];
+                let target = maps.draw(encoder, casters, map);
+                let (hidden, weights) = count.of(point, face.len());
+                compare.encode(encoder, &ready, (map, target), weights, hidden);
+            }
+            drawn_by = Some(Method::Maps);
         }
-        Ok(())
+        Ok(drawn_by)
     }
 
     /// What is shown of shares ([`Count::Share`]) of which `drawn` points were counted so far: those of all points as they are, those of fewer evened
@@ -269,10 +274,7 @@ impl SoftShadows {
             return Ok(hidden.clone());
         }
         let points = self.points();
-        let smooth = match &mut self.smooth {
-            Some(smooth) => smooth,
-            None => self.smooth.insert(SmoothPass::new(&self.gpu)?),
-        };
+        let smooth = made(&mut self.smooth, || Ok(SmoothPass::new(&self.gpu)?))?;
         Ok(smooth.encode(encoder, (hidden, points), receivers))
     }
 
@@ -281,5 +283,13 @@ impl SoftShadows {
         let target = Target::new(&self.gpu, "hidden light", size_px, SoftShadows::FORMAT);
         drop(crate::fullscreen::begin(encoder, "nothing hidden", true, &[&target.view], None));
         target.texture
+    }
+}
+
+/// What is there, or is made now.
+fn made<T>(slot: &mut Option<T>, make: impl FnOnce() -> Result<T, SurfaceError>) -> Result<&mut T, SurfaceError> {
+    match slot {
+        Some(made) => Ok(made),
+        None => Ok(slot.insert(make()?)),
     }
 }

@@ -7,6 +7,9 @@ use std::str::FromStr;
 
 use web_time::{Duration, Instant};
 
+use super::Method;
+use super::choice::{Choice, Chooser};
+
 /// Which share of a lamp's points a frame draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Pace {
@@ -39,39 +42,47 @@ const FAST: Duration = Duration::from_millis(22);
 /// What the first frame gets.
 const FIRST_POINTS: u32 = 4;
 
-/// Chooses by the time from frame to frame.
+/// Chooses by the time from frame to frame: how many points are drawn, and by which method.
 #[derive(Debug)]
 pub(crate) struct Pacer {
     pace: Pace,
     points: u32,
+    chooser: Chooser,
     /// When the last frame drew points.
     drawn_at: Option<Instant>,
 }
 
 impl Pacer {
-    pub(crate) fn new(pace: Pace) -> Pacer {
-        Pacer { pace, points: FIRST_POINTS, drawn_at: None }
+    pub(crate) fn new(pace: Pace, choice: Choice, has_compute: bool) -> Pacer {
+        Pacer { pace, points: FIRST_POINTS, chooser: Chooser::new(choice, has_compute), drawn_at: None }
     }
 
-    /// What a frame draws that begins now, of `all`.
-    pub(crate) fn next(&mut self, now: Instant, all: u32) -> u32 {
+    /// What a frame draws that begins now, of `all`, and by which method.
+    pub(crate) fn next(&mut self, now: Instant, all: u32) -> (u32, Method) {
         let took = self.drawn_at.replace(now).map(|drawn_at| now.duration_since(drawn_at));
-        self.points = match self.pace {
-            Pace::All => all,
-            Pace::Points(points) => points,
-            Pace::Measured => match took {
-                Some(took) if took > SLOW => self.points / 2,
-                Some(took) if took < FAST => self.points.saturating_mul(2),
-                _ => self.points,
-            },
+        if let Some(took) = took {
+            self.chooser.drew(took, self.points, all);
+        }
+        self.points = match (self.pace, took) {
+            (Pace::All, _) => all,
+            (Pace::Points(points), _) => points,
+            (Pace::Measured, _) if self.chooser.is_trying() => self.points,
+            (Pace::Measured, Some(took)) if took > SLOW => self.points / 2,
+            (Pace::Measured, Some(took)) if took < FAST => self.points.saturating_mul(2),
+            (Pace::Measured, _) => self.points,
         }
         .clamp(1, all.max(1));
-        self.points
+        (self.points, self.chooser.method)
     }
 
     /// A frame drew none: the time to the next says nothing.
     pub(crate) fn rest(&mut self) {
         self.drawn_at = None;
+    }
+
+    /// Frames show another number of lamps, or have another size: a method that was slower may be the faster now.
+    pub(crate) fn begin_again(&mut self) {
+        self.chooser.begin_again();
     }
 }
 
@@ -142,24 +153,35 @@ mod tests {
 
     #[test]
     fn slow_frames_get_fewer_points_and_fast_ones_more() {
-        let mut pacer = Pacer::new(Pace::Measured);
+        let pacer = |pace| Pacer::new(pace, Choice::default(), true);
+        let mut measured = pacer(Pace::Measured);
         let begin = Instant::now();
-        let at = |ms: u64| begin + Duration::from_millis(ms);
-        assert_eq!(pacer.next(at(0), 64), FIRST_POINTS);
-        assert_eq!(pacer.next(at(10), 64), 8);
-        assert_eq!(pacer.next(at(40), 64), 8);
-        assert_eq!(pacer.next(at(140), 64), 4);
-        pacer.rest();
-        assert_eq!(pacer.next(at(9_000), 64), 4, "nothing was drawn meanwhile");
-        for ms in 0..20 {
-            assert!(pacer.next(at(9_001 + ms), 64) <= 64);
+        let mut at = |ms: u64| measured.next(begin + Duration::from_millis(ms), 64).0;
+        assert_eq!((at(0), at(10), at(40), at(140)), (FIRST_POINTS, 8, 8, 4));
+        measured.rest();
+        let mut at = |ms: u64| measured.next(begin + Duration::from_millis(ms), 64).0;
+        assert_eq!(at(9_000), 4, "nothing was drawn meanwhile");
+        assert_eq!((1..20).map(|ms| at(9_000 + ms)).max(), Some(64));
+        assert_eq!((1..20).map(|frame| at(20_000 + 100 * frame)).last(), Some(1));
+        assert_eq!(pacer(Pace::Points(100)).next(begin, 64).0, 64);
+        assert_eq!(pacer(Pace::All).next(begin, 64).0, 64);
+    }
+
+    #[test]
+    fn a_method_is_tried_with_as_many_points_and_they_are_more_where_it_is_faster() {
+        let mut pacer = Pacer::new(Pace::Measured, Choice::Measured, true);
+        let mut now = Instant::now();
+        // A point takes 30 ms by one method and 4 by the other.
+        let mut frames = vec![];
+        for _ in 0..24 {
+            let (points, method) = pacer.next(now, 64);
+            let point_ms = if method == Method::Warp { 30 } else { 4 };
+            now += Duration::from_millis(point_ms * u64::from(points));
+            frames.push((points, method));
         }
-        assert_eq!(pacer.points, 64);
-        for ms in 1..20 {
-            pacer.next(at(20_000 + 100 * ms), 64);
-        }
-        assert_eq!(pacer.points, 1);
-        assert_eq!(Pacer::new(Pace::Points(100)).next(begin, 64), 64);
-        assert_eq!(Pacer::new(Pace::All).next(begin, 64), 64);
+        assert_eq!(frames[..3], [(4, Method::Warp), (2, Method::Warp), (1, Method::Warp)]);
+        let tried = frames.iter().position(|(_, method)| *method == Method::March).expect("tried");
+        assert!(frames[tried..tried + 4].iter().all(|frame| *frame == (1, Method::March)), "{frames:?}");
+        assert_eq!(frames.last(), Some(&(8, Method::March)));
     }
 }

@@ -167,8 +167,8 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
                     stats.uncovered_share.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0)),
                 );
                 row("Decoding", format!("{:.1} ms", stats.ms.decode));
-                if let Some(SoftProgress { points, of }) = panel.soft {
-                    row("Soft shadows", format!("{points} of {of} points"));
+                if let Some(soft) = panel.soft {
+                    row("Soft shadows", soft.to_string());
                 }
                 row("Adapter", panel.adapter.to_owned());
             });

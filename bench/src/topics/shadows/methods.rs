@@ -1,6 +1,6 @@
 //! Ways of drawing shadows, each with its settings.
 
-use client::soft::{Method, Pace, Settings};
+use client::soft::{Choice, Method, Pace, Settings};
 
 /// A way of drawing by its name.
 #[derive(Clone, Copy)]
@@ -33,7 +33,7 @@ pub(super) const METHODS: &[Way] = &[
 ];
 
 fn plain(method: Method, points: u32, map_px: u32) -> Settings {
-    Settings { method, points, map_px, pace: Pace::All }
+    Settings { choice: Choice::Always(method), points, map_px, pace: Pace::All }
 }
 
 /// What the first frame shows where a frame draws `some` of the points.

@@ -1,4 +1,4 @@
-use client::soft::Method;
+use client::soft::{Choice, Method};
 
 use super::cell::FULL_GEOMETRY;
 use super::sets::SETS;
@@ -81,7 +81,7 @@ fn maps_of_the_full_geometry_are_nearly_the_truth() {
     let mut subject = bench.subject("birdnest").expect("built in");
     let full =
         Cell::new("birdnest", (FULL_GEOMETRY, server::discretize::Discretization::Conventional), (USUAL_LAMP, 256));
-    assert_eq!((full.way.settings)(2, 256).method, Method::Maps);
+    assert_eq!((full.way.settings)(2, 256).choice, Choice::Always(Method::Maps));
     let errors = subject.full_geometry_errors(&full).expect("drawn").expect("some pixel shows a surface");
     let conventional = Cell { set: "conventional".to_owned(), ..full.clone() };
     let (row, _) = subject.judged(&conventional).expect("measured");
