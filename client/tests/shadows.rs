@@ -22,6 +22,7 @@ const MAPS: Settings = Settings {
         points: 16,
         map_px: MAP_PX,
         pace: soft::Pace::All,
+        bias: soft::Bias { times: 1 },
     },
 };
 const HERE: World = World { origin: DVec3::ZERO, scale: 1.0, side_px: HELD_PX };

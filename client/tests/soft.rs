@@ -129,8 +129,13 @@ fn points_add_up_over_frames_to_what_one_frame_draws() {
     let mut stage = Stage::new(&held);
     for method in METHODS {
         let all = shares(&mut stage, &HERE, &held, (method, POINTS));
-        let soft =
-            soft::Settings { choice: Choice::Always(method), points: POINTS, map_px: MAP_PX, pace: Pace::Points(5) };
+        let soft = soft::Settings {
+            choice: Choice::Always(method),
+            points: POINTS,
+            map_px: MAP_PX,
+            pace: Pace::Points(5),
+            ..soft::Settings::default()
+        };
         stage.frames.set_shadows(Settings { shadows: Shadows::Soft, soft, ..Settings::default() });
         let frame = |stage: &mut Stage| {
             stage.shoot(&held, &camera(&HERE));

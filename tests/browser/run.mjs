@@ -46,6 +46,8 @@ async function settled(page) {
   }
 }
 
+/** Whether no more of a lamp's points are to come. */
+const isAllSoft = ({ soft_points: points }) => !points || points[0] === points[1];
 const panel = (page, id) => page.locator(`#${id}`).textContent();
 const far = (a, b) => Math.hypot(...a.position.map((x, i) => x - b.position[i]));
 const turned = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.quaternion.reduce((s, x, i) => s + x * b.quaternion[i], 0))));
@@ -68,7 +70,7 @@ async function pictures(at, scene, wishes, suffices) {
     const page = await at.page.context().newPage();
     page.on('console', (message) => log(`console ${message.type()}: ${message.text()}`));
     await page.goto(`${server.origin}/?renderer=${renderer}${wish}`, { waitUntil: 'load', timeout: PATIENCE_MS });
-    await until(page, 'impostors', (now) => now.picture && suffices(now.impostors));
+    await until(page, 'all of a picture', (now) => now.picture && suffices(now.impostors) && isAllSoft(now));
     await settled(page);
     taken.push(await canvasPixels(page, join(shots, `${renderer}-9-${scene}${wish.replace(/\W/g, '-')}.png`)));
     await page.close();
@@ -216,10 +218,41 @@ function tests(renderer) {
       assert.ok(colours(barrels) >= 8, `only ${colours(barrels)} colours`);
     }],
     ['shows hard and soft shadows where asked for', async () => {
-      const wishes = ['', '&shadows=maps', '&shadows=soft&soft-points=2'];
-      const [plain, ...shadowed] = await pictures(at, 'lamp-teapots', wishes, () => true);
-      shadowed.forEach((picture) => darkens(plain, picture));
-      assert.ok(difference(...shadowed) > 0.002, 'soft shadows look like hard ones');
+      const wishes = ['', '&shadows=maps', '&shadows=soft&soft-points=2', '&shadows=soft&soft-points=2&soft-method=march'];
+      const [plain, hard, ...soft] = await pictures(at, 'lamp-teapots', wishes, () => true);
+      [hard, ...soft].forEach((picture) => darkens(plain, picture));
+      assert.ok(difference(hard, soft[0]) > 0.002, 'soft shadows look like hard ones');
+      assert.ok(difference(...soft) < difference(hard, soft[0]), 'what method draws soft shadows shows');
+    }],
+    ['keeps soft shadows while the eye moves, and follows lamps', async () => {
+      // From a still scene nothing of what lamps see is sent again; where lamps swing only what comes into their view.
+      for (const scene of ['lamp-teapots', 'lamp-teapots-moving']) {
+        const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log });
+        const page = await at.page.context().newPage();
+        page.on('console', (message) => at.log(`console ${message.type()}: ${message.text()}`));
+        const address = `${server.origin}/?renderer=${renderer}&shadows=soft&soft-points=2`;
+        await page.goto(address, { waitUntil: 'load', timeout: PATIENCE_MS });
+        // Two lamps, four corners each.
+        const before = await until(page, 'soft shadows', (now) => now.soft_points && now.light_images.patches >= 8);
+        const first = await canvasPixels(page, join(shots, `${renderer}-10-${scene}.png`));
+        await page.locator('#view').focus();
+        await page.keyboard.down('KeyD');
+        await until(page, 'the eye elsewhere', (now) => far(before.pose, now.pose) > 0.2 && now.updates > before.updates + 4);
+        await page.keyboard.up('KeyD');
+        const after = await until(page, 'soft shadows there', (now) => now.soft_points);
+        assert.match(await panel(page, 'soft-points'), /^\d+ of 4, (warp|maps|march)$/);
+        const then = await canvasPixels(page, join(shots, `${renderer}-11-${scene}.png`));
+        assert.ok(difference(first, then) > 0.01, 'the picture hardly changed');
+        await page.screenshot({ path: join(shots, `${renderer}-12-${scene}.png`) });
+        const [was, is] = [before, after].map((state) => state.light_images);
+        if (scene === 'lamp-teapots') assert.deepEqual(is, was);
+        else assert.ok(is.newest > was.newest, 'nothing of the swinging lamp came');
+        const [bytes, updates] = ['bytes_received', 'updates'].map((figure) => after.stats[figure] - before.stats[figure]);
+        console.log(`        ${scene}: ${before.stats.bytes_received} bytes at first, ${bytes} in ${updates} updates while the eye moves; `
+          + `of lamps ${was.samples} samples in ${was.patches} images, then ${is.samples} in ${is.patches}, by ${after.soft_method}`);
+        await page.close();
+        await server.stop();
+      }
     }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))

@@ -13,6 +13,7 @@ use client::soft::{self, Choice, Pace};
 use client::viewer::{SocketCommand, Viewer};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
+use protocol::{Held, Purpose};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
 
@@ -424,6 +425,7 @@ pub fn snapshot() -> String {
         "impostors": app.screen.as_ref().map(|screen| screen.picture.impostors()),
         "soft_points": soft.map(|soft| [soft.points, soft.of]),
         "soft_method": soft.and_then(|soft| soft.method).map(|method| method.to_string()),
+        "light_images": light_images(app.viewer.held()),
         "uncovered": app.drawn.uncovered,
         "age_ms": stats.age_ms,
         "status": app.status(now_s),
@@ -439,6 +441,16 @@ pub fn snapshot() -> String {
         "device_losses": app.losses,
     });
     snapshot.to_string()
+}
+
+/// What is held of what lights see.
+fn light_images(held: &Held) -> serde_json::Value {
+    let of_lights = || held.patches.iter().filter(|(_, held)| matches!(held.patch.purpose, Purpose::Light(_)));
+    serde_json::json!({
+        "patches": of_lights().count(),
+        "samples": of_lights().map(|(_, held)| held.patch.image.sample_count()).sum::<usize>(),
+        "newest": of_lights().map(|(id, _)| id.0).max(),
+    })
 }
 
 /// See [`crate::lose_device`].

@@ -179,8 +179,8 @@ pub struct SoftProgress {
 
 impl fmt::Display for SoftProgress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} of {} points", self.points, self.of)?;
-        self.method.map_or(Ok(()), |method| write!(f, ", by {method}"))
+        write!(f, "{} of {}", self.points, self.of)?;
+        self.method.map_or(Ok(()), |method| write!(f, ", {method}"))
     }
 }
 

@@ -9,9 +9,9 @@ use gpu::{Gpu, MaterialUniform, PinholeUniform};
 use surface::INVOCATIONS_A_ROW;
 use wgpu::{BindingResource, Buffer};
 
-use super::{Count, Receivers};
+use super::{Bias, Count, Receivers};
 use crate::fullscreen::{Binding, uniform};
-use crate::shadow::{ROUNDING, from_view};
+use crate::shadow::from_view;
 
 /// Points that are asked together at most; the twin of the constant in `client/compute/warp_points.wgsl`.
 pub(super) const POINTS: usize = 32;
@@ -36,7 +36,7 @@ pub(super) struct FrameUniform {
     focal_px: f32,
     near_m: f32,
     rounding: f32,
-    padding: f32,
+    rise_texels: f32,
 }
 
 /// Pixels made ready to be asked about.
@@ -60,7 +60,7 @@ impl<'a> Ready<'a> {
         Binding::UintTexture,
     ];
 
-    pub(super) fn new(gpu: &'a Gpu, frame: &Pinhole, receivers: Receivers<'a>) -> Ready<'a> {
+    pub(super) fn new(gpu: &'a Gpu, (frame, bias): (&Pinhole, Bias), receivers: Receivers<'a>) -> Ready<'a> {
         let camera = PinholeUniform::new(receivers.view, receivers.view.world_from_eye.translation);
         let materials = MaterialUniform::table(&receivers.held.materials);
         Ready {
@@ -68,7 +68,7 @@ impl<'a> Ready<'a> {
             receivers,
             camera: uniform(gpu, "camera", bytemuck::bytes_of(&camera)),
             materials: uniform(gpu, "materials", bytemuck::cast_slice(&materials)),
-            in_frame: uniform(gpu, "frame", bytemuck::bytes_of(&FrameUniform::new(frame, receivers.view))),
+            in_frame: uniform(gpu, "frame", bytemuck::bytes_of(&FrameUniform::new(frame, receivers.view, bias))),
         }
     }
 
@@ -126,13 +126,13 @@ impl PointsUniform {
 }
 
 impl FrameUniform {
-    fn new(frame: &Pinhole, view: &Pinhole) -> FrameUniform {
+    fn new(frame: &Pinhole, view: &Pinhole, bias: Bias) -> FrameUniform {
         FrameUniform {
             frame_from_view: from_view(frame, view.world_from_eye.translation),
             focal_px: frame.focal_px as f32,
             near_m: frame.near_m as f32,
-            rounding: ROUNDING as f32,
-            padding: 0.0,
+            rounding: bias.rounding(),
+            rise_texels: bias.rise_texels(),
         }
     }
 }
@@ -145,6 +145,6 @@ mod tests {
     fn uniforms_are_laid_out_as_in_wgsl() {
         let path = "client/soft_receiver.wgsl";
         shaders::assert_layout!(PointsUniform, path, "WarpPoints", size_px, pitch, row, point_count, places, weights);
-        shaders::assert_layout!(FrameUniform, path, "Frame", frame_from_view, focal_px, near_m, rounding);
+        shaders::assert_layout!(FrameUniform, path, "Frame", frame_from_view, focal_px, near_m, rounding, rise_texels);
     }
 }

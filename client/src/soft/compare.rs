@@ -6,9 +6,9 @@ use glam::DVec3;
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
-use super::Receivers;
+use super::{Bias, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, uniform};
-use crate::shadow::{ROUNDING, from_view};
+use crate::shadow::from_view;
 
 /// `PointMap` of `client/soft_compare.wgsl`.
 #[repr(C)]
@@ -21,13 +21,14 @@ struct MapUniform {
     focal_px: f32,
     near_m: f32,
     rounding: f32,
-    padding: f32,
+    rise_texels: f32,
 }
 
 /// See the module.
 #[derive(Debug)]
 pub(super) struct ComparePass {
     gpu: Gpu,
+    bias: Bias,
     pass: FullscreenPass,
 }
 
@@ -42,12 +43,12 @@ impl ComparePass {
     /// Of what is drawn.
     pub(super) const FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
-    pub(super) fn new(gpu: &Gpu) -> Result<ComparePass, shaders::ShaderError> {
+    pub(super) fn new(gpu: &Gpu, bias: Bias) -> Result<ComparePass, shaders::ShaderError> {
         use Binding::{FloatTexture, UintTexture, Uniform};
         let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture];
         let shader = ("client/soft_compare.wgsl", "hidden");
         let pass = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[ComparePass::FORMAT])?;
-        Ok(ComparePass { gpu: gpu.clone(), pass })
+        Ok(ComparePass { gpu: gpu.clone(), bias, pass })
     }
 
     pub(super) fn prepare<'a>(&self, receivers: Receivers<'a>) -> Ready<'a> {
@@ -71,7 +72,8 @@ impl ComparePass {
         hidden: &TextureView,
     ) {
         let eye_world = ready.receivers.view.world_from_eye.translation;
-        let map = uniform(&self.gpu, "point map", bytemuck::bytes_of(&MapUniform::new(map, eye_world, weights)));
+        let map =
+            uniform(&self.gpu, "point map", bytemuck::bytes_of(&MapUniform::new(map, eye_world, weights, self.bias)));
         let views = &ready.receivers.gbuffer.views;
         let inputs = [
             ready.camera.as_entire_binding(),
@@ -86,7 +88,7 @@ impl ComparePass {
 }
 
 impl MapUniform {
-    fn new(map: &Pinhole, eye_world: DVec3, weights: [f32; 4]) -> MapUniform {
+    fn new(map: &Pinhole, eye_world: DVec3, weights: [f32; 4], bias: Bias) -> MapUniform {
         MapUniform {
             map_from_view: from_view(map, eye_world),
             weights,
@@ -94,8 +96,8 @@ impl MapUniform {
             size_px: [map.width_px as f32, map.height_px as f32],
             focal_px: map.focal_px as f32,
             near_m: map.near_m as f32,
-            rounding: ROUNDING as f32,
-            padding: 0.0,
+            rounding: bias.rounding(),
+            rise_texels: bias.rise_texels(),
         }
     }
 }
@@ -117,7 +119,8 @@ mod tests {
             size_px,
             focal_px,
             near_m,
-            rounding
+            rounding,
+            rise_texels
         );
     }
 }

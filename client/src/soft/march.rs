@@ -15,7 +15,7 @@ use surface::{CastPass, GBuffer, HeldSurfaces, SurfaceError};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use super::batch::{POINTS, PointsUniform, Ready, batches, shifts};
-use super::{Count, Receivers};
+use super::{Bias, Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, uniform};
 
 /// Images of a lamp: the twin of the constant in `client/soft_march.wgsl`.
@@ -43,6 +43,7 @@ struct CornersUniform {
 #[derive(Debug)]
 pub(super) struct PointMarch {
     gpu: Gpu,
+    bias: Bias,
     casting: CastPass,
     /// Spans of planes, and of spans.
     widen: [FullscreenPass; 2],
@@ -80,7 +81,7 @@ impl Images {
         (self.depth.texture.width(), self.depth.texture.height())
     }
 
-    /// One level of one corner's.
+    /// One level of one corner's, to be drawn to.
     fn level(&self, layer: usize, level: usize) -> TextureView {
         self.levels[level].create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2),
@@ -100,17 +101,18 @@ impl Images {
 }
 
 impl PointMarch {
-    pub(super) fn new(gpu: &Gpu) -> Result<PointMarch, SurfaceError> {
-        use Binding::{FloatTexture, FloatTextures, Uniform};
-        let widen = |entry_point, bindings: &[Binding]| {
-            FullscreenPass::new(gpu, "client/soft_spans.wgsl", entry_point, bindings, &[SPANS])
+    pub(super) fn new(gpu: &Gpu, bias: Bias) -> Result<PointMarch, SurfaceError> {
+        use Binding::{FloatTextures, Uniform};
+        let widen = |entry_point| {
+            FullscreenPass::new(gpu, "client/soft_spans.wgsl", entry_point, &[FloatTextures, Uniform], &[SPANS])
         };
         let bindings = [&Ready::BINDINGS[..], &[Uniform], &[FloatTextures; LEVELS]].concat();
         let shader = ("client/soft_march.wgsl", "hidden_by_march");
         Ok(PointMarch {
             gpu: gpu.clone(),
+            bias,
             casting: CastPass::of_planes(gpu)?,
-            widen: [widen("widen_planes", &[FloatTexture])?, widen("widen_spans", &[FloatTexture])?],
+            widen: [widen("widen_planes")?, widen("widen_spans")?],
             march: FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[super::SoftShadows::FORMAT])?,
             images: None,
         })
@@ -131,7 +133,7 @@ impl PointMarch {
             _ => Images::new(&self.gpu, (frame.width_px, frame.height_px)),
         };
         self.draw(encoder, (corners, casters), &images);
-        let ready = Ready::new(&self.gpu, frame, receivers);
+        let ready = Ready::new(&self.gpu, (frame, self.bias), receivers);
         let places = uniform(&self.gpu, "corners", bytemuck::bytes_of(&CornersUniform::new(corners)));
         let spans = images.levels();
         for numbers in batches(numbers, POINTS, count) {
@@ -152,12 +154,15 @@ impl PointMarch {
         (corners, casters): (&[Pinhole], &HeldSurfaces),
         images: &Images,
     ) {
+        let all = images.levels();
         for (layer, corner) in corners.iter().enumerate() {
             let is_of_it = |camera: &Pinhole| corner_of(camera, corners).is_none_or(|own| own == layer);
-            let [planes, spans, wider] = std::array::from_fn(|level| images.level(layer, level));
-            self.casting.encode_some(encoder, casters, corner, (&planes, &images.depth.view), is_of_it);
-            self.widen[0].encode(encoder, &[BindingResource::TextureView(&planes)], &[&spans]);
-            self.widen[1].encode(encoder, &[BindingResource::TextureView(&spans)], &[&wider]);
+            self.casting.encode_some(encoder, casters, corner, (&images.level(layer, 0), &images.depth.view), is_of_it);
+            let number = uniform(&self.gpu, "layer", bytemuck::bytes_of(&[layer as u32, 0, 0, 0]));
+            for (widen, level) in self.widen.iter().zip(1..) {
+                let inputs = [BindingResource::TextureView(&all[level - 1]), number.as_entire_binding()];
+                widen.encode(encoder, &inputs, &[&images.level(layer, level)]);
+            }
         }
     }
 }

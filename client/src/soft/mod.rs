@@ -48,6 +48,7 @@ pub use pace::Pace;
 pub use protocol::Lamp;
 
 use crate::fullscreen::Target;
+use crate::shadow::ROUNDING;
 use compare::ComparePass;
 use maps::PointMaps;
 use march::PointMarch;
@@ -76,8 +77,35 @@ pub struct Settings {
     pub points: u32,
     /// A map has as many texels as a square of this side.
     pub map_px: u32,
+    /// How much nearer than a point hides it.
+    pub bias: Bias,
     /// How many of the points a frame draws.
     pub pace: Pace,
+}
+
+/// What keeps surfaces from shadowing themselves: see the module; beside it casters stand back by half of their footprints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bias {
+    /// So many times what slopes and rounding ask for: 1, but for showing what it is for.
+    pub times: u32,
+}
+
+impl Default for Bias {
+    fn default() -> Bias {
+        Bias { times: 1 }
+    }
+}
+
+impl Bias {
+    /// How much of an inverse depth rounding may be.
+    fn rounding(self) -> f32 {
+        (f64::from(self.times) * ROUNDING) as f32
+    }
+
+    /// Over how many texels what a plane rises hides nothing.
+    fn rise_texels(self) -> f32 {
+        0.5 * self.times as f32
+    }
 }
 
 impl Settings {
@@ -87,7 +115,7 @@ impl Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { choice: Choice::default(), points: 8, map_px: 512, pace: Pace::All }
+        Settings { choice: Choice::default(), points: 8, map_px: 512, bias: Bias::default(), pace: Pace::All }
     }
 }
 
@@ -234,21 +262,21 @@ impl SoftShadows {
             && let [corners] = &*lamp.corner_views(bounds_world, self.settings.map_px)
             && PointWarps::may_warp(corners)
         {
-            let march = made(&mut self.passes.march, || PointMarch::new(&self.gpu))?;
+            let march = made(&mut self.passes.march, || PointMarch::new(&self.gpu, self.settings.bias))?;
             march.encode(encoder, (corners, face, casters), receivers, (count, &points));
             return Ok(Some(Method::March));
         }
         let mut drawn_by = None;
         for face in &faces {
             if self.method == Method::Warp && self.gpu.caps.compute && PointWarps::may_warp(face) {
-                let warps = made(&mut self.passes.warps, || PointWarps::new(&self.gpu))?;
+                let warps = made(&mut self.passes.warps, || PointWarps::new(&self.gpu, self.settings.bias))?;
                 if warps.has_room_for(casters) {
                     warps.encode(encoder, (face, casters), receivers, (count, &points));
                     drawn_by = Some(Method::Warp);
                     continue;
                 }
             }
-            let make = || Ok((PointMaps::new(&self.gpu)?, ComparePass::new(&self.gpu)?));
+            let make = || Ok((PointMaps::new(&self.gpu)?, ComparePass::new(&self.gpu, self.settings.bias)?));
             let (maps, compare) = made(&mut self.passes.maps, make)?;
             let ready = compare.prepare(receivers);
             for &point in &points {

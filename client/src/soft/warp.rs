@@ -13,7 +13,7 @@ use wgpu::BindingResource;
 
 use super::batch::{POINTS, PointsUniform, Ready, batches, shifts};
 use super::reach::{DISPATCHES, ReachPass, Seen};
-use super::{Count, Receivers};
+use super::{Bias, Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto};
 
 /// The maps of a batch take no more bytes than this: each batch reads everything that casts, so few are better than what a cache holds (on two
@@ -24,6 +24,7 @@ const BATCH_BYTES: u64 = 32 << 20;
 #[derive(Debug)]
 pub(super) struct PointWarps {
     gpu: Gpu,
+    bias: Bias,
     flatten: FlattenPass,
     reach: ReachPass,
     warps: [wgpu::ComputePipeline; 2],
@@ -95,14 +96,14 @@ impl Maps {
 }
 
 impl PointWarps {
-    pub(super) fn new(gpu: &Gpu) -> Result<PointWarps, SurfaceError> {
+    pub(super) fn new(gpu: &Gpu, bias: Bias) -> Result<PointWarps, SurfaceError> {
         let module = gpu.shader("client/compute/warp.wgsl")?;
         let warps = ["warp_small", "warp_large"].map(|entry_point| gpu.compute_pipeline(&module, entry_point));
         let bindings = [&Ready::BINDINGS[..], &[Binding::FloatTextures]].concat();
         let shader = ("client/compute/warp_lookup.wgsl", "hidden_by_maps");
         let lookup = FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[super::SoftShadows::FORMAT])?;
         let (flatten, reach) = (FlattenPass::new(gpu)?, ReachPass::new(gpu)?);
-        Ok(PointWarps { gpu: gpu.clone(), flatten, reach, warps, lookup, maps: None })
+        Ok(PointWarps { gpu: gpu.clone(), bias, flatten, reach, warps, lookup, maps: None })
     }
 
     /// Whether the views of a face only differ by shifts: whether their eyes lie in a plane parallel to their images.
@@ -136,7 +137,7 @@ impl PointWarps {
             Some(maps) if maps.size_px == [frame.width_px, frame.height_px] => maps,
             _ => Maps::new(&self.gpu, [frame.width_px, frame.height_px]),
         };
-        let ready = Ready::new(&self.gpu, frame, receivers);
+        let ready = Ready::new(&self.gpu, (frame, self.bias), receivers);
         let seen = Seen {
             camera: &ready.camera,
             in_frame: &ready.in_frame,

@@ -17,7 +17,8 @@ struct PointMap {
     near_m: f32,
     // How far rounding moves an inverse depth, as a share of it.
     rounding: f32,
-    padding: f32,
+    // Over how many texels what the plane rises hides nothing.
+    rise_texels: f32,
 }
 
 @group(0) @binding(0) var<uniform> camera: Pinhole;
@@ -59,7 +60,7 @@ fn hidden(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // On a plane inverse depth is linear in the image: 1/z = dot(normal, ray) / dot(normal, p).
     let slope = -normal.xy / (map.focal_px * facing);
     let own_w = 1.0 / p.z;
-    let slack = 0.5 * (abs(slope.x) + abs(slope.y)) + map.rounding * own_w;
+    let slack = map.rise_texels * (abs(slope.x) + abs(slope.y)) + map.rounding * own_w;
     let plane_w = own_w + dot(slope, texel + 0.5 - image_px);
     let caster_w = textureLoad(map_w, vec2i(texel), 0).x;
     if caster_w <= max(plane_w + slack, 0.0) {

@@ -24,7 +24,7 @@ struct Receiver {
     least_w: f32,
     // The cosine to the frame's eye, times the distance and the focal length; an eye's shift s changes it by dot(normal.xy, s).
     facing: f32,
-    // What the plane rises over half a texel, times that.
+    // What the plane rises over some texels, times that.
     rise: f32,
 }
 
@@ -47,6 +47,6 @@ fn receiver_at(position: vec4f) -> Receiver {
     let normal = frame.frame_from_view * vec4f(select(octahedral, -octahedral, turned), 0.0);
     let own_w = 1.0 / p.z;
     let facing = -frame.focal_px * dot(normal, p);
-    let rise = 0.5 * (abs(normal.x) + abs(normal.y));
+    let rise = frame.rise_texels * (abs(normal.x) + abs(normal.y));
     return Receiver(normal, own_w, frame.focal_px * p.xy * own_w, own_w + frame.rounding * own_w, facing, rise);
 }

@@ -1,6 +1,6 @@
 //! Ways of drawing shadows, each with its settings.
 
-use client::soft::{Choice, Method, Pace, Settings};
+use client::soft::{Bias, Choice, Method, Pace, Settings};
 
 /// A way of drawing by its name.
 #[derive(Clone, Copy)]
@@ -29,11 +29,18 @@ pub(super) const METHODS: &[Way] = &[
     Way { name: "warp, a quarter of the points", settings: |points, px| some(points * points / 4, points, px) },
     Way { name: "warp, a sixteenth of the points", settings: |points, px| some(points * points / 16, points, px) },
     Way { name: "warp, maps of half the side", settings: |points, image_px| plain(Method::Warp, points, image_px / 2) },
+    Way { name: "warp, no bias", settings: |points, image_px| biased(0, points, image_px) },
+    Way { name: "warp, eight times the bias", settings: |points, image_px| biased(8, points, image_px) },
     Way { name: "march", settings: |points, image_px| plain(Method::March, points, image_px) },
 ];
 
 fn plain(method: Method, points: u32, map_px: u32) -> Settings {
-    Settings { choice: Choice::Always(method), points, map_px, pace: Pace::All }
+    Settings { choice: Choice::Always(method), points, map_px, ..Settings::default() }
+}
+
+/// With so many times the bias that is derived.
+fn biased(times: u32, points: u32, map_px: u32) -> Settings {
+    Settings { bias: Bias { times }, ..plain(Method::Warp, points, map_px) }
 }
 
 /// What the first frame shows where a frame draws `some` of the points.

@@ -6,5 +6,6 @@ struct Frame {
     near_m: f32,
     // How far rounding moves an inverse depth, as a share of it.
     rounding: f32,
-    padding: f32,
+    // Over how many texels what the plane rises hides nothing.
+    rise_texels: f32,
 }
