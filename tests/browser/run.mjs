@@ -35,19 +35,20 @@ async function until(page, what, ready) {
   }
 }
 
+/** Whether no more of a lamp's points are to come. */
+const isAllSoft = ({ soft_points: points }) => !points || points[0] === points[1];
+
 /** Waits until nothing was drawn for a while, longer than the server needs for a look on a busy machine. */
 async function settled(page) {
   let state = await until(page, 'a picture', (now) => now.picture);
   for (;;) {
     await sleep(2500);
     const next = await until(page, 'a picture', (now) => now.picture);
-    if (next.frames === state.frames && next.updates === state.updates) return next;
+    if (next.frames === state.frames && next.updates === state.updates && isAllSoft(next)) return next;
     state = next;
   }
 }
 
-/** Whether no more of a lamp's points are to come. */
-const isAllSoft = ({ soft_points: points }) => !points || points[0] === points[1];
 /** Whether what both of `lamp-teapots`' lamps see is there, from four corners each. */
 const seesLamps = ({ light_images: images }) => images.patches >= 8;
 const panel = (page, id) => page.locator(`#${id}`).textContent();
