@@ -28,7 +28,7 @@ pub(super) struct PointsUniform {
     weights: [[f32; 4]; POINTS],
 }
 
-/// `Frame` of `client/compute/warp_lookup.wgsl`.
+/// `Frame` of `client/compute/warp_frame.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub(super) struct FrameUniform {

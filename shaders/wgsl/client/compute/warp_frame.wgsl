@@ -1,4 +1,4 @@
-// The frame that a lamp's points look beside, as seen from a view: the twin of `client::soft::warp::FrameUniform`.
+// The frame that a lamp's points look beside, as seen from a view: the twin of `client::soft::batch::FrameUniform`.
 struct Frame {
     // Takes a point to the frame's eye space.
     frame_from_view: mat4x3f,
