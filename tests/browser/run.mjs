@@ -64,15 +64,22 @@ function mortalWorkers() {
   };
 }
 
+/** A further page of the browser at an address: a small one, as here each pixel of mirrors and soft shadows takes long. */
+async function smallPage({ page: first, log }, address) {
+  const page = await first.context().newPage();
+  await page.setViewportSize({ width: 400, height: 250 });
+  page.on('console', (message) => log(`console ${message.type()}: ${message.text()}`));
+  await page.goto(address, { waitUntil: 'load', timeout: PATIENCE_MS });
+  return page;
+}
+
 /** Pictures of a scene by what addresses wish for, once a page's state suffices for its wish. */
 async function pictures(at, scene, wishes, suffices) {
   const { renderer, log } = at;
   const server = await startServer({ bin, web, port: await freePort(), scene, log });
   const taken = [];
   for (const wish of wishes) {
-    const page = await at.page.context().newPage();
-    page.on('console', (message) => log(`console ${message.type()}: ${message.text()}`));
-    await page.goto(`${server.origin}/?renderer=${renderer}${wish}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+    const page = await smallPage(at, `${server.origin}/?renderer=${renderer}${wish}`);
     await until(page, 'all of a picture', (now) => now.picture && suffices(now, wish));
     await settled(page);
     taken.push(await canvasPixels(page, join(shots, `${renderer}-9-${scene}${wish.replace(/\W/g, '-')}.png`)));
@@ -231,10 +238,7 @@ function tests(renderer) {
       // From a still scene nothing of what lamps see is sent again; where lamps swing and pots turn only what comes into view.
       for (const scene of ['lamp-teapots', 'lamp-teapots-moving']) {
         const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log });
-        const page = await at.page.context().newPage();
-        page.on('console', (message) => at.log(`console ${message.type()}: ${message.text()}`));
-        const address = `${server.origin}/?renderer=${renderer}&shadows=soft&soft-points=2`;
-        await page.goto(address, { waitUntil: 'load', timeout: PATIENCE_MS });
+        const page = await smallPage(at, `${server.origin}/?renderer=${renderer}&shadows=soft&soft-points=2`);
         const before = await until(page, 'soft shadows', (now) => now.soft_points && seesLamps(now));
         const first = await canvasPixels(page, join(shots, `${renderer}-10-${scene}.png`));
         await page.locator('#view').focus();

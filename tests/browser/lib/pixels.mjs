@@ -1,9 +1,12 @@
 // What is on the canvas, as the browser shows it: a screenshot, decoded by the browser itself.
 
+/** How long a screenshot may wait for what the software adapter still has to draw. */
+const PATIENCE_MS = 120_000;
+
 /** Pixels of the page as shown, without what lies over the canvas: { width, height, data } with RGBA bytes. */
 export async function canvasPixels(page, path) {
   const over = '#panel, nav, #status, #loading { visibility: hidden !important; }';
-  const png = await page.screenshot({ path, style: over, timeout: 60_000 });
+  const png = await page.screenshot({ path, style: over, timeout: PATIENCE_MS });
   const helper = await page.context().newPage();
   try {
     const [width, height, text] = await helper.evaluate(async (base64) => {
