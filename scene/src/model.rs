@@ -227,6 +227,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// What is drawn; at most 65,535.
     pub instances: Vec<Instance>,
+    /// Whether [`Snapshot::lights`] change with time.
+    pub lights_move: bool,
     /// Cameras of the file as `world_from_eye` with a vertical field of view, at time 0.
     pub cameras: Vec<SceneCamera>,
     /// Extent at time 0.
@@ -267,9 +269,9 @@ impl Scene {
         self.animation.at(self, time_s)
     }
 
-    /// Whether anything moves or deforms.
+    /// Whether anything moves or deforms, a light included.
     pub fn is_animated(&self) -> bool {
-        self.instances.iter().any(|instance| instance.moves || instance.deforms)
+        self.lights_move || self.instances.iter().any(|instance| instance.moves || instance.deforms)
     }
 
     /// The box in world space around the box of an instance's mesh at rest; `None` where the mesh has no vertices.

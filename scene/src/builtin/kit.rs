@@ -164,6 +164,7 @@ impl Kit {
             instance.deforms &= moving;
         }
         let (period_s, motions, lights, lamps) = (self.period_s, self.motions, self.lights, self.lamps);
+        let lights_move = moving && !lamps.is_empty();
         let animation = Motions { period_s, motions, lights, lamps, moving };
         let mut scene = Scene {
             name: name.into(),
@@ -171,6 +172,7 @@ impl Kit {
             materials: self.materials,
             textures: self.textures,
             instances,
+            lights_move,
             cameras: self.start.into_iter().collect(),
             bounds: Bounds::EMPTY,
             walk: self.walk,

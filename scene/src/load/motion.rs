@@ -72,6 +72,7 @@ pub(super) fn still_scene(
         materials,
         textures,
         instances,
+        lights_move: false,
         cameras: Vec::new(),
         bounds,
         walk,

@@ -119,6 +119,7 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, placed: &[(u32, DAffin
         walk: false,
         start: None,
         corridors: None,
+        lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(animation),
     }

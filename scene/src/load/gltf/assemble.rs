@@ -79,6 +79,7 @@ pub(super) fn scene(
     let cameras = light::cameras(document, &visible, &worlds, &mut warnings);
     let mut lights = NodeLight::read(document, &visible, &mut warnings);
     lights.extend(panels((&meshes, &instances, &sources), &materials.materials, &worlds, &mut warnings));
+    let lights_move = lights.iter().any(|light| moving[light.node]);
     let motion = Motion { hierarchy, clips, skins, sources, deforms, lights, rest };
     let snapshot = motion.snapshot(0.0);
     let bounds = summary::bounds(&meshes, &instances, &snapshot);
@@ -94,6 +95,7 @@ pub(super) fn scene(
         materials: materials.materials,
         textures: materials.textures,
         instances,
+        lights_move,
         start: cameras.first().copied(),
         cameras,
         bounds,

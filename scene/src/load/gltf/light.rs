@@ -11,7 +11,7 @@ use crate::{LightArea, SceneLight};
 /// A light and the node that carries it.
 #[derive(Debug)]
 pub(super) struct NodeLight {
-    node: usize,
+    pub node: usize,
     kind: Kind,
     colour: [f32; 3],
     range_m: f32,

@@ -274,6 +274,29 @@ fn lights_and_cameras_stand_where_their_nodes_are() {
 }
 
 #[test]
+fn a_light_alone_may_move() {
+    let lit = |node: u32| {
+        triangle_with(|b| {
+            b.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+            b.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+            b.push("nodes", json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}));
+            b.json["scenes"][0]["nodes"] = json!([0, 1]);
+            b.animate("translation", "LINEAR", &[0.0, 2.0], &[0.0, 0.0, 0.0, 2.0, 0.0, 0.0], "VEC3");
+            b.json["animations"][0]["channels"][0]["target"]["node"] = json!(node);
+        })
+    };
+    let x_at = |scene: &Scene, time_s| match scene.at(time_s).lights[0] {
+        crate::SceneLight::Point { position_world, .. } => position_world.x,
+        crate::SceneLight::Directional { .. } => f64::NAN,
+    };
+    let swinging = lit(1);
+    assert!(swinging.lights_move && swinging.is_animated() && !swinging.instances[0].moves);
+    assert_eq!((x_at(&swinging, 0.0), x_at(&swinging, 1.0)), (0.0, 1.0));
+    let standing = lit(0);
+    assert!(!standing.lights_move && standing.is_animated() && standing.instances[0].moves);
+}
+
+#[test]
 fn lights_with_a_size_and_rectangles_that_emit_have_an_area() {
     let lamp = |extras: serde_json::Value| {
         let scene = triangle_with(|b| {
