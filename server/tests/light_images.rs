@@ -45,19 +45,24 @@ fn samples(session: &Session, light: u16) -> Option<usize> {
     patches.map(|held| held.patch.image.sample_count()).reduce(|a, b| a + b)
 }
 
-/// A scene under a square lamp of a metre, a metre behind the origin, that shines along -z and swings from side to side.
-fn lit(scene: Scene) -> Scene {
-    common::animated(scene, |snapshot| {
-        let position_world = common::swing(snapshot.time_s, 8.0).transform_point3(DVec3::Z);
+/// A scene under a square lamp of a metre that shines along -z, from a place at a time.
+fn lit_from(scene: Scene, range_m: f32, place: impl Fn(f64) -> DVec3 + Send + Sync + 'static) -> Scene {
+    let lights_move = place(0.0) != place(1.0);
+    common::animated(Scene { lights_move, ..scene }, move |snapshot| {
         snapshot.lights = vec![SceneLight::Point {
-            position_world,
+            position_world: place(snapshot.time_s),
             colour: [100.0; 3],
             direction_world: DVec3::NEG_Z,
             spot_angles_rad: None,
-            range_m: f32::INFINITY,
+            range_m,
             area: Some(LightArea { half_world: [DVec3::X * 0.5, DVec3::NEG_Y * 0.5], is_disc: false }),
         }];
     })
+}
+
+/// The same from a metre behind the origin, where it swings from side to side.
+fn lit(scene: Scene) -> Scene {
+    lit_from(scene, f32::INFINITY, |time_s| common::swing(time_s, 8.0).transform_point3(DVec3::Z))
 }
 
 /// The share of what the first light's corners see now that the client holds otherwise, or not, for it.
@@ -167,6 +172,39 @@ fn a_lamp_that_casts_nothing_gets_no_images_until_it_does() {
     assert_eq!((nothing.without, nothing.added, bytes), (15, 0, 0));
     let (then, _) = ticks(&mut session, 10);
     assert!(then.sets == 1 && samples(&session, 0) > Some(3000), "{then:?}");
+    assert!(wrong_share(&session) < 0.05, "{}", wrong_share(&session));
+}
+
+#[test]
+fn where_nothing_moves_that_casts_nothing_nobody_looks_again() {
+    let behind = |_| DAffine3::from_translation(DVec3::Z * 9.0);
+    let mut session = soft(Session::new(lit_from(common::moving_ball(behind), f32::INFINITY, |_| DVec3::Z)));
+    let (first, _) = ticks(&mut session, 1);
+    assert!(first.without == 1 && first.views > 0, "{first:?}");
+    let (then, bytes) = ticks(&mut session, 5);
+    assert_eq!((then.without, then.views, bytes), (5, 0, 0));
+}
+
+#[test]
+fn a_lamp_that_travels_leaves_behind_what_it_sees_no_more() {
+    // Along a wall of 24 m with balls before it, of which it reaches 6 m at a time. Nothing but the lamp moves.
+    let at = |x: f64, z: f64, scale: f64| {
+        DAffine3::from_translation(DVec3::new(x, 0.0, z)) * DAffine3::from_scale(DVec3::splat(scale))
+    };
+    let balls = (-5..=5).map(|ball| (1, at(2.0 * f64::from(ball), -3.2, 0.3)));
+    let placed: Vec<_> = [(0, at(0.0, -4.0, 12.0))].into_iter().chain(balls).collect();
+    let material = common::coloured([0.6, 0.5, 0.4, 1.0]);
+    let wall = common::scene(vec![common::square(4, 0), common::sphere(24, 0)], vec![material], &placed);
+    let there = |time_s: f64| DVec3::new((4.0 * time_s - 9.0).min(9.0), 0.0, -2.0);
+    let mut session = soft(Session::new(lit_from(wall, 2.0, there)));
+    ticks(&mut session, 1);
+    let begun = samples(&session, 0).expect("a set");
+    let mut most = 0;
+    while session.now_s < 5.0 {
+        ticks(&mut session, 1);
+        most = most.max(samples(&session, 0).expect("a set"));
+    }
+    assert!(begun > 3000 && most <= 2 * begun, "{most} of {begun} samples");
     assert!(wrong_share(&session) < 0.05, "{}", wrong_share(&session));
 }
 
