@@ -6,6 +6,8 @@ const PATIENCE_MS = 120_000;
 /** Pixels of the page as shown, without what lies over the canvas: { width, height, data } with RGBA bytes. */
 export async function canvasPixels(page, path) {
   const over = '#panel, nav, #status, #loading { visibility: hidden !important; }';
+  // Frames come no faster than they are drawn: after two more, what was drawn before is shown.
+  await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
   const png = await page.screenshot({ path, style: over, timeout: PATIENCE_MS });
   const helper = await page.context().newPage();
   try {
