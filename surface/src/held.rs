@@ -1,5 +1,4 @@
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
 use glam::{DAffine3, DVec3, Vec3};
@@ -29,14 +28,8 @@ pub struct HeldSurfaces {
     poses_now: BTreeMap<u16, DAffine3>,
     /// By material code.
     double_sided: Vec<bool>,
-    /// Of the last change that may show in a picture.
+    /// Counts what may have changed a picture.
     revision: u64,
-}
-
-/// A number that no store has had.
-fn next_revision() -> u64 {
-    static LAST: AtomicU64 = AtomicU64::new(0);
-    LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
 /// What is held for drawing.
@@ -103,16 +96,7 @@ impl HeldSurfaces {
 
     fn empty(gpu: Option<Gpu>, corners: Corners, rules: CornerRules) -> HeldSurfaces {
         let (patches, poses_now, double_sided) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
-        HeldSurfaces {
-            gpu,
-            corners,
-            rules,
-            purpose: Purpose::Eye,
-            patches,
-            poses_now,
-            double_sided,
-            revision: next_revision(),
-        }
+        HeldSurfaces { gpu, corners, rules, purpose: Purpose::Eye, patches, poses_now, double_sided, revision: 0 }
     }
 
     /// The same of what is held for something else, by the rules for it; of a store that holds nothing yet.
@@ -180,7 +164,7 @@ impl HeldSurfaces {
         if mesh.indices.is_empty() {
             self.remove(held.patch.id);
         } else {
-            self.revision = next_revision();
+            self.revision += 1;
             self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh));
         }
     }
@@ -188,7 +172,7 @@ impl HeldSurfaces {
     /// Draws single samples of a patch no more.
     pub fn delete(&mut self, id: PatchId, pixels: &[(u16, u16)]) {
         if let Some(patch) = self.patches.get_mut(&id) {
-            self.revision = next_revision();
+            self.revision += 1;
             patch.delete(self.gpu.as_ref(), pixels);
         }
     }
@@ -203,21 +187,19 @@ impl HeldSurfaces {
         self.patches.values().map(|patch| patch.bounds_world).reduce(WorldBounds::union)
     }
 
-    /// A number that grows with every change of what is drawn, and that no other store has.
+    /// A number that grows with every change of what is drawn.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
     /// Forgets a patch.
     pub fn remove(&mut self, id: PatchId) {
-        if self.patches.remove(&id).is_some() {
-            self.revision = next_revision();
-        }
+        self.revision += u64::from(self.patches.remove(&id).is_some());
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.revision = next_revision();
+        self.revision += 1;
         self.patches.clear();
         self.poses_now.clear();
     }
@@ -225,7 +207,7 @@ impl HeldSurfaces {
     /// Where the moving objects are now.
     pub fn set_poses(&mut self, poses_now: &BTreeMap<u16, DAffine3>) {
         if self.poses_now != *poses_now {
-            self.revision = next_revision();
+            self.revision += 1;
             self.poses_now.clone_from(poses_now);
         }
     }
@@ -234,7 +216,7 @@ impl HeldSurfaces {
     pub fn set_materials(&mut self, materials: &[Material]) {
         let double_sided = materials.iter().map(|material| material.double_sided).collect();
         if self.double_sided != double_sided {
-            self.revision = next_revision();
+            self.revision += 1;
             self.double_sided = double_sided;
         }
     }

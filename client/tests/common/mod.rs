@@ -143,8 +143,7 @@ pub fn on_floor(stage: &Stage, world: &World, camera: &Pinhole, blocks: &[Block]
 /// Draws pictures of one held copy.
 pub struct Stage {
     pub gpu: Gpu,
-    /// Of what is held.
-    pub surfaces: HeldSurfaces,
+    surfaces: HeldSurfaces,
     /// What lights see, where that is held.
     pub lights: Option<LightImages>,
     pub frames: FrameRenderer,
