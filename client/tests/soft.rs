@@ -160,6 +160,30 @@ fn points_add_up_over_frames_to_what_one_frame_draws() {
 }
 
 #[test]
+fn what_moves_casts_from_where_it_is_now() {
+    let moved = (PLATE.0 + DVec3::X, PLATE.1 + DVec3::X);
+    let copy = |lamp_x: f64, plate: Block| {
+        held(&HERE, &[FLOOR, plate], lamp(&HERE, DVec3::new(lamp_x, HEIGHT, 0.0), 0.4, AreaShape::Rectangle))
+    };
+    // The lamp alone moves, then the plate alone.
+    let copies = [copy(0.0, PLATE), copy(1.0, PLATE), copy(1.0, moved)];
+    for method in METHODS {
+        let mut stage = Stage::new(&copies[0]);
+        shares(&mut stage, &HERE, &copies[0], (method, 2));
+        let follows = [1, 2].map(|now| {
+            if now == 2 {
+                stage.surfaces.rebuild(&copies[now]);
+            }
+            stage.shoot(&copies[now], &camera(&HERE));
+            let follows: Vec<[u8; 4]> = stage.read(stage.frames.light_shares().expect("a lamp casts"));
+            follows.iter().map(|share| share[0]).collect::<Vec<u8>>()
+        });
+        let anew = [1, 2].map(|now| shares(&mut Stage::new(&copies[now]), &HERE, &copies[now], (method, 2)));
+        assert!(follows == anew && anew[0] != anew[1], "{method:?}");
+    }
+}
+
+#[test]
 fn few_points_are_evened_out_along_a_surface_and_not_over_outlines() {
     let blocks = [FLOOR, PLATE];
     let place = DVec3::Y * HEIGHT;

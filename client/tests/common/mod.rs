@@ -143,7 +143,8 @@ pub fn on_floor(stage: &Stage, world: &World, camera: &Pinhole, blocks: &[Block]
 /// Draws pictures of one held copy.
 pub struct Stage {
     pub gpu: Gpu,
-    surfaces: HeldSurfaces,
+    /// Of what is held.
+    pub surfaces: HeldSurfaces,
     /// What lights see, where that is held.
     pub lights: Option<LightImages>,
     pub frames: FrameRenderer,
