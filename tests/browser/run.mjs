@@ -228,7 +228,7 @@ function tests(renderer) {
       assert.ok(colours(barrels) >= 8, `only ${colours(barrels)} colours`);
     }],
     ['shows hard and soft shadows where asked for', async () => {
-      const wishes = ['', '&shadows=maps', '&shadows=soft&soft-points=2', '&shadows=soft&soft-points=2&soft-method=march'];
+      const wishes = ['', '&shadows=maps', ...['maps', 'march'].map((method) => `&shadows=soft&soft-points=2&soft-method=${method}`)];
       const [plain, hard, ...soft] = await pictures(at, 'lamp-teapots', wishes, (now, wish) => !wish.includes('soft') || (now.soft_points && seesLamps(now)));
       [hard, ...soft].forEach((picture) => darkens(plain, picture));
       assert.ok(difference(hard, soft[0]) > 0.002, 'soft shadows look like hard ones');
