@@ -1,4 +1,5 @@
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
 use glam::{DAffine3, DVec3, Vec3};
@@ -28,8 +29,14 @@ pub struct HeldSurfaces {
     poses_now: BTreeMap<u16, DAffine3>,
     /// By material code.
     double_sided: Vec<bool>,
-    /// Counts what may have changed a picture.
+    /// Of the last change that may show in a picture.
     revision: u64,
+}
+
+/// A number that no store has had.
+fn next_revision() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
 /// What is held for drawing.
@@ -96,7 +103,16 @@ impl HeldSurfaces {
 
     fn empty(gpu: Option<Gpu>, corners: Corners, rules: CornerRules) -> HeldSurfaces {
         let (patches, poses_now, double_sided) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
-        HeldSurfaces { gpu, corners, rules, purpose: Purpose::Eye, patches, poses_now, double_sided, revision: 0 }
+        HeldSurfaces {
+            gpu,
+            corners,
+            rules,
+            purpose: Purpose::Eye,
+            patches,
+            poses_now,
+            double_sided,
+            revision: next_revision(),
+        }
     }
 
     /// The same of what is held for something else, by the rules for it; of a store that holds nothing yet.
@@ -164,7 +180,7 @@ impl HeldSurfaces {
         if mesh.indices.is_empty() {
             self.remove(held.patch.id);
         } else {
-            self.revision += 1;
+            self.revision = next_revision();
             self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh));
         }
     }
@@ -172,7 +188,7 @@ impl HeldSurfaces {
     /// Draws single samples of a patch no more.
     pub fn delete(&mut self, id: PatchId, pixels: &[(u16, u16)]) {
         if let Some(patch) = self.patches.get_mut(&id) {
-            self.revision += 1;
+            self.revision = next_revision();
             patch.delete(self.gpu.as_ref(), pixels);
         }
     }
@@ -187,19 +203,21 @@ impl HeldSurfaces {
         self.patches.values().map(|patch| patch.bounds_world).reduce(WorldBounds::union)
     }
 
-    /// A number that grows with every change of what is drawn.
+    /// A number that grows with every change of what is drawn, and that no other store has.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
     /// Forgets a patch.
     pub fn remove(&mut self, id: PatchId) {
-        self.revision += u64::from(self.patches.remove(&id).is_some());
+        if self.patches.remove(&id).is_some() {
+            self.revision = next_revision();
+        }
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.revision += 1;
+        self.revision = next_revision();
         self.patches.clear();
         self.poses_now.clear();
     }
@@ -207,7 +225,7 @@ impl HeldSurfaces {
     /// Where the moving objects are now.
     pub fn set_poses(&mut self, poses_now: &BTreeMap<u16, DAffine3>) {
         if self.poses_now != *poses_now {
-            self.revision += 1;
+            self.revision = next_revision();
             self.poses_now.clone_from(poses_now);
         }
     }
@@ -216,7 +234,7 @@ impl HeldSurfaces {
     pub fn set_materials(&mut self, materials: &[Material]) {
         let double_sided = materials.iter().map(|material| material.double_sided).collect();
         if self.double_sided != double_sided {
-            self.revision += 1;
+            self.revision = next_revision();
             self.double_sided = double_sided;
         }
     }

@@ -49,6 +49,16 @@ async function settled(page) {
   }
 }
 
+/** The picture once it is settled. One that a frame came into, as by an update that took the server long, is taken again. */
+async function stillPicture(page, name) {
+  for (;;) {
+    const before = await settled(page);
+    const picture = await canvasPixels(page, join(shots, `${name}.png`));
+    const after = await until(page, 'a picture', (now) => now.picture);
+    if (after.frames === before.frames) return picture;
+  }
+}
+
 /** Whether what both of `lamp-teapots`' lamps see is there, from four corners each. */
 const seesLamps = ({ light_images: images }) => images.patches >= 8;
 const panel = (page, id) => page.locator(`#${id}`).textContent();
@@ -81,8 +91,7 @@ async function pictures(at, scene, wishes, suffices) {
   for (const wish of wishes) {
     const page = await smallPage(at, `${server.origin}/?renderer=${renderer}${wish}`);
     await until(page, 'all of a picture', (now) => now.picture && suffices(now, wish));
-    await settled(page);
-    taken.push(await canvasPixels(page, join(shots, `${renderer}-9-${scene}${wish.replace(/\W/g, '-')}.png`)));
+    taken.push(await stillPicture(page, `${renderer}-9-${scene}${wish.replace(/\W/g, '-')}`));
     await page.close();
   }
   await server.stop();
@@ -141,8 +150,7 @@ function tests(renderer) {
       await at.page.mouse.up();
       const after = await until(at.page, 'a turn', (now) => turned(before.pose, now.pose) > 0.1);
       assert.ok(after.frames > before.frames);
-      await settled(at.page);
-      at.turned = await canvasPixels(at.page, join(shots, `${renderer}-2-turned.png`));
+      at.turned = await stillPicture(at.page, `${renderer}-2-turned`);
       assert.ok(difference(at.first, at.turned) > 0.1, 'the picture hardly changed');
       assert.ok(contrast(at.turned) > 50, 'the canvas is nearly blank');
     }],
@@ -186,8 +194,7 @@ function tests(renderer) {
       await at.page.evaluate(() => window.vantage.lose_device());
       await until(at.page, 'a new device', (now) => now.device_losses === 1 && now.renderer === renderer && now.status === '');
       await until(at.page, 'a picture on it', (now) => now.frames > before.frames);
-      await settled(at.page);
-      const again = await canvasPixels(at.page, join(shots, `${renderer}-7-new-device.png`));
+      const again = await stillPicture(at.page, `${renderer}-7-new-device`);
       assert.ok(contrast(again) > 50, 'the canvas is nearly blank');
       await at.page.mouse.move(320, 220);
       await at.page.mouse.down();

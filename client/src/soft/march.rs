@@ -4,7 +4,7 @@
 //! Each corner's image shows what was captured from there, so four images of a set without redundancy are layers of one another. All of them
 //! and all points lie in one plane, parallel to the images: in each a ray is a straight line along which `w` grows evenly. A texel is the plane of
 //! the surface that is drawn there, drawn back where it ends; least and greatest `w` of 4² and 16² texels (a pyramid as in Tevs, Ihrke, Seidel 2008) let a ray leap over
-//! what it passes above or below. They are textures of their own rather than levels of one: a software adapter takes one level for four pixels. What lies on the receiver's own plane, by the rule of [`super`], hides nothing.
+//! what it passes above or below. Images and pyramids stay while neither the lamp nor what it sees changes, wherever the eye goes. They are textures of their own rather than levels of one: a software adapter takes one level for four pixels. What lies on the receiver's own plane, by the rule of [`super`], hides nothing.
 //!
 //! **Deviation**: between texels whose planes are apart nothing is, so steep sides that no corner sees let rays through.
 
@@ -17,6 +17,7 @@ use wgpu::{BindingResource, TextureFormat, TextureView};
 use super::batch::{POINTS, PointsUniform, Ready, batches, shifts};
 use super::{Bias, Count, Receivers};
 use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, uniform};
+use crate::shadow::LIGHTS;
 
 /// Images of a lamp: the twin of the constant in `client/soft_march.wgsl`.
 const CORNERS: usize = 4;
@@ -48,7 +49,8 @@ pub(super) struct PointMarch {
     /// Spans of planes, and of spans.
     widen: [FullscreenPass; 2],
     march: FullscreenPass,
-    images: Option<Images>,
+    /// Of the lamp that counts in each channel, as they were drawn last.
+    images: [Option<Images>; LIGHTS],
 }
 
 /// The corners' images, and their spans.
@@ -56,6 +58,16 @@ pub(super) struct PointMarch {
 struct Images {
     depth: Target,
     levels: [wgpu::Texture; LEVELS],
+    /// What they show.
+    shows: Option<Shows>,
+}
+
+/// What stays the same while the eye moves and further points are drawn.
+#[derive(Debug, PartialEq)]
+struct Shows {
+    corners: Vec<Pinhole>,
+    /// [`HeldSurfaces::revision`].
+    casters: u64,
 }
 
 impl Images {
@@ -74,7 +86,7 @@ impl Images {
             })
         };
         let depth = Target::new(gpu, "corner depth", size_px, GBuffer::DEPTH);
-        Images { depth, levels: std::array::from_fn(level) }
+        Images { depth, levels: std::array::from_fn(level), shows: None }
     }
 
     fn size_px(&self) -> (u32, u32) {
@@ -114,12 +126,12 @@ impl PointMarch {
             casting: CastPass::of_planes(gpu)?,
             widen: [widen("widen_planes")?, widen("widen_spans")?],
             march: FullscreenPass::onto(Onto::Sum, gpu, shader, &bindings, &[super::SoftShadows::FORMAT])?,
-            images: None,
+            images: Default::default(),
         })
     }
 
     /// Counts some of the points that `points` are the views of, by the images of `corners`: four views that differ from each other, and whose eyes from the points, by
-    /// shifts alone.
+    /// shifts alone. The images are drawn where they do not yet show that.
     pub(super) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -128,11 +140,15 @@ impl PointMarch {
         (count, numbers): (Count<'_>, &[usize]),
     ) {
         let frame = &corners[0];
-        let images = match self.images.take() {
+        let mut images = match self.images[count.channel()].take() {
             Some(images) if images.size_px() == (frame.width_px, frame.height_px) => images,
             _ => Images::new(&self.gpu, (frame.width_px, frame.height_px)),
         };
-        self.draw(encoder, (corners, casters), &images);
+        let shows = Some(Shows { corners: corners.to_vec(), casters: casters.revision() });
+        if images.shows != shows {
+            self.draw(encoder, (corners, casters), &images);
+            images.shows = shows;
+        }
         let ready = Ready::new(&self.gpu, (frame, self.bias), receivers);
         let places = uniform(&self.gpu, "corners", bytemuck::bytes_of(&CornersUniform::new(corners)));
         let spans = images.levels();
@@ -144,7 +160,7 @@ impl PointMarch {
                 ready.inputs(&some).into_iter().chain([places.as_entire_binding()]).chain(spans).collect();
             self.march.encode(encoder, &inputs, &[hidden]);
         }
-        self.images = Some(images);
+        self.images[count.channel()] = Some(images);
     }
 
     /// Draws the corners' images, and their spans.

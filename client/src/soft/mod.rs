@@ -149,6 +149,14 @@ impl<'a> Count<'a> {
         }
     }
 
+    /// The lamp's channel; the first where each point has a bit.
+    fn channel(self) -> usize {
+        match self {
+            Count::Share { channel, .. } => channel,
+            Count::Each(_) => 0,
+        }
+    }
+
     /// The number of the target that a point counts in.
     fn target_of(self, point: usize) -> usize {
         match self {
