@@ -147,6 +147,10 @@ impl Discretization {
         density_factor: Discretization::DENSITY_FACTOR,
     });
 
+    /// Of what a lamp sees: what casts must not end early, nor stick out. Four images of 1024 x 1024 of `grass` hold 1.74 million samples of it instead of 1.23
+    /// by [`Discretization::PIXEL`] and four million in all, of three other scenes 2 to 8 % more than by that.
+    pub const LAMP: Discretization = Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered));
+
     /// Every method by its name, as people type it.
     pub const NAMED: [(&str, Discretization); 11] = [
         ("conventional", Discretization::Conventional),
@@ -155,7 +159,7 @@ impl Discretization {
         ("neighbourhood", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Neighbourhood))),
         ("surface", Discretization::SURFACE),
         ("nearby", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Nearby))),
-        ("covered", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered))),
+        ("covered", Discretization::LAMP),
         ("covered-triangle", Discretization::NonRedundant(Redundancy::by(RedundancyTest::CoveredTriangle))),
         ("footprint", Discretization::FOOTPRINT),
         ("visibility", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Visibility))),

@@ -20,10 +20,10 @@ pub(super) struct Arguments {
     /// The lamp is N x N points [default: 16, with --quick 4].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32))]
     pub points: Option<u32>,
-    /// Only these sets of images: conventional, non-redundant, depth-peeling or any other method by its name.
+    /// Only these sets of images: covered, conventional, depth-peeling or any other method by its name.
     #[arg(long, value_name = "NAME")]
     pub set: Vec<String>,
-    /// Only these ways of drawing, of every set: maps, or one of the faster ones by its whole name [default: all of them of non-redundant sets,
+    /// Only these ways of drawing, of every set: maps, or one of the faster ones by its whole name [default: all of them of covered sets,
     /// and of others where images and lamp have their usual size, with --quick none of others but maps].
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
@@ -144,7 +144,7 @@ impl Settings {
                 let all = match self.in_all_ways {
                     InAllWays::Everything => true,
                     InAllWays::Usual if is_usual => true,
-                    InAllWays::Usual | InAllWays::Ours => *discretization == Discretization::PIXEL,
+                    InAllWays::Usual | InAllWays::Ours => *discretization == Discretization::LAMP,
                 };
                 let ways = self.ways.iter().filter(move |way| all || way.is_papers());
                 let cell = Cell::new(scene, (set, *discretization), (lamp, image_px));
@@ -160,7 +160,7 @@ impl Settings {
         let one_size = Settings { sizes: vec![(USUAL_LAMP, self.growth_px)], ..self.clone() };
         let is_first = |cell: &Cell| cell.way.name == cell.way.method();
         // The paper's alone of the sets that are not ours.
-        let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.discretization == Discretization::PIXEL;
+        let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.discretization == Discretization::LAMP;
         let mut cells: Vec<Cell> =
             one_size.cells(scene).into_iter().filter(|cell| is_first(cell) && is_drawn(cell)).collect();
         let full = (FULL_GEOMETRY, Discretization::Conventional);
