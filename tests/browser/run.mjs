@@ -18,6 +18,8 @@ import { freePort, startServer } from './lib/server.mjs';
 const SCENE = 'pillars';
 // Software drawing stalls for seconds at times: every wait has room, and every assertion is on content.
 const PATIENCE_MS = 120_000;
+// A picture that still changes after so many looks will not be still.
+const LOOKS = 60;
 
 const bin = process.env.VANTAGE_SERVER_BIN;
 const web = process.env.VANTAGE_WEB_DIR;
@@ -41,22 +43,24 @@ const isAllSoft = ({ soft_points: points }) => !points || points[0] === points[1
 /** Waits until nothing was drawn for a while, longer than the server needs for a look on a busy machine. */
 async function settled(page) {
   let state = await until(page, 'a picture', (now) => now.picture);
-  for (;;) {
+  for (let look = 0; look < LOOKS; look += 1) {
     await sleep(2500);
     const next = await until(page, 'a picture', (now) => now.picture);
     if (next.frames === state.frames && next.updates === state.updates && isAllSoft(next)) return next;
     state = next;
   }
+  throw new Error(`frames do not end; last: ${JSON.stringify(state)}`);
 }
 
 /** The picture once it is settled. One that a frame came into, as by an update that took the server long, is taken again. */
 async function stillPicture(page, name) {
-  for (;;) {
+  for (let look = 0; look < LOOKS; look += 1) {
     const before = await settled(page);
     const picture = await canvasPixels(page, join(shots, `${name}.png`));
     const after = await until(page, 'a picture', (now) => now.picture);
     if (after.frames === before.frames) return picture;
   }
+  throw new Error(`a frame came into every picture of ${name}`);
 }
 
 /** Whether what both of `lamp-teapots`' lamps see is there, from four corners each. */
