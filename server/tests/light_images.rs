@@ -150,7 +150,7 @@ fn every_corner_brings_outlines_of_its_own() {
     let shares: Vec<f64> = of_light
         .map(|held| {
             let view = held.patch.image.camera.pinhole().expect("a camera");
-            held_share_of_rim(&held.patch.image, &witness.truth(&view, session.held.scene_time_s), 1)
+            held_share_of_rim(&held.patch.image, &witness.truth(view, session.held.scene_time_s), 1)
         })
         .collect();
     assert_eq!((shares.len(), shares[0]), (4, 1.0));
