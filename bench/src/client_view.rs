@@ -138,7 +138,7 @@ impl ClientView {
     ) -> anyhow::Result<f64> {
         let started = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let shown = Shown { surfaces: &set.surfaces, held: &set.held, impostors, lights: None };
+        let shown = Shown { surfaces: &set.surfaces, held: &set.held, impostors, lights: None, rest: None };
         self.frames.draw(&mut encoder, shown, camera, &self.output_view, options);
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();

@@ -50,6 +50,7 @@ pub fn rules(scene: &Scene, plan: &SetPlan) -> Rules {
         near_m: server::start::near_m(scene),
         margin_m: region_radius_m(scene),
         animated: scene.is_animated(),
+        rests: false,
         parallax_error_px: server::plan::PARALLAX_ERROR_PX,
     }
 }

@@ -18,6 +18,7 @@ use crate::occlusion::{self, OcclusionRenderer};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::reflect::StepSum;
 use crate::reflect::{ReflectInputs, ReflectPass, Reflectors, Settings};
+use crate::rest::RestView;
 use crate::shadow::{self, ShadowRenderer};
 use crate::viewer::Follow;
 
@@ -80,11 +81,13 @@ pub struct Shown<'a> {
     pub impostors: Option<&'a Impostors>,
     /// What lights with an area see; without, everything held casts their shadows.
     pub lights: Option<&'a LightImages>,
+    /// What is shown in place of all else as long as the camera is that of a viewer at rest.
+    pub rest: Option<&'a RestView>,
 }
 
 impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     fn from((surfaces, held): (&'a HeldSurfaces, &'a Held)) -> Shown<'a> {
-        Shown { surfaces, held, impostors: None, lights: None }
+        Shown { surfaces, held, impostors: None, lights: None, rest: None }
     }
 }
 
@@ -190,7 +193,12 @@ impl FrameRenderer {
     ) {
         let targets = self.targets.take().filter(|targets| targets.size_px() == (camera.width_px, camera.height_px));
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (camera.width_px, camera.height_px)));
-        self.held.encode(encoder, shown.into(), camera, options.smoothing, &targets.gbuffer);
+        let shown = shown.into();
+        let at_rest = shown.rest.map(|rest| rest.rows_of(camera)).unwrap_or_default();
+        if !at_rest.are_all() {
+            self.held.encode(encoder, shown, camera, options.smoothing, &targets.gbuffer);
+        }
+        at_rest.encode(encoder, &targets.gbuffer);
         self.targets = Some(targets);
     }
 

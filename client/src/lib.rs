@@ -5,6 +5,7 @@
 //! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
 //! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
 //!   [`light_images`]: what casts soft shadows.
+//! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`panel`]: the figures that the panel shows.
@@ -32,6 +33,7 @@ pub mod picture;
 pub mod pump;
 pub mod reflect;
 pub mod relief;
+pub mod rest;
 pub mod shadow;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod socket;

@@ -11,6 +11,7 @@ use crate::frame::{self, FrameRenderer, Shown};
 use crate::impostors::Impostors;
 use crate::light_images::LightImages;
 use crate::occlusion::{self, Occlusion};
+use crate::rest::RestView;
 use crate::shadow::{self, SoftProgress};
 use crate::viewer::Follow;
 
@@ -59,6 +60,7 @@ pub struct Picture {
     impostors: Impostors,
     /// `None` where no soft shadows are drawn.
     lights: Option<LightImages>,
+    rest: RestView,
     renderer: FrameRenderer,
     options: PictureOptions,
     build_ms: f64,
@@ -77,6 +79,7 @@ impl Picture {
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
             impostors: Impostors::new(gpu),
             lights: options.shadow.is_soft().then(|| LightImages::new(gpu, options.corners)),
+            rest: RestView::new(gpu),
             renderer,
             options,
             build_ms: 0.0,
@@ -92,7 +95,7 @@ impl Picture {
     pub fn draw(&mut self, held: &Held, camera: &Pinhole, output: &wgpu::TextureView) {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights };
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, rest: Some(&self.rest) };
         self.renderer.draw(&mut encoder, shown, camera, output, self.options.frame);
         self.gpu.queue.submit([encoder.finish()]);
         self.renderer.submitted();
@@ -110,7 +113,7 @@ impl Picture {
         let begin = Instant::now();
         let mut first = encoder();
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights };
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, rest: Some(&self.rest) };
         self.renderer.draw_surfaces(&mut first, shown, camera, self.options.frame);
         self.gpu.queue.submit([first.finish()]);
         self.gpu.wait_idle()?;
@@ -129,6 +132,7 @@ impl Picture {
         self.surfaces.rebuild(held);
         self.impostors.rebuild(held);
         self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
+        self.rest.rebuild(held);
     }
 
     /// How many impostors there are: for what mirrors and glass show, and of objects that are drawn by them.
@@ -159,6 +163,7 @@ impl Follow for Picture {
         self.surfaces.follow(held, update, anew);
         self.impostors.follow(held, update, anew);
         self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew));
+        self.rest.follow(held, update, anew);
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;
     }
 }

@@ -194,7 +194,13 @@ fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
     let (view, target) = (view(), output.create_view(&Default::default()));
     let options = Options { reflect: settings, ..Options::default() };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let shown = vantage_client::frame::Shown { surfaces: &surfaces, held, impostors: Some(&impostors), lights: None };
+    let shown = vantage_client::frame::Shown {
+        surfaces: &surfaces,
+        held,
+        impostors: Some(&impostors),
+        lights: None,
+        rest: None,
+    };
     frame.draw(&mut encoder, shown, &view, &target, options);
     let mut readback = Readback::default();
     let slot = readback.texture(&output, 0, (SIDE, SIDE));

@@ -35,6 +35,9 @@ pub enum Purpose {
     Relief(u16),
     /// The back faces of glass object `.0`, where rays leave it.
     Inside(u16),
+    /// Rows of the own view of a viewer who stands still: at the eye, and at the pixels of the output. From that very camera it shows in place
+    /// of all else, pixels without a sample too; from any other it shows nothing.
+    Rest,
 }
 
 /// Where an object was when a patch captured it, or is now. Objects that never move are left out everywhere.

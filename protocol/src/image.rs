@@ -273,8 +273,8 @@ pub fn rest_steps(rest: u8) -> [i8; 2] {
     [(rest << 4) as i8 >> 4, rest as i8 >> 4]
 }
 
-/// The octahedral coordinates of a vector, -1 to 1; 0 of one without direction.
-fn octahedral(normal: glam::Vec3) -> glam::Vec2 {
+/// The octahedral coordinates of a vector, -1 to 1, see [`octahedral_code`]; 0 of one without direction.
+pub fn octahedral(normal: glam::Vec3) -> glam::Vec2 {
     let sum = normal.x.abs() + normal.y.abs() + normal.z.abs();
     // Not for NaN either.
     let has_direction = sum > 0.0;

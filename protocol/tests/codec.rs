@@ -88,6 +88,7 @@ fn purposes_and_object_poses_come_back() {
         Purpose::Environment,
         Purpose::Relief(9),
         Purpose::Inside(7),
+        Purpose::Rest,
     ];
     for purpose in purposes {
         let image = cast((16, 16), |_, _| true);

@@ -24,6 +24,8 @@ pub struct Config {
     pub placement: Placement,
     /// Whether objects that many share the shape of are shown by one image for all, see [`crate::impostors::relief`].
     pub relief: bool,
+    /// Whether a viewer who stands still in a still scene is sent his own view, see [`crate::rest`].
+    pub rest: bool,
     /// Images a set, 1 to [`Config::MAX_IMAGES`].
     pub images: usize,
     /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
@@ -59,6 +61,7 @@ impl Default for Config {
             discretization: Discretization::default(),
             placement: Placement::default(),
             relief: true,
+            rest: true,
             images: 4,
             image_size_px: 512,
             coding: CodingRule::default(),

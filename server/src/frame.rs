@@ -1,5 +1,6 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,7 +24,8 @@ use crate::impostors::relief::{self, Eye, KeptReliefs, Reliefs};
 use crate::impostors::{Kept, Needs};
 use crate::lights::{self, Serving};
 use crate::pace::Pace;
-use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, region_views};
+use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
+use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
 use crate::viewer::Viewer;
 
@@ -85,6 +87,8 @@ pub struct Client {
     pub reliefs: KeptReliefs,
     /// What it was sent of lights.
     pub lights: lights::Kept,
+    /// What it was sent of its own view at rest.
+    pub rest: rest::Kept,
     /// Whether it draws soft shadows, and has a use for what lights see.
     pub soft_shadows: bool,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
@@ -101,6 +105,7 @@ impl Default for Client {
             impostors: Kept::default(),
             reliefs: KeptReliefs::default(),
             lights: lights::Kept::default(),
+            rest: rest::Kept::default(),
             soft_shadows: false,
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
@@ -112,6 +117,7 @@ impl Client {
     pub fn start_anew(&mut self) {
         self.account.start_anew();
         self.lights = lights::Kept::default();
+        self.rest = rest::Kept::default();
         self.focus = None;
         self.has_picture = false;
     }
@@ -195,8 +201,12 @@ impl Stage {
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
     pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
-        let Some(plan) = self.plan(viewer, client, now_s) else { return Ok(None) };
-        client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
+        // Who stands still sees his own view before anything that he does not see.
+        let strip = rest::lacking(&self.rules, client, viewer, now_s);
+        let plan = if strip.is_none() { self.plan(viewer, client, now_s) } else { None };
+        if strip.is_none() && plan.is_none() {
+            return Ok(None);
+        }
         let snapshot = self.snapshot(now_s);
         let lighting = self.imager.lighting(&snapshot);
         let moving = self.moving_objects(&snapshot);
@@ -210,7 +220,11 @@ impl Stage {
             moving: &moving,
             deforms: &deforms,
         };
-        let made = self.look(&plan, &snapshot, &now, client, viewer);
+        let made = match (strip, plan) {
+            (Some(strip), _) => self.rest(&strip, &snapshot, &now, client, viewer),
+            (None, Some(plan)) => self.look(&plan, &snapshot, &now, client, viewer),
+            (None, None) => Ok(None),
+        };
         (self.materials, self.deforms) = (materials, deforms);
         made
     }
@@ -244,7 +258,9 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
+        client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
+        self.drop_rest(now, client, viewer)?;
         // Nothing is held that would stand for anything: a set of images by itself (2016 paper, Alg. 1 and 3).
         let anew = self.method == Discretization::Conventional || plan.reason == Reason::First;
         if anew {
@@ -283,6 +299,40 @@ impl Stage {
         let coding = self.coding.coding(viewer.bytes_per_s);
         let pixels = plan.pixels();
         Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels, lights }))
+    }
+
+    /// Sends rows of a view at rest.
+    fn rest(
+        &mut self,
+        strip: &Strip,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: &Viewer,
+    ) -> Result<Option<Made>, StageError> {
+        client.account.begin(now)?;
+        self.drop_rest(now, client, viewer)?;
+        // What reliefs show to an eye that moves is seen as it is.
+        self.imager.leave_out(BTreeSet::new());
+        let precision = precision_within(&self.rules, viewer.view, 0.0);
+        for capture in self.imager.captures(snapshot, &[strip.camera], Discretization::Conventional)? {
+            let patch = client.account.add_rest(capture.depth_image(precision), now)?;
+            client.rest.sent(strip, patch);
+        }
+        let counts = client.account.counts();
+        let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
+        let coding = self.coding.coding(viewer.bytes_per_s);
+        let pixels = u64::from(strip.camera.width_px) * u64::from(strip.camera.height_px);
+        let lights = LightWork::default();
+        Ok(update.map(|update| Made { reason: Reason::Rest, update, coding, counts, pixels, lights }))
+    }
+
+    /// Takes back what was sent of a view at rest that the viewer has left.
+    fn drop_rest(&self, now: &Surroundings<'_>, client: &mut Client, viewer: &Viewer) -> Result<(), StageError> {
+        for patch in rest::outdated(&self.rules, client, viewer, now.time_s) {
+            client.account.remove_whole(patch)?;
+        }
+        Ok(())
     }
 
     /// The views of a set by itself.
@@ -364,11 +414,11 @@ impl Stage {
             let Some(image) = self.imager.impostor(snapshot, &wanted.shot())? else { continue };
             let id = client.account.add_impostor(image, wanted.purpose, now)?;
             if let Some(old) = client.impostors.replace(wanted, id) {
-                client.account.remove_impostor(old)?;
+                client.account.remove_whole(old)?;
             }
         }
         for old in client.impostors.drop_unwanted(&decision) {
-            client.account.remove_impostor(old)?;
+            client.account.remove_whole(old)?;
         }
         Ok(())
     }

@@ -27,6 +27,7 @@ pub mod options;
 pub mod pace;
 pub mod plan;
 pub mod render;
+pub mod rest;
 mod revise;
 pub mod scale;
 pub mod session;

@@ -42,6 +42,9 @@ pub struct Options {
     /// Whether objects that many share the shape of are shown by one image for all
     #[arg(long, value_enum, default_value_t)]
     pub relief: ReliefName,
+    /// Whether a viewer who stands still in a still scene is sent his own view, pixel by pixel
+    #[arg(long, value_enum, default_value_t)]
+    pub rest: RestName,
     /// Images a set
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
     pub images: u64,
@@ -85,6 +88,16 @@ pub enum ReliefName {
     #[default]
     Auto,
     /// Every object is sampled by itself.
+    Off,
+}
+
+/// `--rest`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum RestName {
+    /// Within half a second: what is seen then is the scene.
+    #[default]
+    Exact,
+    /// What was sampled for other views has to do.
     Off,
 }
 
@@ -191,6 +204,7 @@ impl Options {
             discretization: self.discretization,
             placement: self.placement,
             relief: self.relief == ReliefName::Auto,
+            rest: self.rest == RestName::Exact,
             images: self.images as usize,
             image_size_px: self.image_size,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },

@@ -59,6 +59,8 @@ pub struct Rules {
     pub margin_m: f64,
     /// Whether the scene changes with time.
     pub animated: bool,
+    /// Whether a viewer who stands still is sent his own view, see [`crate::rest`].
+    pub rests: bool,
     /// How far a sample may be shifted on the screen by the coding of its depth.
     pub parallax_error_px: f64,
 }
@@ -91,12 +93,21 @@ pub enum Reason {
     Animated,
     /// Nothing moved, but the last look still found something lacking.
     Settling,
+    /// No look at what is lacking: the viewer stands still and gets his own view, see [`crate::rest`].
+    Rest,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 6] =
-        [Reason::First, Reason::Moved, Reason::Turned, Reason::Resized, Reason::Animated, Reason::Settling];
+    pub const ALL: [Reason; 7] = [
+        Reason::First,
+        Reason::Moved,
+        Reason::Turned,
+        Reason::Resized,
+        Reason::Animated,
+        Reason::Settling,
+        Reason::Rest,
+    ];
 
     /// Whether the next look will be from elsewhere or at another time, as far as one knows.
     pub fn is_passing(self) -> bool {
@@ -112,6 +123,7 @@ impl Reason {
             Reason::Resized => "resized",
             Reason::Animated => "animated",
             Reason::Settling => "settling",
+            Reason::Rest => "rest",
         }
     }
 }
@@ -174,7 +186,7 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
     let reason = reason(rules, last, &wanted)?;
     let all = region_views(&wanted, rules);
     let (views, refining) = match reason {
-        Reason::First | Reason::Resized | Reason::Settling => (still_views(all, &wanted), usize::MAX),
+        Reason::First | Reason::Resized | Reason::Settling | Reason::Rest => (still_views(all, &wanted), usize::MAX),
         Reason::Moved | Reason::Turned | Reason::Animated => {
             let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
@@ -193,10 +205,15 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
 
 /// A sample is seen from elsewhere than where it was taken.
 fn precision(rules: &Rules, coverage: &Coverage) -> DepthPrecision {
+    precision_within(rules, coverage.view, coverage.radius_m)
+}
+
+/// How finely depth is stored of what is seen from this far around.
+pub fn precision_within(rules: &Rules, view: ViewSize, radius_m: f64) -> DepthPrecision {
     DepthPrecision::Parallax {
         epsilon_px: rules.parallax_error_px,
-        focal_px: output_focal_px(coverage.view),
-        offset_m: (PARALLAX_MARGINS * rules.margin_m).max(2.0 * coverage.radius_m),
+        focal_px: output_focal_px(view),
+        offset_m: (PARALLAX_MARGINS * rules.margin_m).max(2.0 * radius_m),
     }
 }
 
@@ -315,6 +332,7 @@ mod tests {
         near_m: 0.05,
         margin_m: 0.25,
         animated: false,
+        rests: false,
         parallax_error_px: PARALLAX_ERROR_PX,
     };
 

@@ -157,6 +157,12 @@ impl Viewer {
         });
     }
 
+    /// For how long the viewer has stood still, in seconds; 0 while it moves.
+    pub fn rested_s(&self, now_s: f64) -> f64 {
+        let stopped = self.velocity_world == DVec3::ZERO && self.turn_world == DVec3::ZERO;
+        (now_s - self.heard_at_s - if stopped { 0.0 } else { STILL_AFTER_S }).max(0.0)
+    }
+
     /// How far off a prediction may be: as far as lately, or as far as the viewer comes in a round trip where none was judged yet.
     pub fn expected_error(&self, predicted: &Prediction) -> PredictionError {
         self.error.unwrap_or(PredictionError {

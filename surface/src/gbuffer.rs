@@ -66,6 +66,12 @@ impl GBuffer {
     }
 }
 
+/// Drawn, read by what comes after, copied out, and copied into.
+const USAGE: TextureUsages = TextureUsages::RENDER_ATTACHMENT
+    .union(TextureUsages::TEXTURE_BINDING)
+    .union(TextureUsages::COPY_SRC)
+    .union(TextureUsages::COPY_DST);
+
 fn texture(gpu: &Gpu, label: &str, (width, height): (u32, u32), format: TextureFormat) -> wgpu::Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
@@ -74,7 +80,7 @@ fn texture(gpu: &Gpu, label: &str, (width, height): (u32, u32), format: TextureF
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
+        usage: USAGE,
         view_formats: &[],
     })
 }

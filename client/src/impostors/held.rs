@@ -17,7 +17,7 @@ impl ImpostorImage {
             Purpose::Inside(object) => (ImpostorKind::Inside(object), Some(object)),
             Purpose::Relief(object) => (ImpostorKind::Relief(object), Some(object)),
             Purpose::Environment => (ImpostorKind::Environment, None),
-            Purpose::Eye | Purpose::Light(_) => return None,
+            Purpose::Eye | Purpose::Light(_) | Purpose::Rest => return None,
         };
         let image = &patch.image;
         let (width, height) = image.mask.size_px();
@@ -44,7 +44,7 @@ impl Impostors {
     }
 
     fn hold(&mut self, patch: &Patch) {
-        if patch.purpose == Purpose::Eye {
+        if matches!(patch.purpose, Purpose::Eye | Purpose::Light(_) | Purpose::Rest) {
             return;
         }
         self.remove(patch.id.0);

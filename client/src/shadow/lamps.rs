@@ -16,6 +16,7 @@ use crate::frame::Shown;
 use crate::fullscreen::{Binding, FullscreenPass, Onto, Target, uniform};
 use crate::held_pass;
 use crate::light_images::LightImages;
+use crate::rest::RestView;
 use crate::soft::pace::Pacer;
 use crate::soft::{Casters, Count, Lamp, Method, Receivers, Settings, SoftShadows};
 
@@ -53,8 +54,8 @@ struct LampsUniform {
     padding: [f32; 3],
 }
 
-/// Of the surfaces that shadows fall on, and of those that cast.
-type Revision = ((u64, u64), u64);
+/// Of the surfaces that shadows fall on, of those that cast, and of a view at rest that is shown in their place.
+type Revision = ((u64, u64), u64, u64);
 
 /// A lamp that casts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +108,9 @@ impl LampPass {
         receivers: Receivers<'_>,
     ) -> Result<Hidden, SurfaceError> {
         let view = receivers.view;
-        let revision = (held_pass::revision(shown), shown.lights.map_or(0, LightImages::revision));
+        let (casters, at_rest) =
+            (shown.lights.map_or(0, LightImages::revision), shown.rest.map_or(0, RestView::revision));
+        let revision = (held_pass::revision(shown), casters, at_rest);
         let is_same = |drawn: &Hidden| (&drawn.view, drawn.revision, &drawn.lamps[..]) == (view, revision, lamps);
         let before = self.hidden.take();
         if before.as_ref().is_some_and(|drawn| drawn.lamps.len() != lamps.len() || drawn.size_px() != size_of(view)) {

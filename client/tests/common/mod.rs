@@ -179,7 +179,7 @@ impl Stage {
     pub fn shoot(&mut self, held: &Held, camera: &Pinhole) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = self.output.create_view(&Default::default());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors: None, lights: self.lights.as_ref() };
+        let shown = Shown { surfaces: &self.surfaces, held, impostors: None, lights: self.lights.as_ref(), rest: None };
         self.frames.draw(&mut encoder, shown, camera, &view, Options::default());
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();

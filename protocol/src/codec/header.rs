@@ -36,6 +36,7 @@ pub(crate) fn write(patch: &Patch, out: &mut Writer) {
         Purpose::Environment => (3, 0),
         Purpose::Relief(object) => (4, object),
         Purpose::Inside(object) => (5, object),
+        Purpose::Rest => (6, 0),
     };
     out.u8(tag);
     out.u16(index);
@@ -73,6 +74,7 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
         3 => Purpose::Environment,
         4 => Purpose::Relief(index),
         5 => Purpose::Inside(index),
+        6 => Purpose::Rest,
         _ => return Err(CodecError::Damaged("purpose")),
     };
     let capture_time_s = bytes.f64()?;

@@ -100,6 +100,7 @@ impl Digest {
             Purpose::Environment => 3,
             Purpose::Relief(object) => 4 | u64::from(object) << 8,
             Purpose::Inside(object) => 5 | u64::from(object) << 8,
+            Purpose::Rest => 6,
         });
         self.objects(&patch.objects);
         let image = &patch.image;

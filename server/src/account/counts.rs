@@ -18,6 +18,8 @@ pub struct Counts {
     pub evicted: usize,
     /// Of impostors: not part of what was added.
     pub impostor: usize,
+    /// Of a viewer's own view at rest: not part of what was added.
+    pub rest: usize,
     /// First hits looked at: what sending each view anew would have cost.
     pub anew: usize,
     /// Of what lights see: not part of the others.

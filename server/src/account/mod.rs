@@ -130,11 +130,11 @@ impl Account {
         Ok(())
     }
 
-    /// Removes everything but what lights see, to be sent anew.
+    /// Removes everything but what lights see and what a viewer at rest is shown, to be sent anew.
     pub fn forget(&mut self) -> Result<(), HeldError> {
         self.withdraw(self.shown_by_reliefs().into_iter().collect())?;
         self.first_look = self.look;
-        self.remove_where(|purpose| !matches!(purpose, Purpose::Light(_)))
+        self.remove_where(|purpose| !matches!(purpose, Purpose::Light(_) | Purpose::Rest))
     }
 
     /// Removes all that is held for some purposes.
@@ -226,7 +226,7 @@ impl Account {
         now: &Surroundings<'_>,
     ) -> Result<PatchId, HeldError> {
         let objects = objects_in(&image, now.moving);
-        self.add_for_rays(image, purpose, objects, now)
+        self.add_whole(image, purpose, objects, now)
     }
 
     /// Adds a relief, taken of an object at a place; it shows nothing until objects are [placed](Account::place).
@@ -236,7 +236,7 @@ impl Account {
         pose: ObjectPose,
         now: &Surroundings<'_>,
     ) -> Result<PatchId, HeldError> {
-        self.add_for_rays(image, Purpose::Relief(pose.object), vec![pose], now)
+        self.add_whole(image, Purpose::Relief(pose.object), vec![pose], now)
     }
 
     /// The objects that reliefs show.
@@ -264,7 +264,8 @@ impl Account {
         if objects.is_empty() { Ok(()) } else { self.held.edit(Edit::Withdraw(objects), &mut self.draft) }
     }
 
-    fn add_for_rays(
+    /// Adds an image that is looked at as a whole: no sample of it is edited.
+    fn add_whole(
         &mut self,
         mut image: DepthImage,
         purpose: Purpose,
@@ -274,14 +275,21 @@ impl Account {
         now.colour.settle_all(&mut image.colour);
         self.last_patch += 1;
         let id = PatchId(self.last_patch);
-        self.counts.impostor += image.sample_count();
+        *if purpose == Purpose::Rest { &mut self.counts.rest } else { &mut self.counts.impostor } +=
+            image.sample_count();
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects, image };
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
         Ok(id)
     }
 
-    /// Removes an impostor that the client still holds.
-    pub fn remove_impostor(&mut self, id: PatchId) -> Result<(), HeldError> {
+    /// Adds rows of a viewer's own view at rest. They are no surface either.
+    pub fn add_rest(&mut self, image: DepthImage, now: &Surroundings<'_>) -> Result<PatchId, HeldError> {
+        let objects = objects_in(&image, now.moving);
+        self.add_whole(image, Purpose::Rest, objects, now)
+    }
+
+    /// Removes an impostor, or rows of a view at rest, that the client still holds.
+    pub fn remove_whole(&mut self, id: PatchId) -> Result<(), HeldError> {
         if self.held.patches.contains_key(&id) {
             self.held.edit(Edit::Remove(id), &mut self.draft)?;
         }

@@ -27,7 +27,10 @@ impl Account {
     /// Deletes what the eye was least recently shown, until the copy fits `budget_samples` with some room. What this update showed
     /// stays, and so does what is for other purposes.
     pub fn evict(&mut self, budget_samples: usize) -> Result<(), HeldError> {
-        let evicted = self.least_recent(Purpose::Eye, self.held.sample_count(), budget_samples);
+        // A view at rest is no surface; it has a budget of its own.
+        let at_rest = self.held.patches.values().filter(|held| held.patch.purpose == Purpose::Rest);
+        let at_rest: usize = at_rest.map(|held| held.patch.image.sample_count()).sum();
+        let evicted = self.least_recent(Purpose::Eye, self.held.sample_count() - at_rest, budget_samples);
         self.counts.evicted += evicted.len();
         self.delete(&evicted)
     }

@@ -25,10 +25,10 @@ use crate::config::Config;
 use crate::frame::{Client, Stage};
 use crate::imager::Imager;
 use crate::plan::{self, Rules};
-use crate::start;
 use crate::stats::Stats;
 use crate::viewer::Viewer;
 use crate::worker::{Made, Served, Worker, WorkerGone};
+use crate::{rest, start};
 use outlet::{Outlet, WriteEnd};
 
 /// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
@@ -72,6 +72,7 @@ impl Shared {
             near_m: start::near_m(&scene),
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
+            rests: config.rest && !scene.is_animated(),
             parallax_error_px: plan::PARALLAX_ERROR_PX,
         };
         let stats = Arc::new(Stats::default());
@@ -275,9 +276,11 @@ impl Connection<'_> {
 
     /// Whether a turn at the worker would bring anything now.
     fn wants_turn(&self, now_s: f64) -> bool {
+        let (rules, viewer) = (&self.shared.rules, self.viewer());
         self.session.can_send_update()
             && self.client.as_ref().is_some_and(|client| {
-                plan::plan(&self.shared.rules, &self.viewer(), now_s, client.focus.as_ref()).is_some()
+                plan::plan(rules, &viewer, now_s, client.focus.as_ref()).is_some()
+                    || rest::lacking(rules, client, &viewer, now_s).is_some()
             })
     }
 

@@ -62,6 +62,7 @@ impl Session {
             near_m: 0.1,
             margin_m: 0.25,
             animated: scene.is_animated(),
+            rests: false,
             parallax_error_px: PARALLAX_ERROR_PX,
         };
         Session::starting(scene, Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z), rules)
@@ -69,6 +70,15 @@ impl Session {
 
     /// A viewer where a built-in scene begins, served as a server would.
     pub fn built_in(name: &str) -> Session {
+        Session::with_rests(name, false)
+    }
+
+    /// The same; who stands still is sent his own view.
+    pub fn resting(name: &str) -> Session {
+        Session::with_rests(name, true)
+    }
+
+    fn with_rests(name: &str, rests: bool) -> Session {
         let scene = scene::builtin::load(name).expect("a built-in scene");
         let rules = Rules {
             images: 3,
@@ -77,6 +87,7 @@ impl Session {
             near_m: near_m(&scene),
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
+            rests: rests && !scene.is_animated(),
             parallax_error_px: PARALLAX_ERROR_PX,
         };
         let start = start_pose(&scene);

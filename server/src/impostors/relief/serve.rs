@@ -40,7 +40,7 @@ pub fn serve(
     for (patch, objects) in lacking {
         account.place(patch, objects.into_iter().map(|object| instance(at, object)).collect())?;
     }
-    coarser.into_iter().try_for_each(|patch| account.remove_impostor(patch))?;
+    coarser.into_iter().try_for_each(|patch| account.remove_whole(patch))?;
     Ok(())
 }
 

@@ -1,0 +1,157 @@
+//! What a viewer who stands still is sent: his own view, at the pixels of his output, so that what he sees is the scene itself.
+//!
+//! Surfaces that are rebuilt from samples of other views are off by a fraction of a pixel at every outline. Who moves does not mind; who
+//! stands still looks closely. So once a viewer stands still, rows of his very view follow ([`Purpose::Rest`](protocol::Purpose::Rest)), as
+//! many at a time as the path carries in an update interval, and the client shows them pixel by pixel as long as its camera is that of the
+//! rows. They are dropped when the viewer moves on.
+
+use camera::Pinhole;
+use glam::DVec2;
+use protocol::held::PatchId;
+
+use crate::frame::Client;
+use crate::plan::Rules;
+use crate::viewer::Viewer;
+
+/// Who stood still for so long means to: longer than between two events of a mouse that is dragged slowly.
+const REST_AFTER_S: f64 = 0.15;
+/// Rows of so many pixels at a time at most: what the rest of the session waits for at the server.
+const MAX_STRIP_PX: f64 = (1 << 19) as f64;
+/// What a pixel is expected to cost, in bytes: between 0.5 (houses) and 2 (leaves) were seen.
+const BYTES_PER_PX: f64 = 1.5;
+/// What a pixel costs a client: ten bytes as it is held, sixteen in textures.
+const HELD_BYTES_PER_PX: u64 = 26;
+/// Part of a client's budget that such a view may take.
+const BUDGET_SHARE: u64 = 2;
+
+/// What a client was sent of its view at rest.
+#[derive(Debug, Default)]
+pub struct Kept {
+    camera: Option<Pinhole>,
+    rows: u32,
+    patches: Vec<PatchId>,
+}
+
+/// Rows of a view that are to be sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strip {
+    /// The whole view.
+    pub view: Pinhole,
+    /// These rows of it, from the same eye.
+    pub camera: Pinhole,
+}
+
+/// The rows that a client lacks of its view at rest; `None` of one that moves, has no picture yet, or has them all.
+pub fn lacking(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> Option<Strip> {
+    let view = wanted(rules, client, viewer, now_s)?;
+    let first = if client.rest.camera == Some(view) { client.rest.rows } else { 0 };
+    let left = view.height_px.checked_sub(first).filter(|&left| left > 0)?;
+    let carried_px = viewer.bytes_per_s.map_or(f64::INFINITY, |path| path * rules.update_interval_s / BYTES_PER_PX);
+    let rows = carried_px.min(MAX_STRIP_PX) / f64::from(view.width_px);
+    let height_px = (rows as u32).clamp(1, left);
+    let centre_px = view.centre_px - DVec2::new(0.0, f64::from(first));
+    Some(Strip { view, camera: Pinhole { height_px, centre_px, ..view } })
+}
+
+/// The view that a client should have at rest; `None` while there is none.
+fn wanted(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> Option<Pinhole> {
+    let (width_px, height_px) = (viewer.view.width_px, viewer.view.height_px);
+    let fits = u64::from(width_px) * u64::from(height_px) * HELD_BYTES_PER_PX <= client.budget_bytes / BUDGET_SHARE
+        && width_px.max(height_px) <= protocol::Limits::default().image_side_px;
+    let rests = viewer.rested_s(now_s) >= REST_AFTER_S;
+    (rules.rests && fits && rests && client.focus.is_some())
+        .then(|| Pinhole::symmetric(viewer.world_from_eye, (width_px, height_px), viewer.view.fov_y_rad, rules.near_m))
+}
+
+impl Kept {
+    /// Rows were sent.
+    pub fn sent(&mut self, strip: &Strip, patch: PatchId) {
+        self.camera = Some(strip.view);
+        self.rows += strip.camera.height_px;
+        self.patches.push(patch);
+    }
+
+    /// Forgets the rows of any other view than `view`, and says which patches they were.
+    pub fn drop_others(&mut self, view: Option<&Pinhole>) -> Vec<PatchId> {
+        if self.camera.as_ref() == view { Vec::new() } else { std::mem::take(self).patches }
+    }
+}
+
+/// The patches that a client has no use for any more, as its viewer moved on.
+pub fn outdated(rules: &Rules, client: &mut Client, viewer: &Viewer, now_s: f64) -> Vec<PatchId> {
+    let view = wanted(rules, client, viewer, now_s);
+    client.rest.drop_others(view.as_ref())
+}
+
+#[cfg(test)]
+mod tests {
+    use camera::Rigid;
+    use glam::DVec3;
+    use protocol::message::ViewSize;
+
+    use super::*;
+    use crate::plan::{Coverage, Focus};
+
+    const VIEW: ViewSize = ViewSize { width_px: 100, height_px: 80, fov_y_rad: 1.0 };
+    const RULES: Rules = Rules {
+        images: 4,
+        image_size_px: 512,
+        update_interval_s: 0.1,
+        near_m: 0.05,
+        margin_m: 0.25,
+        animated: false,
+        rests: true,
+        parallax_error_px: 0.1,
+    };
+
+    fn viewer() -> Viewer {
+        let mut viewer = Viewer::at_start(VIEW, Rigid::IDENTITY, 0.0);
+        viewer.hear(1, 1.0, Rigid::look_along(DVec3::X, DVec3::NEG_Z), DVec3::ZERO, 1.0);
+        viewer
+    }
+
+    fn client(viewer: &Viewer) -> Client {
+        let coverage = Coverage {
+            world_from_eye: viewer.world_from_eye,
+            radius_m: 1.0,
+            half_field: DVec2::ONE,
+            image_size_px: (64, 64),
+            view: VIEW,
+            scene_time_s: 0.0,
+        };
+        Client { focus: Some(Focus { coverage, settled: false, looks: 1 }), ..Client::default() }
+    }
+
+    #[test]
+    fn a_view_comes_in_rows_that_the_path_carries_and_then_nothing_more() {
+        let mut viewer = viewer();
+        viewer.bytes_per_s = Some(3000.0 * BYTES_PER_PX / RULES.update_interval_s);
+        let mut client = client(&viewer);
+        let mut first_rows = Vec::new();
+        while let Some(strip) = lacking(&RULES, &client, &viewer, 2.0) {
+            first_rows.push((strip.view.centre_px.y - strip.camera.centre_px.y, strip.camera.height_px));
+            client.rest.sent(&strip, PatchId(first_rows.len() as u32));
+        }
+        assert_eq!(first_rows, [(0.0, 30), (30.0, 30), (60.0, 20)]);
+        assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), [], "they are of use");
+        viewer.hear(2, 2.0, Rigid::IDENTITY, DVec3::X, 2.0);
+        assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), [PatchId(1), PatchId(2), PatchId(3)]);
+        assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), []);
+    }
+
+    #[test]
+    fn who_moves_or_just_stopped_or_has_no_picture_gets_nothing() {
+        let viewer = viewer();
+        let client = client(&viewer);
+        assert!(lacking(&RULES, &client, &viewer, 1.0 + REST_AFTER_S / 2.0).is_none(), "just stopped");
+        assert!(lacking(&RULES, &client, &viewer, 2.0).is_some());
+        assert!(lacking(&RULES, &Client::default(), &viewer, 2.0).is_none(), "no picture");
+        assert!(lacking(&Rules { rests: false, ..RULES }, &client, &viewer, 2.0).is_none());
+        let poor = Client { budget_bytes: BUDGET_SHARE * HELD_BYTES_PER_PX * 8000 - BUDGET_SHARE, ..client };
+        assert!(lacking(&RULES, &poor, &viewer, 2.0).is_none(), "no room");
+        let mut walker = viewer;
+        walker.hear(2, 1.1, Rigid::IDENTITY, DVec3::X, 1.1);
+        assert!(lacking(&RULES, &self::client(&walker), &walker, 1.3).is_none(), "moves");
+        assert!(lacking(&RULES, &self::client(&walker), &walker, 2.0).is_some(), "silence means standing still");
+    }
+}
