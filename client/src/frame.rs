@@ -15,10 +15,11 @@ use crate::impostors::Impostors;
 use crate::light::{LightPass, Lit, Shares};
 use crate::light_images::LightImages;
 use crate::occlusion::{self, OcclusionRenderer};
+use crate::parts::PartsPass;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::reflect::StepSum;
 use crate::reflect::{ReflectInputs, ReflectPass, Reflectors, Settings};
-use crate::rest::RestView;
+use crate::rest::{RestView, RowsOf};
 use crate::shadow::{self, ShadowRenderer};
 use crate::viewer::Follow;
 
@@ -30,6 +31,8 @@ const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them
 pub struct Options {
     /// Fill holes of a few pixels from around them, the farther surface first.
     pub fill: bool,
+    /// Draw four samples a pixel, averaged in linear light once they are lit; at rest, all that a pixel shows.
+    pub antialias: bool,
     /// Show every pixel without a surface as [`MARK`].
     pub mark_uncovered: bool,
     /// Write 1 to the output's alpha where there is a surface and 0 elsewhere, for who reads the picture back; otherwise
@@ -48,6 +51,7 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             fill: true,
+            antialias: false,
             mark_uncovered: false,
             coverage_in_alpha: false,
             smoothing: Smoothing::default(),
@@ -56,7 +60,7 @@ impl Default for Options {
     }
 }
 
-/// `Present` of `client/present.wgsl`.
+/// `Present` of `client/present_uniform.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 struct PresentUniform {
@@ -66,8 +70,12 @@ struct PresentUniform {
     mark_uncovered: u32,
     target_encodes: u32,
     coverage_in_alpha: u32,
-    padding: [u32; 2],
+    samples: u32,
+    padding: u32,
 }
+
+/// Samples of a pixel along each side, where pictures are antialiased and pixels do not come in parts.
+const SAMPLES: u32 = 2;
 
 /// What a frame shows.
 #[derive(Debug, Clone, Copy)]
@@ -83,6 +91,13 @@ pub struct Shown<'a> {
     pub lights: Option<&'a LightImages>,
     /// What is shown in place of all else as long as the camera is that of a viewer at rest.
     pub rest: Option<&'a RestView>,
+}
+
+impl<'a> Shown<'a> {
+    /// What is there of a camera's view at rest.
+    fn rows_of(&self, camera: &Pinhole) -> RowsOf<'a> {
+        self.rest.map(|rest| rest.rows_of(camera)).unwrap_or_default()
+    }
 }
 
 impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
@@ -105,9 +120,11 @@ pub struct FrameRenderer {
     reflect: Option<ReflectPass>,
     fill: FillPass,
     present: FullscreenPass,
+    /// Made when a view at rest first comes in parts.
+    parts: Option<PartsPass>,
     coverage: Coverage,
     targets: Option<Targets>,
-    target_encodes: bool,
+    output_format: TextureFormat,
 }
 
 #[derive(Debug)]
@@ -132,9 +149,10 @@ impl FrameRenderer {
             reflect: None,
             fill: FillPass::new(gpu)?,
             present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &bindings, &[output_format])?,
+            parts: None,
             coverage: Coverage::new(gpu)?,
             targets: None,
-            target_encodes: output_format.is_srgb(),
+            output_format,
         })
     }
 
@@ -191,14 +209,17 @@ impl FrameRenderer {
         camera: &Pinhole,
         options: Options,
     ) {
-        let targets = self.targets.take().filter(|targets| targets.size_px() == (camera.width_px, camera.height_px));
-        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (camera.width_px, camera.height_px)));
         let shown = shown.into();
-        let at_rest = shown.rest.map(|rest| rest.rows_of(camera)).unwrap_or_default();
+        let at_rest = shown.rows_of(camera);
+        let drawn = drawn_camera(camera, &at_rest, options);
+        let targets = self.targets.take().filter(|targets| targets.size_px() == (drawn.width_px, drawn.height_px));
+        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (drawn.width_px, drawn.height_px)));
         if !at_rest.are_all() {
-            self.held.encode(encoder, shown, camera, options.smoothing, &targets.gbuffer);
+            self.held.encode(encoder, shown, &drawn, options.smoothing, &targets.gbuffer);
         }
-        at_rest.encode(encoder, &targets.gbuffer);
+        if drawn == *camera {
+            at_rest.encode(encoder, &targets.gbuffer, 0);
+        }
         self.targets = Some(targets);
     }
 
@@ -212,13 +233,15 @@ impl FrameRenderer {
         options: Options,
     ) {
         let shown = shown.into();
-        let Shown { surfaces, held, impostors, .. } = shown;
+        let Shown { surfaces, held, .. } = shown;
         let targets = self.targets.take().expect("surfaces are drawn first");
+        let at_rest = shown.rows_of(camera);
+        let drawn = drawn_camera(camera, &at_rest, options);
         if let Some(occlusion) = &mut self.occlusion {
-            occlusion.encode(encoder, (surfaces, held), camera, &targets.gbuffer);
+            occlusion.encode(encoder, (surfaces, held), &drawn, &targets.gbuffer);
         }
         if let Some(shadows) = &mut self.shadows {
-            shadows.encode(encoder, shown, camera, &targets.gbuffer).expect(EMBEDDED);
+            shadows.encode(encoder, shown, &drawn, &targets.gbuffer).expect(EMBEDDED);
         }
         let shares = Shares {
             ambient: self.occlusion.as_ref().and_then(OcclusionRenderer::measured),
@@ -227,12 +250,25 @@ impl FrameRenderer {
         if !shares.is_all() {
             self.light.prepare_occluded().expect(EMBEDDED);
         }
-        self.light.encode(encoder, (&targets.gbuffer, shares), held, camera, &targets.lit);
-        self.reflect(encoder, (held, impostors), camera, &targets, options.reflect);
-        if options.fill {
-            self.fill.encode(encoder, &targets.lit, &targets.pyramid);
+        // What is beside the largest part of a pixel gets that part's shares of light; the largest comes last, and stays.
+        let layers = at_rest.parts();
+        for layer in (0..layers.max(1)).rev() {
+            if layers > 1 {
+                at_rest.encode(encoder, &targets.gbuffer, layer);
+            }
+            self.light.encode(encoder, (&targets.gbuffer, shares), held, &drawn, &targets.lit);
+            reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options.reflect);
+            if layers > 0 {
+                let made = || PartsPass::new(&self.gpu, self.output_format).expect(EMBEDDED);
+                let parts = self.parts.get_or_insert_with(made);
+                parts.add(encoder, &targets.lit, &targets.gbuffer, layer + 1 == layers);
+            }
         }
-        self.show(encoder, &targets, held, output, options);
+        let present = self.present_uniform(held, options, drawn.width_px / camera.width_px);
+        match &self.parts {
+            Some(parts) if layers > 0 => parts.show(encoder, &present, output),
+            _ => self.show(encoder, &targets, &present, output, options.fill),
+        }
         self.coverage.encode(&self.gpu, encoder, &targets.lit, &targets.tiles);
         self.targets = Some(targets);
     }
@@ -274,51 +310,70 @@ impl FrameRenderer {
         self.targets.as_ref().map(|targets| &targets.gbuffer)
     }
 
-    /// Draws nothing, and makes nothing, where there are no impostors or no material reflects.
-    fn reflect(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        (held, impostors): (&Held, Option<&Impostors>),
-        camera: &Pinhole,
-        targets: &Targets,
-        settings: Settings,
-    ) {
-        let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some());
-        let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
-            if let Some(pass) = &mut self.reflect {
-                pass.rest();
-            }
-            return;
-        };
-        let gpu = &self.gpu;
-        let pass = self.reflect.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
-        let inputs = ReflectInputs { gbuffer: &targets.gbuffer, held, camera, impostors, settings };
-        pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
-    }
-
-    fn show(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        targets: &Targets,
-        held: &Held,
-        output: &TextureView,
-        options: Options,
-    ) {
+    fn present_uniform(&self, held: &Held, options: Options, samples: u32) -> wgpu::Buffer {
         let unit = |bytes: [u8; 3]| bytes.map(|value| f32::from(value) / 255.0);
         let present = PresentUniform {
             background: held.lighting.as_ref().map_or([0.0; 3], |lighting| unit(lighting.background)),
             fill: u32::from(options.fill),
             mark: unit(MARK),
             mark_uncovered: u32::from(options.mark_uncovered),
-            target_encodes: u32::from(self.target_encodes),
+            target_encodes: u32::from(self.output_format.is_srgb()),
             coverage_in_alpha: u32::from(options.coverage_in_alpha),
-            padding: [0; 2],
+            samples,
+            padding: 0,
         };
-        let present = uniform(&self.gpu, "present", bytemuck::bytes_of(&present));
+        uniform(&self.gpu, "present", bytemuck::bytes_of(&present))
+    }
+
+    fn show(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        targets: &Targets,
+        present: &wgpu::Buffer,
+        output: &TextureView,
+        fill: bool,
+    ) {
+        if fill {
+            self.fill.encode(encoder, &targets.lit, &targets.pyramid);
+        }
         let mut inputs = vec![present.as_entire_binding(), BindingResource::TextureView(&targets.lit.colour.view)];
         let levels: [BindingResource<'_>; LEVELS] = targets.pyramid.views();
         inputs.extend(levels);
         self.present.encode(encoder, &inputs, &[output]);
+    }
+}
+
+/// Draws nothing, and makes nothing, where there are no impostors or no material reflects.
+fn reflect(
+    gpu: &Gpu,
+    pass: &mut Option<ReflectPass>,
+    encoder: &mut wgpu::CommandEncoder,
+    Shown { held, impostors, .. }: Shown<'_>,
+    camera: &Pinhole,
+    targets: &Targets,
+    settings: Settings,
+) {
+    let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some());
+    let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
+        if let Some(pass) = pass {
+            pass.rest();
+        }
+        return;
+    };
+    let pass = pass.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
+    let inputs = ReflectInputs { gbuffer: &targets.gbuffer, held, camera, impostors, settings };
+    pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
+}
+
+/// The camera that is drawn for a picture: of an antialiased one several samples a pixel, unless its pixels are there in parts.
+fn drawn_camera(camera: &Pinhole, at_rest: &RowsOf<'_>, options: Options) -> Pinhole {
+    let samples = if options.antialias && !at_rest.are_all() { SAMPLES } else { 1 };
+    Pinhole {
+        width_px: samples * camera.width_px,
+        height_px: samples * camera.height_px,
+        focal_px: f64::from(samples) * camera.focal_px,
+        centre_px: f64::from(samples) * camera.centre_px,
+        ..*camera
     }
 }
 

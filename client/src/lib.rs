@@ -28,6 +28,7 @@ mod light;
 pub mod light_images;
 pub mod occlusion;
 pub mod panel;
+mod parts;
 pub mod picture;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod pump;

@@ -2,6 +2,7 @@
 
 use camera::Pinhole;
 use gpu::Gpu;
+use protocol::message::Draws;
 use protocol::{Held, Update};
 use surface::{CornerRules, Corners, HeldSurfaces, SurfaceError};
 use thiserror::Error;
@@ -26,6 +27,13 @@ pub struct PictureOptions {
     pub occlusion: occlusion::Settings,
     /// How shadows are drawn; not at all by default.
     pub shadow: shadow::Settings,
+}
+
+impl PictureOptions {
+    /// What a server may send for it.
+    pub fn draws(&self) -> Draws {
+        Draws { soft_shadows: self.shadow.is_soft(), antialiased: self.frame.antialias }
+    }
 }
 
 /// Why nothing can be drawn.

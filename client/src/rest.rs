@@ -12,6 +12,7 @@ use protocol::{DepthImage, Held, Patch, PatchId, Purpose, Update};
 use surface::GBuffer;
 use wgpu::{Extent3d, TextureFormat, TextureUsages};
 
+use crate::fullscreen;
 use crate::viewer::Follow;
 
 /// Focal lengths and principal points that differ by less than this are the same, in pixels: f64 keeps them to 1e-12, and what
@@ -31,15 +32,27 @@ pub struct RestView {
 struct Rows {
     id: PatchId,
     camera: Pinhole,
-    /// Of the formats of [`GBuffer::colour`], [`GBuffer::normal_ids`] and [`GBuffer::w`].
+    /// Of the formats of [`GBuffer::colour`], whose alpha is the share of the pixel that is covered, [`GBuffer::normal_ids`] and
+    /// [`GBuffer::w`].
     planes: [wgpu::Texture; 3],
+    /// Whether some samples cover a part of their pixels.
+    has_shares: bool,
 }
 
-/// The rows that a camera sees, each with its first row in the camera's image.
+/// The rows that a camera sees.
 #[derive(Debug, Default)]
 pub(crate) struct RowsOf<'a> {
-    rows: Vec<(&'a Rows, u32)>,
+    rows: Vec<Placed<'a>>,
     height_px: u32,
+}
+
+/// Rows in a camera's image.
+#[derive(Debug)]
+struct Placed<'a> {
+    rows: &'a Rows,
+    first_row: u32,
+    /// How many others of the same rows came before: what covers the most of each pixel comes first.
+    layer: usize,
 }
 
 impl RestView {
@@ -65,8 +78,14 @@ impl RestView {
     }
 
     pub(crate) fn rows_of(&self, camera: &Pinhole) -> RowsOf<'_> {
-        let rows = self.rows.iter().filter_map(|rows| Some((rows, rows.first_row_in(camera)?))).collect();
-        RowsOf { rows, height_px: camera.height_px }
+        let mut placed: Vec<Placed<'_>> = Vec::new();
+        for rows in &self.rows {
+            if let Some(first_row) = rows.first_row_in(camera) {
+                let layer = placed.iter().filter(|before| before.first_row == first_row).count();
+                placed.push(Placed { rows, first_row, layer });
+            }
+        }
+        RowsOf { rows: placed, height_px: camera.height_px }
     }
 
     fn take_in(&mut self, held: &Held) {
@@ -108,7 +127,7 @@ impl Rows {
             (GBuffer::W, bytemuck::cast_slice(&w)),
         ];
         let planes = planes.map(|(format, texels)| texture(gpu, size, format, texels));
-        Some(Rows { id: patch.id, camera, planes })
+        Some(Rows { id: patch.id, camera, planes, has_shares: !image.share.is_empty() })
     }
 
     /// Where these rows begin in a camera's image; `None` where they are of another view.
@@ -129,19 +148,32 @@ impl Rows {
 impl RowsOf<'_> {
     /// Whether no row of the camera's is missing.
     pub(crate) fn are_all(&self) -> bool {
-        let mut rows: Vec<(u32, u32)> =
-            self.rows.iter().map(|(rows, first)| (*first, first + rows.camera.height_px)).collect();
+        let mut rows: Vec<(u32, u32)> = self
+            .rows
+            .iter()
+            .map(|placed| (placed.first_row, placed.first_row + placed.rows.camera.height_px))
+            .collect();
         rows.sort_unstable();
         let seamless = rows.iter().fold(0, |end, &(first, last)| if first <= end { end.max(last) } else { end });
         !rows.is_empty() && seamless >= self.height_px
     }
 
-    /// Copies them over what was drawn, but for its depth test.
-    pub(crate) fn encode(&self, encoder: &mut wgpu::CommandEncoder, target: &GBuffer) {
-        for (rows, first_row) in &self.rows {
+    /// How many images show pixels in parts; 0 where every pixel is whole, or rows are missing.
+    pub(crate) fn parts(&self) -> usize {
+        let in_parts = self.are_all() && self.rows.iter().any(|placed| placed.rows.has_shares);
+        let layers = self.rows.iter().map(|placed| placed.layer + 1).max().unwrap_or(0);
+        if in_parts { layers } else { 0 }
+    }
+
+    /// Copies a layer of them over what was drawn, but for its depth test. Layers but the first are not everywhere: nothing is beside them.
+    pub(crate) fn encode(&self, encoder: &mut wgpu::CommandEncoder, target: &GBuffer, layer: usize) {
+        if layer > 0 {
+            drop(fullscreen::begin(encoder, "no parts", true, &[&target.views.colour], None));
+        }
+        for placed in self.rows.iter().filter(|placed| placed.layer == layer) {
             let targets = [&target.colour, &target.normal_ids, &target.w];
-            for (plane, target) in rows.planes.iter().zip(targets) {
-                let origin = wgpu::Origin3d { x: 0, y: *first_row, z: 0 };
+            for (plane, target) in placed.rows.planes.iter().zip(targets) {
+                let origin = wgpu::Origin3d { x: 0, y: placed.first_row, z: 0 };
                 let to = wgpu::TexelCopyTextureInfo { origin, ..target.as_image_copy() };
                 encoder.copy_texture_to_texture(plane.as_image_copy(), to, plane.size());
             }
@@ -165,13 +197,20 @@ impl Texels {
         for (index, (x, y)) in image.mask.occupied().enumerate() {
             let at = y as usize * width as usize + x as usize;
             let [red, green, blue] = image.colour[index];
-            texels.colour[at] = [red, green, blue, u8::MAX];
+            let share = image.share.get(index).map_or(u8::MAX, |&share| of_255(share));
+            texels.colour[at] = [red, green, blue, share];
             let ids = u32::from(image.object[index]) | u32::from(image.material[index]) << 16;
             texels.normal_ids[at] = [pack_normal(image.normal_at(index)), ids];
             texels.w[at] = image.depth_scale.w(image.depth[index]);
         }
         texels
     }
+}
+
+/// A share in 255ths.
+fn of_255(share: u8) -> u8 {
+    let whole = u16::from(DepthImage::WHOLE);
+    ((u16::from(share) * u16::from(u8::MAX) + whole / 2) / whole).min(u16::from(u8::MAX)) as u8
 }
 
 /// The twin of `octahedral_code_fine` in `common/octahedral.wgsl`: two signed numbers of 16 bits.

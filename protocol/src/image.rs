@@ -202,9 +202,15 @@ pub struct DepthImage {
     pub object: Vec<u16>,
     /// Indices into the material table.
     pub material: Vec<u8>,
+    /// How much of its pixel each sample covers, 1 to [`DepthImage::WHOLE`]; empty where each covers all of its own. Only images of views
+    /// at rest have any ([`crate::Purpose::Rest`]): what else a pixel shows is in other images of the same camera.
+    pub share: Vec<u8>,
 }
 
 impl DepthImage {
+    /// The share of a sample that covers all of its pixel: as many as samples were taken of the pixel, 4 x 4.
+    pub const WHOLE: u8 = 16;
+
     /// How many samples the image holds.
     pub fn sample_count(&self) -> usize {
         self.depth.len()
@@ -229,17 +235,21 @@ impl DepthImage {
         retain(&mut self.colour, keep);
         retain(&mut self.object, keep);
         retain(&mut self.material, keep);
+        if !self.share.is_empty() {
+            retain(&mut self.share, keep);
+        }
     }
 
-    /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, colour 3, object 2, material 1 a sample; planes of
-    /// one value are left out, as the codec leaves them out.
+    /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, colour 3, object 2, material 1, share 1 a sample; planes
+    /// of one value are left out, as the codec leaves them out.
     pub fn raw_bytes(&self) -> usize {
         fn plane<T: PartialEq>(values: &[T]) -> usize {
             let constant = values.iter().all(|value| *value == values[0]);
             if constant { 0 } else { size_of_val(values) }
         }
         let normals = plane(&self.normal) + plane(&self.normal_rest);
-        plane(&self.depth) + normals + plane(&self.colour) + plane(&self.object) + plane(&self.material)
+        let ids = plane(&self.object) + plane(&self.material);
+        plane(&self.depth) + normals + plane(&self.colour) + ids + plane(&self.share)
     }
 }
 

@@ -34,6 +34,15 @@ pub struct ViewSize {
     pub fov_y_rad: f64,
 }
 
+/// What a client draws that not every client does, and so has a use for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Draws {
+    /// Soft shadows, by what lights see ([`crate::Purpose::Light`]).
+    pub soft_shadows: bool,
+    /// Antialiased pictures, at rest by what each pixel shows in parts ([`crate::DepthImage::share`]).
+    pub antialiased: bool,
+}
+
 /// From the client.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ClientMessage {
@@ -47,8 +56,8 @@ pub enum ClientMessage {
         view: ViewSize,
         /// What the held copy may take of the client's memory, in bytes; the server evicts what was least recently visible.
         budget_bytes: u64,
-        /// Whether it draws soft shadows, and so has a use for what lights see ([`crate::Purpose::Light`]).
-        soft_shadows: bool,
+        /// What it draws.
+        draws: Draws,
     },
     /// The output changed.
     View(ViewSize),

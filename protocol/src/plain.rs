@@ -142,6 +142,8 @@ fn write_patch(patch: &Patch, out: &mut Writer) {
     write_plane(&image.colour, out);
     write_plane(&image.object, out);
     write_plane(&image.material, out);
+    out.u32(count(image.share.len()));
+    write_plane(&image.share, out);
 }
 
 fn read_patch(reader: &mut Reader) -> Result<Patch, WireError> {
@@ -162,6 +164,10 @@ fn read_patch(reader: &mut Reader) -> Result<Patch, WireError> {
         colour: read_plane(count, reader)?,
         object: read_plane(count, reader)?,
         material: read_plane(count, reader)?,
+        share: {
+            let count = reader.u32()? as usize;
+            read_plane(count, reader)?
+        },
     };
     Ok(Patch { id, purpose, capture_time_s, objects, image })
 }

@@ -186,6 +186,7 @@ prop_compose! {
             colour: kept.iter().map(|k| [k[4], k[5], k[6]]).collect(),
             object: kept.iter().map(|k| u16::from_le_bytes([k[7], k[8]])).collect(),
             material: kept.iter().map(|k| k[9]).collect(),
+            share: Vec::new(),
             mask,
         }
     }
@@ -261,3 +262,20 @@ fn a_small_patch_costs_little_beside_its_header() {
 
 /// Id, purpose, time, camera, depth scale and the number of objects.
 const HEADER_BYTES: usize = 4 + 3 + 8 + (1 + 7 * 8 + 2 * 4 + 4 * 8) + 8 + 4;
+
+#[test]
+fn shares_of_pixels_come_back_and_whole_pixels_cost_next_to_nothing() {
+    for size in [(24, 24), (128, 128)] {
+        let whole = cast(size, |_, _| true);
+        let of = |share: fn(usize) -> u8| DepthImage {
+            share: (0..whole.sample_count()).map(share).collect(),
+            ..whole.clone()
+        };
+        round_trip(&patch(1, of(|index| 1 + (index % 16) as u8)));
+        let none = round_trip(&patch(1, whole.clone())).len();
+        let all = round_trip(&patch(1, of(|_| DepthImage::WHOLE))).len();
+        assert!(all <= none + 24, "{all} bytes, {none} without");
+        let more = encode_patch(&patch(1, of(|_| DepthImage::WHOLE + 1)), Coding::default());
+        assert_eq!(decode_patch(&more, &Limits::default()), Err(CodecError::Damaged("share")));
+    }
+}

@@ -11,7 +11,7 @@ use common::{cast, patch};
 use glam::DVec3;
 use network::{Link, LinkModel};
 use vantage_protocol::codec::Coding;
-use vantage_protocol::message::{Clock, ServerMessage, VERSION, ViewSize, Welcome};
+use vantage_protocol::message::{Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
 use vantage_protocol::session::{
     ClientConfig, ClientEvent, ClientSession, Fault, SendError, ServerConfig, ServerEvent, ServerSession, SessionError,
 };
@@ -290,7 +290,13 @@ fn message(at_s: f64, message: ClientMessage) -> Vec<u8> {
 fn hello() -> Vec<u8> {
     message(
         0.0,
-        ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: VIEW, budget_bytes: 0, soft_shadows: true },
+        ClientMessage::Hello {
+            version: VERSION,
+            clock: Clock::Wall,
+            view: VIEW,
+            budget_bytes: 0,
+            draws: Draws::default(),
+        },
     )
 }
 
@@ -317,19 +323,24 @@ fn hostile_clients_are_refused_by_name() {
     let pose =
         |seq, x_m| ClientMessage::Pose { seq, sampled_at_s: 0.0, world_from_eye: pose(x_m), velocity_world: [0.0; 3] };
     let other =
-        ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW, budget_bytes: 0, soft_shadows: true };
+        ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW, budget_bytes: 0, draws: Draws::default() };
     assert_eq!(refusal(&[message(0.0, other)]), SessionError::Version { ours: VERSION, theirs: 99 });
     let other = ClientMessage::Hello {
         version: VERSION,
         clock: Clock::Virtual,
         view: VIEW,
         budget_bytes: 0,
-        soft_shadows: true,
+        draws: Draws::default(),
     };
     assert_eq!(refusal(&[message(0.0, other)]).fault(), Fault::Mismatch);
     let blind = ViewSize { width_px: 0, ..VIEW };
-    let other =
-        ClientMessage::Hello { version: VERSION, clock: Clock::Wall, view: blind, budget_bytes: 0, soft_shadows: true };
+    let other = ClientMessage::Hello {
+        version: VERSION,
+        clock: Clock::Wall,
+        view: blind,
+        budget_bytes: 0,
+        draws: Draws::default(),
+    };
     assert!(matches!(refusal(&[message(0.0, other)]), SessionError::Range(_)));
     assert!(matches!(refusal(&[message(0.0, ClientMessage::Restart)]), SessionError::Unexpected(_)));
     assert!(matches!(refusal(&[hello(), hello()]), SessionError::Unexpected(_)));

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use camera::Pinhole;
 use protocol::codec::Coding;
 use protocol::held::{HeldError, ObjectPose, Update};
+use protocol::message::Draws;
 use protocol::session::DEFAULT_BUDGET_BYTES;
 use protocol::{Lamp, Lighting, Material, Purpose};
 use scene::{Scene, Snapshot};
@@ -89,8 +90,8 @@ pub struct Client {
     pub lights: lights::Kept,
     /// What it was sent of its own view at rest.
     pub rest: rest::Kept,
-    /// Whether it draws soft shadows, and has a use for what lights see.
-    pub soft_shadows: bool,
+    /// What it draws, and so has a use for.
+    pub draws: Draws,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
 }
@@ -106,7 +107,7 @@ impl Default for Client {
             reliefs: KeptReliefs::default(),
             lights: lights::Kept::default(),
             rest: rest::Kept::default(),
-            soft_shadows: false,
+            draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
     }
@@ -315,9 +316,17 @@ impl Stage {
         // What reliefs show to an eye that moves is seen as it is.
         self.imager.leave_out(BTreeSet::new());
         let precision = precision_within(&self.rules, viewer.view, 0.0);
-        for capture in self.imager.captures(snapshot, &[strip.camera], Discretization::Conventional)? {
-            let patch = client.account.add_rest(capture.depth_image(precision), now)?;
-            client.rest.sent(strip, patch);
+        let fine = rest::parts::fine(&strip.camera);
+        let in_parts = client.draws.antialiased && fine.width_px <= self.imager.largest_side_px();
+        let camera = if in_parts { fine } else { strip.camera };
+        for capture in self.imager.captures(snapshot, &[camera], Discretization::Conventional)? {
+            let layers = if in_parts {
+                rest::parts::layers(&strip.camera, &capture, precision)
+            } else {
+                vec![capture.depth_image(precision)]
+            };
+            let patches = layers.into_iter().map(|image| client.account.add_rest(image, now));
+            client.rest.sent(strip, &patches.collect::<Result<Vec<_>, _>>()?);
         }
         let counts = client.account.counts();
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
@@ -431,7 +440,7 @@ impl Stage {
         now: &Surroundings<'_>,
         client: &mut Client,
     ) -> Result<LightWork, StageError> {
-        if !client.soft_shadows || self.begins_coarsely(client) {
+        if !client.draws.soft_shadows || self.begins_coarsely(client) {
             return Ok(LightWork::default());
         }
         let (started, first) = (Instant::now(), client.account.edits());

@@ -48,6 +48,11 @@ pub trait Imager: Send {
         method: Discretization,
     ) -> Result<Vec<Capture>, ImagerError>;
 
+    /// The longest side that a view may have: at least what WebGPU promises.
+    fn largest_side_px(&self) -> u32 {
+        8192
+    }
+
     /// Leaves objects out of [`Imager::captures`] from now on.
     fn leave_out(&mut self, _: BTreeSet<u16>) {}
 
@@ -127,6 +132,10 @@ impl Imager for GpuImager {
         let Some(first) = views.first() else { return Ok(Vec::new()) };
         self.place(snapshot, first.world_from_eye.translation)?;
         Ok(self.discretizer.run(&self.renderer, views, method)?.wait()?)
+    }
+
+    fn largest_side_px(&self) -> u32 {
+        self.renderer.gpu().device.limits().max_texture_dimension_2d
     }
 
     fn leave_out(&mut self, objects: BTreeSet<u16>) {

@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 use futures_util::{SinkExt, StreamExt};
 use net::{Client, Socket, VIEW, config, request, room, socket, start};
 use protocol::limits::Limits;
-use protocol::message::{ClientMessage, Clock, ServerMessage, VERSION};
+use protocol::message::{ClientMessage, Clock, Draws, ServerMessage, VERSION};
 use protocol::wire::{Envelope, ServerPacket, decode_server, encode_client};
 use tokio_tungstenite::tungstenite::Message;
 use vantage_server::{Config, Running};
 
 fn hello(version: u16, clock: Clock) -> Message {
-    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, soft_shadows: false })
+    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, draws: Draws::default() })
 }
 
 fn say(message: ClientMessage) -> Message {

@@ -213,6 +213,7 @@ fn add(held: &mut protocol::Held, id: u32) {
         depth: Vec::new(),
         normal: Vec::new(),
         normal_rest: Vec::new(),
+        share: Vec::new(),
         colour: Vec::new(),
         object: Vec::new(),
         material: Vec::new(),

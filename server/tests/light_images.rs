@@ -16,7 +16,7 @@ const SAME_DEPTH: f32 = 0.02;
 
 /// A viewer of a scene who draws soft shadows.
 fn soft(mut session: Session) -> Session {
-    session.client.soft_shadows = true;
+    session.client.draws.soft_shadows = true;
     session
 }
 

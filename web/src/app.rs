@@ -91,7 +91,7 @@ pub async fn start() -> Result<(), String> {
         page: Page::new()?,
         viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
             .with_budget(BUDGET_BYTES)
-            .with_soft_shadows(wishes.picture.shadow.is_soft()),
+            .with_draws(wishes.picture.draws()),
         url: wishes.url,
         socket: None,
         scene: String::new(),

@@ -24,7 +24,7 @@ pub(super) fn run(
     let decoder = Decoder::on_thread(Limits::default(), Arc::new(|| {})).map_err(HeadlessError::Thread)?;
     let mut viewer = Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0)
         .with_budget(options.budget_bytes)
-        .with_soft_shadows(options.picture.shadow.is_soft());
+        .with_draws(options.picture.draws());
     let mut pump = Pump::new(sockets, url, Arc::new(|| {}));
     wait(options, &mut pump, &mut viewer, stage, Viewer::is_open)?;
     let welcome = viewer.welcome().expect("an open session was welcomed").clone();

@@ -111,6 +111,7 @@ mod tests {
             depth: vec![0],
             normal: vec![[0; 2]],
             normal_rest: Vec::new(),
+            share: Vec::new(),
             colour: vec![[0; 3]],
             object: vec![1],
             material: vec![0],

@@ -14,7 +14,7 @@ mod tests;
 
 use camera::Rigid;
 use glam::DVec3;
-use protocol::message::{Clock, ViewSize, Welcome};
+use protocol::message::{Clock, Draws, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SessionError};
 use protocol::{Held, Limits, Update};
 
@@ -76,7 +76,7 @@ pub struct Viewer {
     limits: Limits,
     view: ViewSize,
     budget_bytes: u64,
-    soft_shadows: bool,
+    draws: Draws,
     connection: Connection,
     /// Counts sessions, so that what an earlier one left in the decoder is told apart.
     session_number: u64,
@@ -117,7 +117,7 @@ impl Viewer {
             limits: Limits::default(),
             view,
             budget_bytes: DEFAULT_BUDGET_BYTES,
-            soft_shadows: false,
+            draws: Draws::default(),
             connection: Connection::new(address, now_s),
             session_number: 0,
             session: None,
@@ -141,9 +141,9 @@ impl Viewer {
         Viewer { budget_bytes, ..self }
     }
 
-    /// Whether soft shadows are drawn, and what lights see is wanted, from the next session on.
-    pub fn with_soft_shadows(self, soft_shadows: bool) -> Viewer {
-        Viewer { soft_shadows, ..self }
+    /// What is drawn, and so wanted, from the next session on.
+    pub fn with_draws(self, draws: Draws) -> Viewer {
+        Viewer { draws, ..self }
     }
 
     /// Takes what the socket reports.
@@ -198,8 +198,8 @@ impl Viewer {
 
     fn begin_session(&mut self, now_s: f64) {
         self.session_number += 1;
-        let Viewer { budget_bytes, soft_shadows, .. } = *self;
-        let config = ClientConfig { budget_bytes, soft_shadows, ..ClientConfig::new(self.clock, self.view) };
+        let Viewer { budget_bytes, draws, .. } = *self;
+        let config = ClientConfig { budget_bytes, draws, ..ClientConfig::new(self.clock, self.view) };
         self.session = Some(ClientSession::new(config, now_s));
         self.trips = RoundTrips::default();
         self.advanced_to_s = f64::NEG_INFINITY;

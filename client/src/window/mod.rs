@@ -198,7 +198,7 @@ impl<'a> App<'a> {
             overlay,
             viewer: Viewer::new(&options.server, Clock::Wall, view, decoder, 0.0)
                 .with_budget(options.budget_bytes)
-                .with_soft_shadows(options.picture.shadow.is_soft()),
+                .with_draws(options.picture.draws()),
             pump: Pump::new(self.sockets, &self.url, wake),
             controls: None,
             cursor_px: glam::DVec2::ZERO,

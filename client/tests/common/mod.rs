@@ -73,6 +73,7 @@ impl World {
             depth,
             normal,
             normal_rest: Vec::new(),
+            share: Vec::new(),
             colour: vec![[200, 200, 200]; count],
             object: vec![1; count],
             material: vec![0; count],

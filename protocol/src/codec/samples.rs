@@ -145,6 +145,7 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
         Profile::Fast => {
             let [symbols, literals] = fast::write(image, coding.colour, &mut bits);
             rest::code(&mut bits, image, image.normal_rest.clone());
+            write_shares(&mut bits, image);
             out.varint_block(&bits.finish());
             out.varint_block(&symbols);
             out.varint_block(&literals);
@@ -169,6 +170,28 @@ fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     writing.plane(&image.depth, &depth, &segments, Range::Short);
     writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short);
     rest::code(&mut writing.bits, image, image.normal_rest.clone());
+    write_shares(&mut writing.bits, image);
+}
+
+/// That an image has no shares, in 1/32768: it next to always comes, at no bytes.
+const NO_SHARES: u32 = 32_767;
+
+/// Writes [`DepthImage::share`]; behind all other planes, by the objects.
+fn write_shares(bits: &mut BitWriter, image: &DepthImage) {
+    if bits.decide(NO_SHARES, !image.share.is_empty()) {
+        let segments = segments(&image.mask, Some(&image.object));
+        labels::code(bits, &mut image.share.clone(), &segments).expect("planes in memory are sound");
+    }
+}
+
+fn read_shares(bits: &mut BitReader, image: &DepthImage) -> Result<Vec<u8>, CodecError> {
+    if !bits.decide(NO_SHARES, false) {
+        return Ok(Vec::new());
+    }
+    let mut share = vec![0; image.sample_count()];
+    labels::code(bits, &mut share, &segments(&image.mask, Some(&image.object)))?;
+    let is_share = |share: &u8| (1..=DepthImage::WHOLE).contains(share);
+    if share.iter().all(is_share) { Ok(share) } else { Err(CodecError::Damaged("share")) }
 }
 
 /// Reads planes by decisions.
@@ -217,13 +240,15 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
         return Err(CodecError::TooMuch("samples"));
     }
     let Header { id, purpose, capture_time_s, objects, camera, depth_scale } = header;
-    let (depth, normal, normal_rest, colour, object, material) = Default::default();
-    let mut image = DepthImage { camera, depth_scale, mask, depth, normal, normal_rest, colour, object, material };
+    let (depth, normal, normal_rest, colour, object, material, share) = Default::default();
+    let mut image =
+        DepthImage { camera, depth_scale, mask, depth, normal, normal_rest, colour, object, material, share };
     match coding.profile {
         Profile::Fast => {
             let (symbols, literals) = (bytes.varint_block()?, bytes.varint_block()?);
             fast::read(&mut image, coding.colour, &mut bits, symbols, literals)?;
             image.normal_rest = rest::code(&mut bits, &image, Vec::new());
+            image.share = read_shares(&mut bits, &image)?;
         }
         Profile::Dense if count > 0 => {
             let mut reading = Reading { bits, activity: vec![0; count] };
@@ -249,5 +274,6 @@ fn read_planes(
     image.depth = reading.plane(count, &segments, Range::Short, depths)?;
     image.colour = reading.plane(count, &segments, Range::Short, |values| steps.rgb_of_all(values))?;
     image.normal_rest = rest::code(&mut reading.bits, image, Vec::new());
+    image.share = read_shares(&mut reading.bits, image)?;
     Ok(())
 }

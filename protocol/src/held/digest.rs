@@ -112,6 +112,7 @@ impl Digest {
         self.shorts(&image.depth);
         self.bytes(image.normal.as_flattened());
         self.bytes(&image.normal_rest);
+        self.bytes(&image.share);
         self.bytes(image.colour.as_flattened());
         self.shorts(&image.object);
         self.bytes(&image.material);

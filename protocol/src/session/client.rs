@@ -6,7 +6,7 @@ use camera::Rigid;
 
 use super::SessionError;
 use crate::limits::Limits;
-use crate::message::{ClientMessage, Clock, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::message::{ClientMessage, Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
 
 /// Seconds between two poses at least.
@@ -35,8 +35,8 @@ pub struct ClientConfig {
     pub view: ViewSize,
     /// What the held copy may take, in bytes.
     pub budget_bytes: u64,
-    /// Whether soft shadows are drawn.
-    pub soft_shadows: bool,
+    /// What is drawn.
+    pub draws: Draws,
     /// Caps on what the server sends.
     pub limits: Limits,
     /// Without a word from the server for this long, it is gone. Several pings.
@@ -50,7 +50,7 @@ impl ClientConfig {
     /// The usual limits.
     pub fn new(clock: Clock, view: ViewSize) -> ClientConfig {
         let (budget_bytes, limits) = (DEFAULT_BUDGET_BYTES, Limits::default());
-        ClientConfig { clock, view, budget_bytes, soft_shadows: false, limits, silence_s: 20.0 }
+        ClientConfig { clock, view, budget_bytes, draws: Draws::default(), limits, silence_s: 20.0 }
     }
 }
 
@@ -135,7 +135,7 @@ impl ClientSession {
             clock: config.clock,
             view: config.view,
             budget_bytes: config.budget_bytes,
-            soft_shadows: config.soft_shadows,
+            draws: config.draws,
         };
         ClientSession {
             config,

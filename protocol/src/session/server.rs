@@ -9,7 +9,7 @@ use super::SessionError;
 use super::flow::{Acked, Flow};
 use super::rate::TokenBucket;
 use crate::limits::Limits;
-use crate::message::{ClientMessage, Clock, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::message::{ClientMessage, Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, EncodedUpdate, Envelope};
 
 /// Largest output side that is believed.
@@ -142,7 +142,7 @@ pub struct ServerSession {
     events: VecDeque<ServerEvent>,
     view: Option<ViewSize>,
     budget_bytes: u64,
-    soft_shadows: bool,
+    draws: Draws,
     pose: Option<ClientPose>,
     flow: Flow,
     must_clear: bool,
@@ -175,7 +175,7 @@ impl ServerSession {
             events: VecDeque::new(),
             view: None,
             budget_bytes: 0,
-            soft_shadows: false,
+            draws: Draws::default(),
             pose: None,
             flow: Flow::default(),
             must_clear: false,
@@ -214,8 +214,8 @@ impl ServerSession {
             return Err(SessionError::TooMany("messages"));
         }
         match (self.state, envelope.message) {
-            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, soft_shadows }) => {
-                (self.budget_bytes, self.soft_shadows) = (budget_bytes, soft_shadows);
+            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, draws }) => {
+                (self.budget_bytes, self.draws) = (budget_bytes, draws);
                 self.greet(version, clock, view, envelope.at_s, now_s)
             }
             (State::Greeting, _) => Err(SessionError::Unexpected("a message before Hello")),
@@ -438,9 +438,9 @@ impl ServerSession {
         self.budget_bytes
     }
 
-    /// Whether the client draws soft shadows; not before Hello.
-    pub fn soft_shadows(&self) -> bool {
-        self.soft_shadows
+    /// What the client draws; nothing before Hello.
+    pub fn draws(&self) -> Draws {
+        self.draws
     }
 
     /// The client's output; `None` before Hello.

@@ -53,6 +53,7 @@ fn cast_mirroring((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> 
         colour: samples.iter().map(|sample| sample.colour).collect(),
         object: samples.iter().map(|sample| sample.object).collect(),
         material: samples.iter().map(|sample| (sample.object % 3) as u8).collect(),
+        share: Vec::new(),
     }
 }
 

@@ -208,6 +208,7 @@ impl Account {
             depth: Vec::new(),
             normal: Vec::new(),
             normal_rest: Vec::new(),
+            share: Vec::new(),
             colour: Vec::new(),
             object: Vec::new(),
             material: Vec::new(),

@@ -163,6 +163,7 @@ impl Planes<'_> {
             colour: indices.iter().map(|&index| colour(index)).collect(),
             object: indices.iter().map(|&index| object(self.ids[index])).collect(),
             material: indices.iter().map(|&index| self.colour[index][3]).collect(),
+            share: Vec::new(),
             mask,
         }
     }

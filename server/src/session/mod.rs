@@ -241,9 +241,9 @@ impl Connection<'_> {
                 if let Some(view) = self.session.view() {
                     viewer.view = view;
                     let budget_bytes = self.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
-                    let soft_shadows = self.session.soft_shadows();
+                    let draws = self.session.draws();
                     self.client.iter_mut().for_each(|client| {
-                        (client.budget_bytes, client.soft_shadows) = (budget_bytes, soft_shadows);
+                        (client.budget_bytes, client.draws) = (budget_bytes, draws);
                     });
                     tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }

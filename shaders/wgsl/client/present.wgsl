@@ -1,23 +1,6 @@
 // The last step: surfaces as lit, and for pixels without one the background, a plausible fill of small holes, or a mark.
 #import "client/fullscreen.wgsl"
-#import "common/srgb.wgsl"
-
-struct Present {
-    // sRGB-encoded, shown where there is no surface.
-    background: vec3f,
-    // 1: fill small holes.
-    fill: u32,
-    // sRGB-encoded, for `mark_uncovered`.
-    mark: vec3f,
-    // 1: show `mark` wherever there is no surface.
-    mark_uncovered: u32,
-    // 1: the target encodes sRGB itself.
-    target_encodes: u32,
-    // 1: alpha is 1 where there is a surface and 0 elsewhere, filled or not; otherwise it is 1 everywhere.
-    coverage_in_alpha: u32,
-    padding_0: u32,
-    padding_1: u32,
-}
+#import "client/present_uniform.wgsl"
 
 @group(0) @binding(0) var<uniform> present: Present;
 @group(0) @binding(1) var lit: texture_2d<f32>;
@@ -79,11 +62,23 @@ fn shown(pixel: vec2f) -> vec3f {
 
 @fragment
 fn show(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let encoded = shown(position.xy);
-    let covered = textureLoad(lit, vec2i(position.xy), 0).a > 0.0;
-    let alpha = select(0.0, 1.0, covered || present.coverage_in_alpha == 0u);
-    if present.target_encodes != 0u {
-        return vec4f(linear_from_srgb(encoded), alpha);
+    let samples = i32(present.samples);
+    if samples == 1 {
+        let encoded = shown(position.xy);
+        let covered = textureLoad(lit, vec2i(position.xy), 0).a > 0.0;
+        let alpha = select(0.0, 1.0, covered || present.coverage_in_alpha == 0u);
+        return vec4f(select(encoded, linear_from_srgb(encoded), present.target_encodes != 0u), alpha);
     }
-    return vec4f(encoded, alpha);
+    let first = samples * vec2i(position.xy);
+    var linear = vec3f(0.0);
+    var covered = 0;
+    for (var y = 0; y < samples; y++) {
+        for (var x = 0; x < samples; x++) {
+            let sample = first + vec2i(x, y);
+            linear += linear_from_srgb(shown(vec2f(sample) + 0.5));
+            covered += select(0, 1, textureLoad(lit, sample, 0).a > 0.0);
+        }
+    }
+    let all = samples * samples;
+    return presented(present, linear / f32(all), 2 * covered >= all);
 }

@@ -3,10 +3,13 @@
 //! Surfaces that are rebuilt from samples of other views are off by a fraction of a pixel at every outline. Who moves does not mind; who
 //! stands still looks closely. So once a viewer stands still, rows of his very view follow ([`Purpose::Rest`](protocol::Purpose::Rest)), as
 //! many at a time as the path carries in an update interval, and the client shows them pixel by pixel as long as its camera is that of the
-//! rows. They are dropped when the viewer moves on.
+//! rows. They are dropped when the viewer moves on. A client that draws antialiased pictures gets each pixel in [`parts`].
+
+pub mod parts;
 
 use camera::Pinhole;
 use glam::DVec2;
+use protocol::DepthImage;
 use protocol::held::PatchId;
 
 use crate::frame::Client;
@@ -15,8 +18,8 @@ use crate::viewer::Viewer;
 
 /// Who stood still for so long means to: longer than between two events of a mouse that is dragged slowly.
 const REST_AFTER_S: f64 = 0.15;
-/// Rows of so many pixels at a time at most: what the rest of the session waits for at the server.
-const MAX_STRIP_PX: f64 = (1 << 19) as f64;
+/// Rows of so many samples at a time at most: what the rest of the session waits for at the server.
+const MAX_STRIP_SAMPLES: f64 = (1 << 22) as f64;
 /// What a pixel is expected to cost, in bytes: between 0.5 (houses) and 2 (leaves) were seen.
 const BYTES_PER_PX: f64 = 1.5;
 /// What a pixel costs a client: ten bytes as it is held, sixteen in textures.
@@ -47,7 +50,8 @@ pub fn lacking(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> O
     let first = if client.rest.camera == Some(view) { client.rest.rows } else { 0 };
     let left = view.height_px.checked_sub(first).filter(|&left| left > 0)?;
     let carried_px = viewer.bytes_per_s.map_or(f64::INFINITY, |path| path * rules.update_interval_s / BYTES_PER_PX);
-    let rows = carried_px.min(MAX_STRIP_PX) / f64::from(view.width_px);
+    let most_px = MAX_STRIP_SAMPLES / if client.draws.antialiased { f64::from(DepthImage::WHOLE) } else { 1.0 };
+    let rows = carried_px.min(most_px) / f64::from(view.width_px);
     let height_px = (rows as u32).clamp(1, left);
     let centre_px = view.centre_px - DVec2::new(0.0, f64::from(first));
     Some(Strip { view, camera: Pinhole { height_px, centre_px, ..view } })
@@ -64,11 +68,11 @@ fn wanted(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> Option
 }
 
 impl Kept {
-    /// Rows were sent.
-    pub fn sent(&mut self, strip: &Strip, patch: PatchId) {
+    /// Rows were sent, in one patch or several.
+    pub fn sent(&mut self, strip: &Strip, patches: &[PatchId]) {
         self.camera = Some(strip.view);
         self.rows += strip.camera.height_px;
-        self.patches.push(patch);
+        self.patches.extend(patches);
     }
 
     /// Forgets the rows of any other view than `view`, and says which patches they were.
@@ -130,7 +134,7 @@ mod tests {
         let mut first_rows = Vec::new();
         while let Some(strip) = lacking(&RULES, &client, &viewer, 2.0) {
             first_rows.push((strip.view.centre_px.y - strip.camera.centre_px.y, strip.camera.height_px));
-            client.rest.sent(&strip, PatchId(first_rows.len() as u32));
+            client.rest.sent(&strip, &[PatchId(first_rows.len() as u32)]);
         }
         assert_eq!(first_rows, [(0.0, 30), (30.0, 30), (60.0, 20)]);
         assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), [], "they are of use");
