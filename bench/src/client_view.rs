@@ -3,11 +3,12 @@
 use std::time::Instant;
 
 use camera::Pinhole;
-use client::frame::{FrameRenderer, Options, Shown};
-use client::impostors::Impostors;
-use client::occlusion;
-use client::reflect::StepSum;
-use client::shadow;
+use client::draw::frame::{FrameRenderer, Options};
+use client::draw::impostors::Impostors;
+use client::draw::occlusion;
+use client::draw::reflect::StepSum;
+use client::draw::shadow;
+use client::draw::shown::Shown;
 use gpu::{Gpu, Readback};
 use protocol::held::{Edit, Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material};
@@ -146,7 +147,7 @@ impl ClientView {
         Ok(started.elapsed().as_secs_f64() * 1000.0)
     }
 
-    /// What the rays of the last frame cost, where [`client::reflect::Settings::count_steps`] was set.
+    /// What the rays of the last frame cost, where [`client::draw::reflect::Settings::count_steps`] was set.
     pub fn steps(&self) -> anyhow::Result<Option<StepSum>> {
         Ok(self.frames.steps()?)
     }

@@ -1,8 +1,8 @@
 //! Shadows at the client beside traced ones, for what a server sends a viewer at the start of a scene.
 
 use camera::{Pinhole, Rigid};
-use client::frame::Options;
-use client::shadow::{Settings, Shadows};
+use client::draw::frame::Options;
+use client::draw::shadow::{Settings, Shadows};
 use gpu::Gpu;
 use protocol::Look;
 use server::discretize::{Discretization, Discretizer};

@@ -7,7 +7,7 @@ use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::HeldSurfaces;
-use vantage_client::frame::{FrameRenderer, MARK, Options};
+use vantage_client::draw::frame::{FrameRenderer, MARK, Options};
 
 const SIDE: u32 = 64;
 const BACKGROUND: [u8; 3] = [90, 140, 200];

@@ -6,9 +6,9 @@ use common::{Block, FLOOR, OnFloor, Stage, World, camera, lit_by, on_floor};
 use glam::DVec3;
 use protocol::{Area, AreaShape, Edit, Held, Light, Patch, PatchId, Purpose};
 use surface::Corners;
-use vantage_client::light_images::LightImages;
-use vantage_client::shadow::{Settings, Shadows};
-use vantage_client::viewer::Follow;
+use vantage_client::draw::light_images::LightImages;
+use vantage_client::draw::shadow::{Settings, Shadows};
+use vantage_client::receive::follow::Follow;
 
 const WORLD: World = World { origin: DVec3::ZERO, scale: 1.0, side_px: 128 };
 const PLATE: Block = (DVec3::new(-0.8, 1.0, -0.8), DVec3::new(0.8, 1.02, 0.8));

@@ -6,7 +6,7 @@ use camera::Pinhole;
 use common::{Block, FLOOR, SIDE, Stage, World, view};
 use glam::DVec3;
 use protocol::{Held, Lighting};
-use vantage_client::occlusion::{Occlusion, Settings};
+use vantage_client::draw::occlusion::{Occlusion, Settings};
 
 /// Boxes as seen from around and above, relative to `origin`.
 fn held(blocks: &[Block], origin: DVec3) -> Held {

@@ -16,9 +16,9 @@ use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Edit, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use support::scenes;
 use surface::HeldSurfaces;
-use vantage_client::frame::{FrameRenderer, Options};
-use vantage_client::impostors::{ImpostorImage, ImpostorKind, Impostors, UnfitImage};
-use vantage_client::reflect::{Bounces, EdgeRays, Search, Settings, StepSum};
+use vantage_client::draw::frame::{FrameRenderer, Options};
+use vantage_client::draw::impostors::{ImpostorImage, ImpostorKind, Impostors, UnfitImage};
+use vantage_client::draw::reflect::{Bounces, EdgeRays, Search, Settings, StepSum};
 
 const SIDE: u32 = 64;
 const BACKGROUND: [u8; 3] = [90, 140, 200];
@@ -195,7 +195,7 @@ fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
     let (view, target) = (view(), output.create_view(&Default::default()));
     let options = Options { reflect: settings, ..Options::default() };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let shown = vantage_client::frame::Shown {
+    let shown = vantage_client::draw::shown::Shown {
         surfaces: &surfaces,
         held,
         impostors: Some(&impostors),

@@ -6,8 +6,8 @@ use camera::Pinhole;
 use common::{Block, FLOOR, OnFloor, Stage, World, camera, entry, lit_by, on_floor, view};
 use glam::DVec3;
 use protocol::{Held, Light};
-use vantage_client::shadow::{Settings, Shadows};
-use vantage_client::soft;
+use vantage_client::draw::shadow::{Settings, Shadows};
+use vantage_client::draw::soft;
 
 /// Of shadow maps.
 const MAP_PX: u32 = 256;

@@ -5,8 +5,8 @@ mod common;
 use common::{Block, FLOOR, OnFloor, Stage, World, camera, entry, lit_by, on_floor};
 use glam::DVec3;
 use protocol::{Area, AreaShape, Held, Light};
-use vantage_client::shadow::{Settings, Shadows, SoftProgress};
-use vantage_client::soft::{self, Choice, Method, Pace};
+use vantage_client::draw::shadow::{Settings, Shadows, SoftProgress};
+use vantage_client::draw::soft::{self, Choice, Method, Pace};
 
 const MAP_PX: u32 = 192;
 const HELD_PX: u32 = 192;

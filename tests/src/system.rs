@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use bench::compare::{Picture, Scores, score};
 use camera::{Pinhole, Rigid, Trace, TracePose};
-use client::headless::{self, FrameRow, Way};
+use client::show::headless::{self, FrameRow, Way};
 use gpu::Gpu;
 use protocol::Look;
 use protocol::message::Clock;

@@ -5,12 +5,12 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use camera::Rigid;
-use client::controls::{Controls, Mode};
-use client::occlusion::{self, Occlusion};
-use client::picture::PictureOptions;
-use client::shadow::{self, Shadows, SoftProgress};
-use client::soft::{self, Choice, Pace};
-use client::viewer::{SocketCommand, Viewer};
+use client::draw::occlusion::{self, Occlusion};
+use client::draw::picture::PictureOptions;
+use client::draw::shadow::{self, Shadows, SoftProgress};
+use client::draw::soft::{self, Choice, Pace};
+use client::receive::viewer::{SocketCommand, Viewer};
+use client::show::controls::{Controls, Mode};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
 use protocol::{Held, Purpose};
@@ -309,7 +309,7 @@ impl App {
     fn open_socket(&mut self, now_s: f64) {
         match Socket::open(&self.url) {
             Ok(socket) => self.socket = Some(socket),
-            Err(why) => self.viewer.handle(client::viewer::SocketEvent::Closed(why), now_s),
+            Err(why) => self.viewer.handle(client::receive::viewer::SocketEvent::Closed(why), now_s),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The page's events as [`Input`] and [`Action`].
 
-use client::controls::{Drag, Input, Key};
+use client::show::controls::{Drag, Input, Key};
 use glam::DVec2;
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;

@@ -26,7 +26,7 @@ pub async fn start() -> Result<(), JsValue> {
 #[wasm_bindgen]
 pub fn decode(bytes: &[u8]) -> Vec<u8> {
     console_error_panic_hook::set_once();
-    client::viewer::answer(bytes, &protocol::Limits::default())
+    client::receive::viewer::answer(bytes, &protocol::Limits::default())
 }
 
 /// What the viewer is doing, as JSON; see `main.js` for the fields.

@@ -1,9 +1,10 @@
 //! The page's elements around the canvas: figures, progress, status.
 
-use client::controls::Mode;
-use client::panel::{Stats, short_count};
-use client::shadow::SoftProgress;
-use client::viewer::Progress;
+use client::draw::shadow::SoftProgress;
+use client::receive::stats::Stats;
+use client::receive::viewer::Progress;
+use client::show::controls::Mode;
+use client::show::panel::short_count;
 use wasm_bindgen::JsCast;
 use web_sys::{Document, Element, HtmlCanvasElement, HtmlElement};
 

@@ -1,7 +1,7 @@
 //! The canvas and its GPU side.
 
 use camera::{Pinhole, Rigid};
-use client::picture::{Picture, PictureOptions};
+use client::draw::picture::{Picture, PictureOptions};
 use gpu::Gpu;
 use protocol::Held;
 use web_sys::HtmlCanvasElement;

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use client::viewer::{DecodeWorker, Decoder};
+use client::receive::viewer::{DecodeWorker, Decoder};
 use js_sys::{Array, ArrayBuffer, Uint8Array};
 use protocol::Limits;
 use wasm_bindgen::JsCast;

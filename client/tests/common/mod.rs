@@ -8,8 +8,9 @@ use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::HeldSurfaces;
-use vantage_client::frame::{FrameRenderer, Options, Shown};
-use vantage_client::light_images::LightImages;
+use vantage_client::draw::frame::{FrameRenderer, Options};
+use vantage_client::draw::light_images::LightImages;
+use vantage_client::draw::shown::Shown;
 
 /// Of pictures.
 pub const SIDE: u32 = 96;

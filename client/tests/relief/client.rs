@@ -4,8 +4,9 @@ use camera::Pinhole;
 use gpu::{Gpu, Readback};
 use protocol::Held;
 use surface::HeldSurfaces;
-use vantage_client::frame::{FrameRenderer, Options, Shown};
-use vantage_client::impostors::Impostors;
+use vantage_client::draw::frame::{FrameRenderer, Options};
+use vantage_client::draw::impostors::Impostors;
+use vantage_client::draw::shown::Shown;
 
 /// One that offers no more than WebGL2.
 fn least_gpu() -> Gpu {

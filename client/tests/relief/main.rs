@@ -19,8 +19,8 @@ use protocol::{DepthImage, DepthScale, Held, Mask, Patch, PatchId, Purpose, Upda
 use support::scenes::{POT_BOUNDS, POT_EYE, pot};
 use support::{Image, Shown as Sampled};
 use surface::HeldSurfaces;
-use vantage_client::impostors::ImpostorImage;
-use vantage_client::viewer::Follow;
+use vantage_client::draw::impostors::ImpostorImage;
+use vantage_client::receive::follow::Follow;
 
 const SIDE: u32 = 128;
 const RELIEF: PatchId = PatchId(1);

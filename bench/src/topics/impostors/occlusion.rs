@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use camera::{ImagePoint, Pinhole, Rigid};
-use client::occlusion::{Occlusion, Settings};
+use client::draw::occlusion::{Occlusion, Settings};
 use glam::DVec3;
 use gpu::Gpu;
 use protocol::image::{Ranks, octahedral_normal};

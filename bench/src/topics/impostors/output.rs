@@ -2,7 +2,7 @@
 
 use super::Settings;
 use super::occlusion::{StabilityPlan, StabilityTable};
-use client::occlusion::Occlusion;
+use client::draw::occlusion::Occlusion;
 
 use super::reflect::{DECIDED, MAPS, METHODS, PINHOLES};
 use super::relief::{self, COUNTS};

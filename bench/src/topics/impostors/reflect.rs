@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use camera::{Camera, Pinhole, Rigid, Trace};
-use client::impostors::{ImpostorImage, ImpostorKind, Impostors};
-use client::reflect::{EdgeRays, Search, Settings as Drawing};
+use client::draw::impostors::{ImpostorImage, ImpostorKind, Impostors};
+use client::draw::reflect::{EdgeRays, Search, Settings as Drawing};
 use gpu::Gpu;
 use protocol::codec::{Coding, encode_patch};
 use protocol::held::{ObjectPose, Patch, PatchId};
@@ -257,7 +257,7 @@ pub(super) fn measure(
         let mut pictures = vec![traced.picture()];
         for (method, found) in &mut found {
             let made = maker.make(&stage, &view, method.images)?;
-            let options = client::frame::Options {
+            let options = client::draw::frame::Options {
                 fill: false,
                 reflect: Drawing {
                     search: method.search,

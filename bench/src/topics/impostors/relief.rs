@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use camera::Pinhole;
-use client::frame::Options;
+use client::draw::frame::Options;
 use gpu::Gpu;
 use protocol::codec::{Coding, encode_patch};
 use protocol::{Held, Look, Purpose};

@@ -1,7 +1,7 @@
 //! Time of a client's frame by the size of output and images and by fine steps, and what the shaders' rays cost.
 
 use camera::{Camera, Spoc};
-use client::reflect::{Search, Settings as Drawing};
+use client::draw::reflect::{Search, Settings as Drawing};
 use gpu::Gpu;
 use protocol::Look;
 use scene::Scene;
@@ -55,7 +55,7 @@ fn images(gpu: &Gpu, scene: &Scene, path: &Path, settings: &Settings, report: &m
             return Ok(());
         }
         let impostors = put_up(gpu, &made, None)?;
-        let options = client::frame::Options::default();
+        let options = client::draw::frame::Options::default();
         let draw = |_| client.draw_reflecting(&held, Some(&impostors), &view, options);
         let times = (0..=REPEATS).map(draw).collect::<anyhow::Result<Vec<f64>>>()?;
         let mut row = Row::new(&scene.name, &format!("frame, single-pole image {side_px}x{side_px}"));
@@ -81,7 +81,7 @@ fn outputs(gpu: &Gpu, scene: &Scene, path: &Path, settings: &Settings, report: &
         let mut client = ClientView::new(gpu, (side_px, side_px))?;
         let mut row = Row::new(&scene.name, &format!("frame, output {side_px}x{side_px}"));
         let mut times = |reflect: Option<Drawing>| -> anyhow::Result<Option<Spread>> {
-            let options = client::frame::Options { reflect: reflect.unwrap_or_default(), ..Default::default() };
+            let options = client::draw::frame::Options { reflect: reflect.unwrap_or_default(), ..Default::default() };
             let impostors = reflect.map(|_| &impostors);
             client.draw_reflecting(&held, impostors, &view, options)?;
             let draw = |_| client.draw_reflecting(&held, impostors, &view, options);
@@ -98,7 +98,7 @@ fn outputs(gpu: &Gpu, scene: &Scene, path: &Path, settings: &Settings, report: &
         }
         for (name, search) in SEARCHES {
             let reflect = Drawing { search, count_steps: true, ..Drawing::default() };
-            let options = client::frame::Options { reflect, ..Default::default() };
+            let options = client::draw::frame::Options { reflect, ..Default::default() };
             client.draw_reflecting(&held, Some(&impostors), &view, options)?;
             if let Some(sum) = client.steps()? {
                 row.counts.set(format!("steps_a_walk_at_{name}_px"), sum.steps / sum.walks.max(1.0));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use client::headless::{self, FrameRow, Summary, Way};
+use client::show::headless::{self, FrameRow, Summary, Way};
 use gpu::Gpu;
 use network::{Link, Proxy};
 use protocol::codec::Profile;

@@ -101,7 +101,7 @@ pub fn ours(
     let scores = scored(&pairs)?;
     let method = format!("Vantage, {} images of {}", operation.images, operation.image_px);
     let mut row = row(replay, network, &method, &scores);
-    let spread = |value: fn(&client::headless::FrameRow) -> f64| {
+    let spread = |value: fn(&client::show::headless::FrameRow) -> f64| {
         Spread::of(&rows.iter().map(value).collect::<Vec<_>>(), Better::Lower)
     };
     let times = [

@@ -1,6 +1,6 @@
 //! What is compared: where samples come from, and how surfaces are made of them.
 
-use client::frame::Options;
+use client::draw::frame::Options;
 use server::discretize::Discretization;
 use surface::{Corners, Smoothing};
 

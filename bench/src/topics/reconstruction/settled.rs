@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use client::frame::Options;
+use client::draw::frame::Options;
 use gpu::Gpu;
 use protocol::DepthImage;
 use protocol::message::ViewSize;

@@ -20,7 +20,7 @@ use std::time::Instant;
 use anyhow::Context;
 use camera::Pinhole;
 use clap::Args;
-use client::frame::Options;
+use client::draw::frame::Options;
 use gpu::Gpu;
 use protocol::Look;
 use server::coding::CodingRule;

@@ -11,7 +11,7 @@ pub(crate) mod walk;
 use std::sync::Arc;
 
 use clap::Args;
-use client::frame::Options;
+use client::draw::frame::Options;
 use gpu::Gpu;
 use protocol::Look;
 use scene::Scene;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use camera::{Pinhole, Rigid, Trace};
-use client::impostors::Impostors;
-use client::viewer::Follow;
+use client::draw::impostors::Impostors;
+use client::receive::follow::Follow;
 use glam::{DQuat, DVec3};
 use gpu::Gpu;
 use protocol::message::ViewSize;

@@ -1,7 +1,7 @@
 //! The lamp over a scene, and what is seen of the scene by its light.
 
 use camera::{Bounds, Pinhole, Rigid, parallel_views};
-use client::soft::Lamp;
+use client::draw::soft::Lamp;
 use glam::DVec3;
 use protocol::{Area, AreaShape};
 use scene::Scene;

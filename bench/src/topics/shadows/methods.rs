@@ -1,6 +1,6 @@
 //! Ways of drawing shadows, each with its settings.
 
-use client::soft::{Bias, Choice, Method, Pace, Settings};
+use client::draw::soft::{Bias, Choice, Method, Pace, Settings};
 
 /// A way of drawing by its name.
 #[derive(Clone, Copy)]

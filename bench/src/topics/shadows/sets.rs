@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::time::Instant;
 
 use camera::{Bounds, Pinhole};
-use client::soft::{self, Count, Lamp, Pace, Receivers, Settings, SoftShadows};
+use client::draw::soft::{self, Count, Lamp, Pace, Receivers, Settings, SoftShadows};
 use gpu::{Gpu, Readback};
 use protocol::held::{Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material, Purpose};
@@ -100,7 +100,7 @@ impl Client {
         let look = (stage.renderer.materials(), &stage.lighting);
         let set = HeldSet::new(gpu, std::slice::from_ref(shown), look)?;
         let mut frames = ClientView::new(gpu, (view.width_px, view.height_px))?;
-        frames.draw(&set, view, client::frame::Options::default())?;
+        frames.draw(&set, view, client::draw::frame::Options::default())?;
         let (materials, lighting) = (look.0.to_vec(), stage.lighting.clone());
         Ok(Client {
             gpu: gpu.clone(),

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use camera::Pinhole;
-use client::soft::Lamp;
+use client::draw::soft::Lamp;
 use gpu::Gpu;
 use protocol::Look;
 use scene::Scene;

@@ -1,4 +1,4 @@
-use client::soft::{Choice, Method};
+use client::draw::soft::{Choice, Method};
 
 use super::cell::FULL_GEOMETRY;
 use super::sets::SETS;

@@ -8,7 +8,7 @@
 use std::rc::Rc;
 
 use camera::Pinhole;
-use client::soft::Lamp;
+use client::draw::soft::Lamp;
 use server::discretize::{Capture, Discretization, Discretizer};
 
 use super::hidden::{Hidden, MapTruth, receivers};

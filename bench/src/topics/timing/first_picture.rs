@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use camera::Pinhole;
-use client::frame::Options;
-use client::socket::Sockets;
-use client::viewer::{Decoder, SocketCommand, SocketEvent, Viewer};
+use client::draw::frame::Options;
+use client::receive::socket::Sockets;
+use client::receive::viewer::{Decoder, SocketCommand, SocketEvent, Viewer};
 use gpu::Gpu;
 use protocol::message::{Clock, ViewSize};
 use protocol::{Limits, Look};
@@ -86,7 +86,7 @@ fn connect(gpu: &Gpu, url: &str, camera: &Pinhole, truth: &Picture, view: &mut C
                 (SocketCommand::Open, _) => {
                     socket = Some(sockets.open(url.to_owned(), MESSAGE_BYTES, Arc::new(|| {})));
                 }
-                (SocketCommand::Send(bytes), Some(socket)) => client::socket::Socket::send(socket, bytes),
+                (SocketCommand::Send(bytes), Some(socket)) => client::receive::socket::Socket::send(socket, bytes),
                 (SocketCommand::Send(_), None) => {}
                 (SocketCommand::Close, _) => bail!("the connection ended: {:?}", viewer.status(now_s())),
             }

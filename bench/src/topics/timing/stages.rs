@@ -1,7 +1,7 @@
 //! Every stage but the network: images, readback, codec, surfaces, frames.
 
 use camera::Pinhole;
-use client::frame::Options;
+use client::draw::frame::Options;
 use gpu::Gpu;
 use protocol::codec::decode_patch;
 use protocol::{DepthImage, Limits};

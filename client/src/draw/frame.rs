@@ -1,0 +1,371 @@
+//! One frame of the client, from what it holds to the picture.
+
+use bytemuck::{Pod, Zeroable};
+use camera::Pinhole;
+use gpu::Gpu;
+use protocol::{Held, Update};
+use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError};
+use wgpu::{BindingResource, TextureFormat, TextureView};
+
+use crate::draw::coverage::{self, Coverage};
+use crate::draw::fill::{FillPass, LEVELS, Pyramid};
+use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::draw::held_pass::HeldPass;
+use crate::draw::light::LightPass;
+use crate::draw::lit::Lit;
+use crate::draw::occlusion::{self, OcclusionRenderer};
+use crate::draw::parts::PartsPass;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::draw::reflect::StepSum;
+use crate::draw::reflect::{ReflectInputs, ReflectPass, Reflectors, Settings};
+use crate::draw::rest::RowsOf;
+use crate::draw::shadow::{self, ShadowRenderer};
+use crate::draw::shares::Shares;
+use crate::draw::shown::Shown;
+use crate::receive::follow::Follow;
+
+/// Why passes that are made while drawing can be made.
+const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them";
+
+/// How a frame is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Fill holes of a few pixels from around them, the farther surface first.
+    pub fill: bool,
+    /// Draw four samples a pixel, averaged in linear light once they are lit; at rest, all that a pixel shows.
+    pub antialias: bool,
+    /// Show every pixel without a surface as [`MARK`].
+    pub mark_uncovered: bool,
+    /// Write 1 to the output's alpha where there is a surface and 0 elsewhere, for who reads the picture back; otherwise
+    /// alpha is 1 everywhere.
+    pub coverage_in_alpha: bool,
+    /// What colours are between samples.
+    pub smoothing: Smoothing,
+    /// How mirrors and glass are drawn, where there are impostors.
+    pub reflect: Settings,
+}
+
+/// Magenta, sRGB-encoded: no scene's own colour.
+pub const MARK: [u8; 3] = [255, 0, 255];
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            fill: true,
+            antialias: false,
+            mark_uncovered: false,
+            coverage_in_alpha: false,
+            smoothing: Smoothing::default(),
+            reflect: Settings::default(),
+        }
+    }
+}
+
+/// `Present` of `client/present_uniform.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+struct PresentUniform {
+    background: [f32; 3],
+    fill: u32,
+    mark: [f32; 3],
+    mark_uncovered: u32,
+    target_encodes: u32,
+    coverage_in_alpha: u32,
+    samples: u32,
+    padding: u32,
+}
+
+/// Samples of a pixel along each side, where pictures are antialiased and pixels do not come in parts.
+const SAMPLES: u32 = 2;
+
+/// Draws frames: surfaces and reliefs, occlusion, shadows, light, reflections, fill, present. The targets follow the camera's size.
+#[derive(Debug)]
+pub struct FrameRenderer {
+    gpu: Gpu,
+    held: HeldPass,
+    /// `None` while ambient light arrives everywhere.
+    occlusion: Option<OcclusionRenderer>,
+    /// `None` while every light arrives everywhere.
+    shadows: Option<ShadowRenderer>,
+    light: LightPass,
+    /// Made when something is first reflected.
+    reflect: Option<ReflectPass>,
+    fill: FillPass,
+    present: FullscreenPass,
+    /// Made when a view at rest first comes in parts.
+    parts: Option<PartsPass>,
+    coverage: Coverage,
+    targets: Option<Targets>,
+    output_format: TextureFormat,
+}
+
+#[derive(Debug)]
+struct Targets {
+    gbuffer: GBuffer,
+    lit: Lit,
+    pyramid: Pyramid,
+    tiles: Target,
+}
+
+impl FrameRenderer {
+    /// For targets of `output_format`, which may be one that encodes sRGB itself or one that does not.
+    pub fn new(gpu: &Gpu, output_format: TextureFormat) -> Result<FrameRenderer, SurfaceError> {
+        use Binding::{FloatTexture, Uniform};
+        let bindings = [Uniform, FloatTexture, FloatTexture, FloatTexture, FloatTexture, FloatTexture];
+        Ok(FrameRenderer {
+            gpu: gpu.clone(),
+            held: HeldPass::new(gpu)?,
+            occlusion: None,
+            shadows: None,
+            light: LightPass::new(gpu)?,
+            reflect: None,
+            fill: FillPass::new(gpu)?,
+            present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &bindings, &[output_format])?,
+            parts: None,
+            coverage: Coverage::new(gpu)?,
+            targets: None,
+            output_format,
+        })
+    }
+
+    /// How ambient occlusion is measured from now on; not at all before this is first called. What it needs is made here and
+    /// when it is first drawn, and dropped when it is switched off.
+    pub fn set_occlusion(&mut self, settings: occlusion::Settings) -> Result<(), SurfaceError> {
+        self.occlusion = OcclusionRenderer::new(&self.gpu, settings)?;
+        Ok(())
+    }
+
+    /// How shadows are drawn from now on; none are before this is first called. What they need is made when a light first casts, and dropped
+    /// when they are switched off.
+    pub fn set_shadows(&mut self, settings: shadow::Settings) {
+        self.shadows = ShadowRenderer::new(&self.gpu, settings);
+    }
+
+    /// The share of each casting light that arrived at each pixel of the last frame ([`TextureFormat::Rgba8Unorm`]), a channel a light, the strongest
+    /// first. `None` where none casts.
+    pub fn light_shares(&self) -> Option<&wgpu::Texture> {
+        self.shadows.as_ref()?.shares().map(|shares| &shares.target.texture)
+    }
+
+    /// How far soft shadows got in the last frame, where pictures get theirs by and by; `None` where no light casts any.
+    pub fn soft_progress(&self) -> Option<shadow::SoftProgress> {
+        self.shadows.as_ref()?.soft_progress()
+    }
+
+    /// The share of ambient light that arrived at each pixel of the last frame ([`TextureFormat::R32Float`]): 1 in the open and
+    /// where there is no surface. `None` where none was measured.
+    pub fn ambient_shares(&self) -> Option<&wgpu::Texture> {
+        self.occlusion.as_ref()?.measured().map(|target| &target.texture)
+    }
+
+    /// Encodes a frame as seen by `camera` into `output`, which has the camera's size. Call [`FrameRenderer::submitted`] once
+    /// the encoder's commands are submitted.
+    pub fn draw<'a>(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: impl Into<Shown<'a>>,
+        camera: &Pinhole,
+        output: &TextureView,
+        options: Options,
+    ) {
+        let shown = shown.into();
+        self.draw_surfaces(encoder, shown, camera, options);
+        self.draw_light(encoder, shown, camera, output, options);
+    }
+
+    /// The first half of [`FrameRenderer::draw`]: surfaces and reliefs, without light.
+    pub fn draw_surfaces<'a>(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: impl Into<Shown<'a>>,
+        camera: &Pinhole,
+        options: Options,
+    ) {
+        let shown = shown.into();
+        let at_rest = shown.rows_of(camera);
+        let drawn = drawn_camera(camera, &at_rest, options);
+        let targets = self.targets.take().filter(|targets| targets.size_px() == (drawn.width_px, drawn.height_px));
+        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (drawn.width_px, drawn.height_px)));
+        if !at_rest.are_all() {
+            self.held.encode(encoder, shown, &drawn, options.smoothing, &targets.gbuffer);
+        }
+        if drawn == *camera {
+            at_rest.encode(encoder, &targets.gbuffer, 0);
+        }
+        self.targets = Some(targets);
+    }
+
+    /// The second half of [`FrameRenderer::draw`]: occlusion, light, reflections, fill and output of the surfaces drawn last.
+    pub fn draw_light<'a>(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: impl Into<Shown<'a>>,
+        camera: &Pinhole,
+        output: &TextureView,
+        options: Options,
+    ) {
+        let shown = shown.into();
+        let Shown { surfaces, held, .. } = shown;
+        let targets = self.targets.take().expect("surfaces are drawn first");
+        let at_rest = shown.rows_of(camera);
+        let drawn = drawn_camera(camera, &at_rest, options);
+        if let Some(occlusion) = &mut self.occlusion {
+            occlusion.encode(encoder, (surfaces, held), &drawn, &targets.gbuffer);
+        }
+        if let Some(shadows) = &mut self.shadows {
+            shadows.encode(encoder, shown, &drawn, &targets.gbuffer).expect(EMBEDDED);
+        }
+        let shares = Shares {
+            ambient: self.occlusion.as_ref().and_then(OcclusionRenderer::measured),
+            lights: self.shadows.as_ref().and_then(ShadowRenderer::shares),
+        };
+        if !shares.is_all() {
+            self.light.prepare_occluded().expect(EMBEDDED);
+        }
+        // What is beside the largest part of a pixel gets that part's shares of light; the largest comes last, and stays.
+        let layers = at_rest.parts();
+        for layer in (0..layers.max(1)).rev() {
+            if layers > 1 {
+                at_rest.encode(encoder, &targets.gbuffer, layer);
+            }
+            self.light.encode(encoder, (&targets.gbuffer, shares), held, &drawn, &targets.lit);
+            reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options.reflect);
+            if layers > 0 {
+                let made = || PartsPass::new(&self.gpu, self.output_format).expect(EMBEDDED);
+                let parts = self.parts.get_or_insert_with(made);
+                parts.add(encoder, &targets.lit, &targets.gbuffer, layer + 1 == layers);
+            }
+        }
+        let present = self.present_uniform(held, options, drawn.width_px / camera.width_px);
+        match &self.parts {
+            Some(parts) if layers > 0 => parts.show(encoder, &present, output),
+            _ => self.show(encoder, &targets, &present, output, options.fill),
+        }
+        self.coverage.encode(&self.gpu, encoder, &targets.lit, &targets.tiles);
+        self.targets = Some(targets);
+    }
+
+    /// Tells that the commands of the last [`FrameRenderer::draw`] were submitted.
+    pub fn submitted(&mut self) {
+        self.coverage.submitted();
+    }
+
+    /// Share of pixels without a surface, of the newest frame that was counted; `None` before the first. A client alone
+    /// cannot tell the sky from a hole.
+    pub fn uncovered_share(&mut self) -> Option<f64> {
+        self.coverage.share()
+    }
+
+    /// Whether an object was ever drawn by a relief, and so a pipeline for it exists.
+    pub fn draws_reliefs(&self) -> bool {
+        self.held.draws_reliefs()
+    }
+
+    /// Whether anything was ever reflected, and so pipelines for it exist.
+    pub fn reflects(&self) -> bool {
+        self.reflect.is_some()
+    }
+
+    /// Whether shadows are switched on and a light ever cast since, and so pipelines for them exist.
+    pub fn casts(&self) -> bool {
+        self.shadows.as_ref().is_some_and(ShadowRenderer::is_made)
+    }
+
+    /// What the rays of the last picture cost, where [`Settings::count_steps`] was set. Waits for the GPU; natively only.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn steps(&self) -> Result<Option<StepSum>, gpu::ReadbackError> {
+        self.reflect.as_ref().map_or(Ok(None), ReflectPass::steps)
+    }
+
+    /// What the surfaces looked like in the last frame, before light.
+    pub fn gbuffer(&self) -> Option<&GBuffer> {
+        self.targets.as_ref().map(|targets| &targets.gbuffer)
+    }
+
+    fn present_uniform(&self, held: &Held, options: Options, samples: u32) -> wgpu::Buffer {
+        let unit = |bytes: [u8; 3]| bytes.map(|value| f32::from(value) / 255.0);
+        let present = PresentUniform {
+            background: held.lighting.as_ref().map_or([0.0; 3], |lighting| unit(lighting.background)),
+            fill: u32::from(options.fill),
+            mark: unit(MARK),
+            mark_uncovered: u32::from(options.mark_uncovered),
+            target_encodes: u32::from(self.output_format.is_srgb()),
+            coverage_in_alpha: u32::from(options.coverage_in_alpha),
+            samples,
+            padding: 0,
+        };
+        uniform(&self.gpu, "present", bytemuck::bytes_of(&present))
+    }
+
+    fn show(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        targets: &Targets,
+        present: &wgpu::Buffer,
+        output: &TextureView,
+        fill: bool,
+    ) {
+        if fill {
+            self.fill.encode(encoder, &targets.lit, &targets.pyramid);
+        }
+        let mut inputs = vec![present.as_entire_binding(), BindingResource::TextureView(&targets.lit.colour.view)];
+        let levels: [BindingResource<'_>; LEVELS] = targets.pyramid.views();
+        inputs.extend(levels);
+        self.present.encode(encoder, &inputs, &[output]);
+    }
+}
+
+/// Draws nothing, and makes nothing, where there are no impostors or no material reflects.
+fn reflect(
+    gpu: &Gpu,
+    pass: &mut Option<ReflectPass>,
+    encoder: &mut wgpu::CommandEncoder,
+    Shown { held, impostors, .. }: Shown<'_>,
+    camera: &Pinhole,
+    targets: &Targets,
+    settings: Settings,
+) {
+    let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some());
+    let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
+        if let Some(pass) = pass {
+            pass.rest();
+        }
+        return;
+    };
+    let pass = pass.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
+    let inputs = ReflectInputs { gbuffer: &targets.gbuffer, held, camera, impostors, settings };
+    pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
+}
+
+/// The camera that is drawn for a picture: of an antialiased one several samples a pixel, unless its pixels are there in parts.
+fn drawn_camera(camera: &Pinhole, at_rest: &RowsOf<'_>, options: Options) -> Pinhole {
+    let samples = if options.antialias && !at_rest.are_all() { SAMPLES } else { 1 };
+    Pinhole {
+        width_px: samples * camera.width_px,
+        height_px: samples * camera.height_px,
+        focal_px: f64::from(samples) * camera.focal_px,
+        centre_px: f64::from(samples) * camera.centre_px,
+        ..*camera
+    }
+}
+
+impl Targets {
+    fn new(gpu: &Gpu, size_px: (u32, u32)) -> Targets {
+        Targets {
+            gbuffer: GBuffer::new(gpu, size_px),
+            lit: Lit::new(gpu, size_px),
+            pyramid: Pyramid::new(gpu, size_px),
+            tiles: coverage::tiles(gpu, size_px),
+        }
+    }
+
+    fn size_px(&self) -> (u32, u32) {
+        self.gbuffer.size_px
+    }
+}
+
+impl Follow for HeldSurfaces {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+        if anew { self.rebuild(held) } else { self.apply(held, update) }
+    }
+}

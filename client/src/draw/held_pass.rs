@@ -1,0 +1,72 @@
+//! Everything held, drawn from a camera: what views and shadow maps begin with.
+
+use camera::{Bounds, Pinhole};
+use glam::DAffine3;
+use gpu::Gpu;
+use protocol::PatchId;
+use protocol::held::HeldInstance;
+use surface::{GBuffer, Smoothing, SurfaceError, SurfacePass};
+
+use crate::draw::relief::{ReliefInputs, ReliefPass};
+use crate::draw::shown::Shown;
+
+/// Draws surfaces, and objects shown by reliefs, into a [`GBuffer`]; the nearest wins.
+#[derive(Debug)]
+pub(crate) struct HeldPass {
+    gpu: Gpu,
+    surface: SurfacePass,
+    /// Made when a relief first shows something.
+    relief: Option<ReliefPass>,
+}
+
+impl HeldPass {
+    pub(crate) fn new(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
+        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::new(gpu)?, relief: None })
+    }
+
+    /// Draws what casts shadows, as seen from a light: see [`SurfacePass::casting`]; reliefs as views see them.
+    pub(crate) fn casting(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
+        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::casting(gpu)?, relief: None })
+    }
+
+    /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.
+    pub(crate) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: Shown<'_>,
+        camera: &Pinhole,
+        smoothing: Smoothing,
+        target: &GBuffer,
+    ) {
+        let Shown { surfaces, held, impostors, .. } = shown;
+        self.surface.encode(encoder, surfaces, camera, smoothing, target);
+        let Some(impostors) = impostors.filter(|_| !held.instances.is_empty()) else { return };
+        let embedded = "the shaders are embedded, and tests compose each of them";
+        let relief = self.relief.get_or_insert_with(|| ReliefPass::new(&self.gpu).expect(embedded));
+        relief.encode(encoder, &ReliefInputs { impostors, held, camera }, target);
+    }
+
+    /// Whether a relief ever showed something, and so a pipeline for it exists.
+    pub(crate) fn draws_reliefs(&self) -> bool {
+        self.relief.is_some()
+    }
+}
+
+/// A box around all that is drawn, as it was captured, but objects shown by reliefs where they are now; `None` where nothing is.
+pub(crate) fn bounds_world(Shown { surfaces, held, impostors, .. }: Shown<'_>) -> Option<Bounds> {
+    let of_instance = |(&(object, relief), instance): (&(u16, PatchId), &HeldInstance)| {
+        let relief = impostors?.relief(relief.0)?;
+        let capture_from_object = relief.pose.map_or(DAffine3::IDENTITY, |(_, at_capture)| at_capture);
+        let world_from_object = *held.poses_now.get(&object).unwrap_or(&instance.world_from_object);
+        let world_from_anchor =
+            world_from_object * capture_from_object.inverse() * DAffine3::from_translation(relief.anchor_world);
+        let bounds = Bounds::around(relief.bounds_anchor().corners().map(|p| world_from_anchor.transform_point3(p)))?;
+        (bounds.min.is_finite() && bounds.max.is_finite()).then_some(bounds)
+    };
+    surfaces.bounds_world().into_iter().chain(held.instances.iter().filter_map(of_instance)).reduce(Bounds::union)
+}
+
+/// Two numbers that are equal only where the same is drawn: where reliefs show something, every update counts as a change.
+pub(crate) fn revision(Shown { surfaces, held, .. }: Shown<'_>) -> (u64, u64) {
+    (surfaces.revision(), if held.instances.is_empty() { 0 } else { held.number })
+}

@@ -1,0 +1,112 @@
+//! From the G-buffer to lit surfaces, by the scene's own lights and materials.
+
+use camera::Pinhole;
+use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform};
+use protocol::Held;
+use surface::GBuffer;
+use wgpu::util::DeviceExt;
+use wgpu::{BindingResource, TextureFormat};
+
+use crate::draw::fullscreen::{Binding, FullscreenPass, uniform};
+use crate::draw::lit::Lit;
+use crate::draw::shares::Shares;
+
+/// See the module.
+#[derive(Debug)]
+pub(crate) struct LightPass {
+    gpu: Gpu,
+    pass: FullscreenPass,
+    /// With less light where it is hidden; made when it is first needed.
+    occluded: Option<Occluded>,
+}
+
+#[derive(Debug)]
+struct Occluded {
+    pass: FullscreenPass,
+    /// A texel that says that all arrives.
+    all: wgpu::TextureView,
+}
+
+impl LightPass {
+    pub(crate) fn new(gpu: &Gpu) -> Result<LightPass, shaders::ShaderError> {
+        use Binding::{FloatTexture, UintTexture, Uniform};
+        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture];
+        let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light", &bindings, &[Lit::COLOUR, Lit::W])?;
+        Ok(LightPass { gpu: gpu.clone(), pass, occluded: None })
+    }
+
+    /// Makes ready for light that does not arrive everywhere.
+    pub(crate) fn prepare_occluded(&mut self) -> Result<(), shaders::ShaderError> {
+        if self.occluded.is_none() {
+            self.occluded = Some(Occluded::new(&self.gpu)?);
+        }
+        Ok(())
+    }
+
+    /// Before [`LightPass::prepare_occluded`] all light arrives, whatever the shares say.
+    pub(crate) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (gbuffer, shares): (&GBuffer, Shares<'_>),
+        held: &Held,
+        camera: &Pinhole,
+        lit: &Lit,
+    ) {
+        let eye_world = camera.world_from_eye.translation;
+        let mut lighting = match &held.lighting {
+            Some(lighting) => LightingUniform::new(lighting, eye_world),
+            None => bytemuck::Zeroable::zeroed(),
+        };
+        let occluded = self.occluded.as_ref().filter(|_| !shares.is_all());
+        if let (Some(of_lights), true) = (&shares.lights, occluded.is_some()) {
+            for (&light, channel) in of_lights.lights.iter().zip(0..) {
+                lighting.lights[light].shadow = 1 + channel;
+            }
+        }
+        let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world)));
+        let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(&lighting));
+        let table = MaterialUniform::table(&held.materials);
+        let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&table));
+        let mut inputs = vec![
+            camera.as_entire_binding(),
+            lighting.as_entire_binding(),
+            materials.as_entire_binding(),
+            BindingResource::TextureView(&gbuffer.views.colour),
+            BindingResource::TextureView(&gbuffer.views.normal_ids),
+            BindingResource::TextureView(&gbuffer.views.w),
+        ];
+        let mut pass = &self.pass;
+        if let Some(occluded) = occluded {
+            let ambient = shares.ambient.map_or(&occluded.all, |target| &target.view);
+            let of_lights = shares.lights.map_or(&occluded.all, |shares| &shares.target.view);
+            inputs.extend([ambient, of_lights].map(BindingResource::TextureView));
+            pass = &occluded.pass;
+        }
+        pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
+    }
+}
+
+impl Occluded {
+    fn new(gpu: &Gpu) -> Result<Occluded, shaders::ShaderError> {
+        use Binding::{FloatTexture, UintTexture, Uniform};
+        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture, FloatTexture];
+        let formats = [Lit::COLOUR, Lit::W];
+        let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light_occluded", &bindings, &formats)?;
+        let all = gpu.device.create_texture_with_data(
+            &gpu.queue,
+            &wgpu::TextureDescriptor {
+                label: Some("all light"),
+                size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: TextureFormat::Rgba8Unorm,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            },
+            wgpu::util::TextureDataOrder::LayerMajor,
+            &[u8::MAX; 4],
+        );
+        Ok(Occluded { pass, all: all.create_view(&wgpu::TextureViewDescriptor::default()) })
+    }
+}

@@ -1,0 +1,86 @@
+//! What lights with an area see: surfaces that cast their shadows, and nothing else.
+//!
+//! Xie, Wang, Popescu 2016, section 5: images from the corners of a light hold all that may stand before it, also what the viewer never
+//! saw. A server sends them as patches of [`Purpose::Light`]; here they become a store of surfaces a light. A light with patches but
+//! without a sample in them casts nothing, and nothing is drawn for it; of a light without patches a server has not spoken (yet), and
+//! everything held casts, as far as that goes.
+
+use std::collections::BTreeMap;
+
+use gpu::Gpu;
+use protocol::{Held, Purpose, Update};
+use surface::{CornerRules, Corners, HeldSurfaces};
+
+use crate::receive::follow::Follow;
+
+/// See the module.
+#[derive(Debug)]
+pub struct LightImages {
+    gpu: Gpu,
+    corners: Corners,
+    /// By the light's number in the lighting.
+    seen: BTreeMap<u16, HeldSurfaces>,
+    /// Counts what may have changed a shadow.
+    revision: u64,
+}
+
+impl LightImages {
+    /// Holds nothing yet.
+    pub fn new(gpu: &Gpu, corners: Corners) -> LightImages {
+        LightImages { gpu: gpu.clone(), corners, seen: BTreeMap::new(), revision: 0 }
+    }
+
+    /// What a light sees, by its place in the lighting; `None` where that is not known.
+    pub fn seen_by(&self, light: usize) -> Option<&HeldSurfaces> {
+        u16::try_from(light).ok().and_then(|light| self.seen.get(&light))
+    }
+
+    /// A number that grows with every change of what a light sees.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Builds everything anew, on a device that has none of it yet.
+    pub fn rebuild(&mut self, held: &Held) {
+        self.revision += 1;
+        self.seen.clear();
+        for light in lights(held) {
+            self.store(light).rebuild(held);
+        }
+    }
+
+    fn store(&mut self, light: u16) -> &mut HeldSurfaces {
+        let empty = || HeldSurfaces::with_corners(&self.gpu, self.corners, CornerRules::default());
+        self.seen.entry(light).or_insert_with(|| empty().of(Purpose::Light(light)))
+    }
+}
+
+impl Follow for LightImages {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+        if anew {
+            return self.rebuild(held);
+        }
+        let (before, known) = (self.revisions(), lights(held));
+        self.seen.retain(|light, _| known.contains(light));
+        for light in known {
+            // A new light's patches came by this very update.
+            self.store(light).apply(held, update);
+        }
+        self.revision += u64::from(self.revisions() != before);
+    }
+}
+
+impl LightImages {
+    fn revisions(&self) -> BTreeMap<u16, u64> {
+        self.seen.iter().map(|(light, surfaces)| (*light, surfaces.revision())).collect()
+    }
+}
+
+/// The lights that patches are held of, ascending.
+fn lights(held: &Held) -> Vec<u16> {
+    let light = |purpose: Purpose| if let Purpose::Light(light) = purpose { Some(light) } else { None };
+    let mut lights: Vec<u16> = held.patches.values().filter_map(|held| light(held.patch.purpose)).collect();
+    lights.sort_unstable();
+    lights.dedup();
+    lights
+}

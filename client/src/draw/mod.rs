@@ -1,0 +1,28 @@
+//! From what is held to the picture. Each effect is a pass with plain inputs; [`frame`] alone knows them all.
+//!
+//! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn. [`shown`]: what it shows.
+//! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
+//! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
+//!   [`light_images`]: what casts soft shadows.
+//! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
+
+mod coverage;
+mod fill;
+pub mod frame;
+mod fullscreen;
+mod held_pass;
+pub mod impostors;
+mod light;
+pub mod light_images;
+mod lit;
+mod map_space;
+pub mod occlusion;
+mod parts;
+pub mod picture;
+pub mod reflect;
+pub mod relief;
+pub mod rest;
+pub mod shadow;
+mod shares;
+pub mod shown;
+pub mod soft;

@@ -1,0 +1,178 @@
+//! The picture of what is held: surfaces and the frame that is drawn from them, as windows, pages and headless runs use it.
+
+use camera::Pinhole;
+use gpu::Gpu;
+use protocol::message::Draws;
+use protocol::{Held, Update};
+use surface::{CornerRules, Corners, HeldSurfaces, SurfaceError};
+use thiserror::Error;
+use web_time::Instant;
+
+use crate::draw::frame::{self, FrameRenderer};
+use crate::draw::impostors::Impostors;
+use crate::draw::light_images::LightImages;
+use crate::draw::occlusion::{self, Occlusion};
+use crate::draw::rest::RestView;
+use crate::draw::shadow::{self, SoftProgress};
+use crate::draw::shown::Shown;
+use crate::receive::follow::Follow;
+
+/// How pictures are drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PictureOptions {
+    /// Where a sample's corners come from.
+    pub corners: Corners,
+    /// How the frame is drawn.
+    pub frame: frame::Options,
+    /// How ambient occlusion is measured; not at all by default.
+    pub occlusion: occlusion::Settings,
+    /// How shadows are drawn; not at all by default.
+    pub shadow: shadow::Settings,
+}
+
+impl PictureOptions {
+    /// What a server may send for it.
+    pub fn draws(&self) -> Draws {
+        Draws { soft_shadows: self.shadow.is_soft(), antialiased: self.frame.antialias }
+    }
+}
+
+/// Why nothing can be drawn.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The surfaces.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The device.
+    #[error(transparent)]
+    Gpu(#[from] gpu::GpuError),
+    /// The way back from the GPU.
+    #[error(transparent)]
+    Readback(#[from] gpu::ReadbackError),
+}
+
+/// Real milliseconds of a picture whose stages were waited for.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Timing {
+    /// Drawing the surfaces.
+    pub surface_ms: f64,
+    /// Lighting, reflecting, filling and showing.
+    pub light_ms: f64,
+}
+
+/// See the module.
+#[derive(Debug)]
+pub struct Picture {
+    gpu: Gpu,
+    surfaces: HeldSurfaces,
+    impostors: Impostors,
+    /// `None` where no soft shadows are drawn.
+    lights: Option<LightImages>,
+    rest: RestView,
+    renderer: FrameRenderer,
+    options: PictureOptions,
+    build_ms: f64,
+}
+
+impl Picture {
+    /// For targets of `format`.
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, options: PictureOptions) -> Result<Picture, PictureError> {
+        let mut renderer = FrameRenderer::new(gpu, format)?;
+        if options.occlusion.occlusion != Occlusion::None {
+            renderer.set_occlusion(options.occlusion)?;
+        }
+        renderer.set_shadows(options.shadow);
+        Ok(Picture {
+            gpu: gpu.clone(),
+            surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
+            impostors: Impostors::new(gpu),
+            lights: options.shadow.is_soft().then(|| LightImages::new(gpu, options.corners)),
+            rest: RestView::new(gpu),
+            renderer,
+            options,
+            build_ms: 0.0,
+        })
+    }
+
+    /// How it is drawn.
+    pub fn options_mut(&mut self) -> &mut frame::Options {
+        &mut self.options.frame
+    }
+
+    /// Draws and submits; does not wait.
+    pub fn draw(&mut self, held: &Held, camera: &Pinhole, output: &wgpu::TextureView) {
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, rest: Some(&self.rest) };
+        self.renderer.draw(&mut encoder, shown, camera, output, self.options.frame);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.renderer.submitted();
+    }
+
+    /// Draws, waiting for each stage: slower as a whole than [`Picture::draw`], but each stage's time is known.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn draw_measured(
+        &mut self,
+        held: &Held,
+        camera: &Pinhole,
+        output: &wgpu::TextureView,
+    ) -> Result<Timing, PictureError> {
+        let encoder = || self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let begin = Instant::now();
+        let mut first = encoder();
+        let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, rest: Some(&self.rest) };
+        self.renderer.draw_surfaces(&mut first, shown, camera, self.options.frame);
+        self.gpu.queue.submit([first.finish()]);
+        self.gpu.wait_idle()?;
+        let middle = Instant::now();
+        let mut second = encoder();
+        self.renderer.draw_light(&mut second, shown, camera, output, self.options.frame);
+        self.gpu.queue.submit([second.finish()]);
+        self.renderer.submitted();
+        self.gpu.wait_idle()?;
+        let ms = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e3;
+        Ok(Timing { surface_ms: ms(begin, middle), light_ms: ms(middle, Instant::now()) })
+    }
+
+    /// Builds the surfaces of everything held, on a device that has none of them yet.
+    pub fn rebuild(&mut self, held: &Held) {
+        self.surfaces.rebuild(held);
+        self.impostors.rebuild(held);
+        self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
+        self.rest.rebuild(held);
+    }
+
+    /// How many impostors there are: for what mirrors and glass show, and of objects that are drawn by them.
+    pub fn impostors(&self) -> usize {
+        self.impostors.len()
+    }
+
+    /// How far soft shadows got in the last picture; while they [go on](SoftProgress::goes_on) the next one shows more, though nothing
+    /// moves. `None` where no light casts any.
+    pub fn soft_progress(&self) -> Option<SoftProgress> {
+        self.renderer.soft_progress()
+    }
+
+    /// Share of pixels without a surface in the newest picture that was counted; `None` before the first.
+    pub fn uncovered_share(&mut self) -> Option<f64> {
+        self.renderer.uncovered_share()
+    }
+
+    /// What building surfaces took since this was last asked, in milliseconds.
+    pub fn take_build_ms(&mut self) -> f64 {
+        std::mem::take(&mut self.build_ms)
+    }
+}
+
+impl Follow for Picture {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+        let begin = Instant::now();
+        self.surfaces.follow(held, update, anew);
+        self.impostors.follow(held, update, anew);
+        self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew));
+        self.rest.follow(held, update, anew);
+        self.build_ms += begin.elapsed().as_secs_f64() * 1e3;
+    }
+}

@@ -1,0 +1,377 @@
+//! The passes of a picture with reflectors: rays; and in rounds, walks in all impostors and what the rays do there; the composite.
+
+use std::collections::BTreeMap;
+
+use camera::Pinhole;
+use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform};
+use protocol::Held;
+use shaders::ShaderError;
+use surface::GBuffer;
+use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
+
+use super::uniforms::{PlacedUniform, RoundUniform};
+use super::{Bounces, EdgeRays, Reflectors, Search, Settings, fades};
+use crate::draw::fullscreen::{Binding, FullscreenPass, Onto, Target, begin, uniform};
+use crate::draw::impostors::{ImpostorKind, Impostors, Placed, PlacedCamera};
+use crate::draw::lit::Lit;
+
+#[cfg(not(target_arch = "wasm32"))]
+use super::StepSum;
+
+/// Integers are what WebGL2 draws in 16 bytes without an extension.
+const WORDS: TextureFormat = TextureFormat::Rgba32Uint;
+/// Steps and rays; exact up to 2048, and WebGL2 adds in it.
+const COUNT: TextureFormat = TextureFormat::Rgba16Float;
+
+/// Colours of the rays of a pixel, and how many there were: sums that WebGL2 draws.
+const SUM: TextureFormat = TextureFormat::Rgba16Float;
+/// 1 where more rays are sent.
+const EDGES: TextureFormat = TextureFormat::R8Unorm;
+
+/// Where the rays of a pixel pass, from its centre: the first one of all pixels, the others where neighbours show something else. No
+/// two are in one row or column.
+const OFFSETS_PX: [[f32; 2]; 5] = [[0.0, 0.0], [0.2, 0.4], [0.4, -0.2], [-0.2, -0.4], [-0.4, 0.2]];
+
+/// What reflections of a picture come from.
+pub(crate) struct ReflectInputs<'a> {
+    pub gbuffer: &'a GBuffer,
+    pub held: &'a Held,
+    pub camera: &'a Pinhole,
+    pub impostors: &'a Impostors,
+    pub settings: Settings,
+}
+
+/// Which shader walks in an impostor, and its entry point.
+type Walker = (&'static str, &'static str);
+
+/// See the module.
+#[derive(Debug)]
+pub(crate) struct ReflectPass {
+    gpu: Gpu,
+    rays: FullscreenPass,
+    rays_at_edges: FullscreenPass,
+    bounce: FullscreenPass,
+    gather: FullscreenPass,
+    edges: FullscreenPass,
+    composite: FullscreenPass,
+    /// Made when an impostor first needs them: a browser takes long for loops.
+    walks: BTreeMap<Walker, FullscreenPass>,
+    targets: Option<Targets>,
+}
+
+#[derive(Debug)]
+struct Targets {
+    size_px: (u32, u32),
+    /// The rays of a round, and those of the next one: two texels each.
+    rays: [[Target; 2]; 2],
+    found: Target,
+    depth: Target,
+    sum: Target,
+    edges: Target,
+    count: Option<Target>,
+}
+
+impl Targets {
+    fn new(gpu: &Gpu, size_px: (u32, u32), counts: bool) -> Targets {
+        let target = |label, format| Target::new(gpu, label, size_px, format);
+        let rays = || [target("ray origins", WORDS), target("ray directions", WORDS)];
+        Targets {
+            size_px,
+            rays: [rays(), rays()],
+            found: target("found by rays", WORDS),
+            depth: target("found by rays at", Onto::DEPTH),
+            sum: target("sum of rays", SUM),
+            edges: target("edges in reflectors", EDGES),
+            count: counts.then(|| target("steps of rays", COUNT)),
+        }
+    }
+
+    fn rays(&self, round: usize) -> [&TextureView; 2] {
+        self.rays[round % 2].each_ref().map(|target| &target.view)
+    }
+}
+
+/// The uniforms of a picture.
+struct Frame {
+    camera: wgpu::Buffer,
+    lighting: wgpu::Buffer,
+    materials: wgpu::Buffer,
+}
+
+impl Frame {
+    fn new(gpu: &Gpu, held: &Held, camera: &Pinhole) -> Frame {
+        let eye_world = camera.world_from_eye.translation;
+        let lighting = match &held.lighting {
+            Some(lighting) => LightingUniform::new(lighting, eye_world),
+            None => bytemuck::Zeroable::zeroed(),
+        };
+        let table = MaterialUniform::table(&held.materials);
+        Frame {
+            camera: uniform(gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world))),
+            lighting: uniform(gpu, "lighting", bytemuck::bytes_of(&lighting)),
+            materials: uniform(gpu, "materials", bytemuck::cast_slice(&table)),
+        }
+    }
+}
+
+impl ReflectPass {
+    pub(crate) fn new(gpu: &Gpu) -> Result<ReflectPass, ShaderError> {
+        use Binding::{FloatTexture, UintTexture, Uniform};
+        let pass =
+            |path, fragment, bindings: &[Binding]| FullscreenPass::new(gpu, path, fragment, bindings, &[WORDS, WORDS]);
+        let of_rays = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
+        let of_bounce = [Uniform, Uniform, Uniform, UintTexture, UintTexture, UintTexture];
+        let gather = ("client/reflect/gather.wgsl", "gather");
+        let of_sum = |onto, fragment, format| {
+            FullscreenPass::onto(onto, gpu, ("client/reflect/composite.wgsl", fragment), &[FloatTexture], &[format])
+        };
+        Ok(ReflectPass {
+            gpu: gpu.clone(),
+            rays: pass("client/reflect/rays.wgsl", "rays", &of_rays[..6])?,
+            rays_at_edges: pass("client/reflect/rays.wgsl", "rays_at_edges", &of_rays)?,
+            bounce: pass("client/reflect/bounce.wgsl", "bounce", &of_bounce)?,
+            gather: FullscreenPass::onto(Onto::Sum, gpu, gather, &[UintTexture; 2], &[SUM])?,
+            edges: of_sum(Onto::Nothing, "edges", EDGES)?,
+            composite: of_sum(Onto::Picture, "composite", Lit::COLOUR)?,
+            walks: BTreeMap::new(),
+            targets: None,
+        })
+    }
+
+    /// Frees what is as large as the picture, while nothing is reflected.
+    pub(crate) fn rest(&mut self) {
+        self.targets = None;
+    }
+
+    /// What the rays of the last picture cost, where it was counted.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn steps(&self) -> Result<Option<StepSum>, gpu::ReadbackError> {
+        let Some(targets) = &self.targets else { return Ok(None) };
+        let Some(count) = &targets.count else { return Ok(None) };
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut readback = gpu::Readback::default();
+        let slot = readback.texture(&count.texture, 0, targets.size_px);
+        let encoded = readback.encode(&self.gpu, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        let texels = encoded.map().wait(&self.gpu)?.values::<[u32; 2]>(slot);
+        // Of each pixel the steps, and the walks.
+        let sum = |sum: StepSum, pixel: &[u32; 2]| {
+            let [steps, walks] = [pixel[0], pixel[0] >> 16].map(f64_from_half);
+            StepSum { steps: sum.steps + steps, walks: sum.walks + walks }
+        };
+        Ok(Some(texels.iter().fold(StepSum::default(), sum)))
+    }
+
+    /// Draws the reflectors of a picture over `lit`.
+    pub(crate) fn encode(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        inputs: &ReflectInputs<'_>,
+        reflectors: Reflectors,
+        lit: &Lit,
+    ) -> Result<(), ShaderError> {
+        let (size_px, counts) = (inputs.gbuffer.size_px, inputs.settings.count_steps);
+        let fits = |targets: &Targets| targets.size_px == size_px && targets.count.is_some() == counts;
+        let targets = self.targets.take().filter(fits);
+        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px, counts));
+        let drawn = self.encode_rounds(encoder, inputs, reflectors, &targets, lit);
+        self.targets = Some(targets);
+        drawn
+    }
+
+    fn encode_rounds(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        inputs: &ReflectInputs<'_>,
+        reflectors: Reflectors,
+        targets: &Targets,
+        lit: &Lit,
+    ) -> Result<(), ShaderError> {
+        let frame = Frame::new(&self.gpu, inputs.held, inputs.camera);
+        if let Some(count) = &targets.count {
+            drop(begin(encoder, "count", true, &[&count.view], None));
+        }
+        let sum = BindingResource::TextureView(&targets.sum.view);
+        let rays = match inputs.settings.edges {
+            EdgeRays::Always => OFFSETS_PX.len(),
+            EdgeRays::OnGpu if !self.gpu.caps.software => OFFSETS_PX.len(),
+            EdgeRays::OnGpu | EdgeRays::Never => 1,
+        };
+        for (index, offset_px) in OFFSETS_PX.into_iter().take(rays).enumerate() {
+            if index == 1 {
+                self.edges.encode(encoder, std::slice::from_ref(&sum), &[&targets.edges.view]);
+            }
+            self.encode_rays(encoder, inputs, &frame, targets, offset_px, index > 0);
+            let last = self.follow(encoder, inputs, reflectors, &frame, targets)?;
+            let mut gather = begin(encoder, "gather", index == 0, &[&targets.sum.view], None);
+            self.gather.draw(&mut gather, &targets.rays(last).map(BindingResource::TextureView));
+        }
+        self.composite.encode(encoder, &[sum], &[&lit.colour.view]);
+        Ok(())
+    }
+
+    /// Follows the rays of round 0 to their ends; gives the round that holds these.
+    fn follow(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        inputs: &ReflectInputs<'_>,
+        reflectors: Reflectors,
+        frame: &Frame,
+        targets: &Targets,
+    ) -> Result<usize, ShaderError> {
+        let rounds = rounds(reflectors, inputs);
+        for round in 0..rounds {
+            let is_last = round + 1 == rounds;
+            let walks_in = |placed: &&Placed| match placed.kind {
+                // What is found inside in the last round changes nothing any more.
+                ImpostorKind::Inside(_) => reflectors.glass && !is_last,
+                // Without mirrors all rays begin inside.
+                ImpostorKind::Object(_) | ImpostorKind::Environment => reflectors.mirrors || round > 0,
+                ImpostorKind::Relief(_) => false,
+            };
+            let placed: Vec<&Placed> = inputs.impostors.reflected().filter(walks_in).collect();
+            self.encode_walks(encoder, inputs, &placed, targets, round)?;
+            let uniform = self.round(inputs.settings, is_last, [0.0; 2]);
+            let [first, second] = targets.rays(round).map(BindingResource::TextureView);
+            let found = BindingResource::TextureView(&targets.found.view);
+            let (lighting, materials) = (frame.lighting.as_entire_binding(), frame.materials.as_entire_binding());
+            let resources = [uniform.as_entire_binding(), lighting, materials, first, second, found];
+            self.bounce.encode(encoder, &resources, &targets.rays(round + 1));
+        }
+        Ok(rounds)
+    }
+
+    fn encode_rays(
+        &self,
+        encoder: &mut CommandEncoder,
+        inputs: &ReflectInputs<'_>,
+        frame: &Frame,
+        targets: &Targets,
+        offset_px: [f32; 2],
+        at_edges: bool,
+    ) {
+        let round = self.round(inputs.settings, false, offset_px);
+        let mut resources = vec![
+            frame.camera.as_entire_binding(),
+            round.as_entire_binding(),
+            frame.materials.as_entire_binding(),
+            BindingResource::TextureView(&inputs.gbuffer.views.colour),
+            BindingResource::TextureView(&inputs.gbuffer.views.normal_ids),
+            BindingResource::TextureView(&inputs.gbuffer.views.w),
+        ];
+        let mut pass = &self.rays;
+        if at_edges {
+            resources.push(BindingResource::TextureView(&targets.edges.view));
+            pass = &self.rays_at_edges;
+        }
+        pass.encode(encoder, &resources, &targets.rays(0));
+    }
+
+    fn encode_walks(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        inputs: &ReflectInputs<'_>,
+        impostors: &[&Placed],
+        targets: &Targets,
+        round: usize,
+    ) -> Result<(), ShaderError> {
+        let (settings, eye_world) = (inputs.settings, inputs.camera.world_from_eye.translation);
+        let uniforms = |placed: &&Placed| {
+            let place = PlacedUniform::new(placed, eye_world, &inputs.held.poses_now, settings);
+            let image = placed.walked_by(settings.search.fine_px());
+            [
+                uniform(&self.gpu, "placed", bytemuck::bytes_of(&place)),
+                uniform(&self.gpu, "impostor", bytemuck::bytes_of(&image)),
+            ]
+        };
+        let uniforms: Vec<_> = impostors.iter().map(uniforms).collect();
+        let paths: Vec<&str> = impostors.iter().map(|placed| path(placed, settings)).collect();
+        let entries: &[&str] = if settings.count_steps { &["walk", "count"] } else { &["walk"] };
+        for &entry in entries {
+            for (&path, placed) in paths.iter().zip(impostors) {
+                self.make_walk((path, entry), &placed.camera)?;
+            }
+            let count = targets.count.as_ref().filter(|_| entry == "count");
+            let (target, depth) = match count {
+                Some(count) => (&count.view, None),
+                None => (&targets.found.view, Some(&targets.depth.view)),
+            };
+            let mut pass = begin(encoder, entry, count.is_none(), &[target], depth);
+            for ((placed, path), [place, image]) in impostors.iter().zip(&paths).zip(&uniforms) {
+                let mut resources = vec![place.as_entire_binding(), image.as_entire_binding()];
+                resources.extend(targets.rays(round).map(BindingResource::TextureView));
+                resources.extend(placed.textures());
+                resources.push(placed.camera.binding());
+                if let Some(walk) = self.walks.get(&(*path, entry)) {
+                    walk.draw(&mut pass, &resources);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn make_walk(&mut self, walker: Walker, camera: &PlacedCamera) -> Result<(), ShaderError> {
+        use Binding::{FloatTexture, UintTexture, Uniform};
+        if self.walks.contains_key(&walker) {
+            return Ok(());
+        }
+        let of_camera = if matches!(camera, PlacedCamera::Graph(_)) { FloatTexture } else { Uniform };
+        let bindings = [
+            Uniform,
+            Uniform,
+            UintTexture,
+            UintTexture,
+            FloatTexture,
+            FloatTexture,
+            UintTexture,
+            FloatTexture,
+            of_camera,
+        ];
+        let (onto, format) = if walker.1 == "count" { (Onto::Sum, COUNT) } else { (Onto::Depth, WORDS) };
+        let pass = FullscreenPass::onto(onto, &self.gpu, walker, &bindings, &[format])?;
+        self.walks.insert(walker, pass);
+        Ok(())
+    }
+
+    fn round(&self, settings: Settings, is_last: bool, offset_px: [f32; 2]) -> wgpu::Buffer {
+        let contents = RoundUniform { bounces: bounces(settings) as u32, is_last: u32::from(is_last), offset_px };
+        uniform(&self.gpu, "round", bytemuck::bytes_of(&contents))
+    }
+}
+
+/// The value of a half, in the low bits: a count, so neither negative nor tiny nor infinite.
+#[cfg(not(target_arch = "wasm32"))]
+fn f64_from_half(bits: u32) -> f64 {
+    let (exponent, mantissa) = ((bits >> 10) & 31, bits & 1023);
+    if exponent == 0 { 0.0 } else { f64::from(1024 + mantissa) * f64::from(exponent as i32 - 25).exp2() }
+}
+
+fn bounces(settings: Settings) -> usize {
+    match settings.bounces {
+        Bounces::One => 1,
+        Bounces::Two => 2,
+    }
+}
+
+/// As many as a ray may need: one a mirror; within glass, once more where light was totally reflected, and outside; and one
+/// behind a sample that counts in part.
+fn rounds(reflectors: Reflectors, inputs: &ReflectInputs<'_>) -> usize {
+    let of_mirrors = if reflectors.mirrors { bounces(inputs.settings) } else { 0 };
+    let of_glass = if reflectors.glass { 3 } else { 0 };
+    let fades = inputs.impostors.reflected().any(|placed| fades(placed, inputs.settings));
+    of_mirrors.max(of_glass) + usize::from(fades)
+}
+
+fn path(placed: &Placed, settings: Settings) -> &'static str {
+    match &placed.camera {
+        _ if is_map(placed, settings.search) => "client/reflect/map.wgsl",
+        PlacedCamera::Pinhole(_) | PlacedCamera::Spoc(_) => "client/reflect/pinhole.wgsl",
+        PlacedCamera::Graph(_) => "client/reflect/graph.wgsl",
+    }
+}
+
+/// Whether directions alone look an impostor up.
+fn is_map(placed: &Placed, search: Search) -> bool {
+    let is_walked = matches!(placed.kind, ImpostorKind::Inside(_)) || matches!(placed.camera, PlacedCamera::Graph(_));
+    search == Search::EnvironmentMap && !is_walked
+}

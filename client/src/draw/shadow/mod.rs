@@ -1,0 +1,272 @@
+//! Shadows of the scene's own lights: hard ones by shadow maps that are drawn from the held samples, and soft ones of lights with an area by
+//! [`crate::draw::soft`].
+//!
+//! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.2, shade relief
+//! surfaces by "a conventional shadow map", so that they cast and receive. So it is here for all that is held: drawn as a light
+//! sees it, with each texel's inverse depth kept, and a point of the view is in shadow where something lies nearer to the
+//! light.
+//!
+//! # Which maps
+//!
+//! The [`LIGHTS`] lights that bring the most light to the viewer cast shadows, others none. All maps are pinholes, of
+//! [`Settings::side_px`] texels a side.
+//!
+//! - A **directional light** stands at the distance `D = N R / 2` before a ball of the radius `R` that `N` texels span, `2 R /
+//!   N` each. A ray through a point at the distance `r` from the axis leans by `r / D`, which over the way `h` from caster to
+//!   receiver moves a shadow by `h r / D`. Within the ball `h r <= R²`, so by up to a texel; what comes from further away errs
+//!   by more texels, but up to one of the widest map. The widest ball holds all that is held; up to two narrower ones, each a
+//!   quarter as wide, lie around the point of that which is nearest to the viewer, so that large scenes are finely shadowed
+//!   near by. A pixel takes the narrowest that has it. Balls move in steps of whole texels, so shadows do not crawl, and
+//!   seldom, so that they are seldom drawn.
+//! - A **spot** is one map, a **point light**, or a spot wider than 120 degrees, the faces of a cube.
+//!
+//! What the view cannot show, or nothing held lies in, has no map. A map is drawn again when what is held, or where it is, has
+//! changed, or it looks from elsewhere.
+//!
+//! # The comparison
+//!
+//! Four texels around the place of a point are compared and weighted bilinearly (percentage-closer filtering: Reeves, Salesin,
+//! Cook, *Rendering antialiased shadows with depth maps*, 1987). Each is compared not with the point's own inverse depth, but
+//! with that of its tangent plane in the texel's middle, where the map was sampled; on a plane inverse depth is linear in the
+//! image, so a plane does not shadow itself. A caster counts where it is nearer than that by more than the sum of
+//!
+//! - half of its own footprint, by which samples of one surface may lie apart ([`surface::SETBACK_FOOTPRINTS`]); the map holds
+//!   it already;
+//! - what the plane rises over half a texel in u and v. This stands for its normal, which codes and averages turn. At the
+//!   grazing angle `a` the plane rises `tan a` texels a texel, and an error of `e` in the normal errs by `e / cos² a`: less
+//!   than half a `tan a` as long as `e < sin 2a / 4`, which with normals of 8 + 8 bits (half a degree) holds up to 89 degrees;
+//! - what rounding may do (`maps::ROUNDING`), for a directional light an eighth of a texel with 1024 of them a side.
+//!
+//! So light leaks under what touches a surface by up to half a texel's shadow on it, and half of a sample.
+//!
+//! # Limits
+//!
+//! What was never sampled casts nothing: a client holds what its viewer may see, and of lights with an area what they see
+//! ([`crate::draw::light_images`]). Everything held casts, glass and surfaces
+//! without lights too. What mirrors and glass show is lit without shadows. What moves casts from where it is, but the frames
+//! follow where it was captured. Objects that reliefs show cast and receive like the rest, without half a footprint's lead, and while
+//! there are some, maps are drawn again at every update.
+
+mod lamps;
+mod maps;
+mod pass;
+
+use ::camera::Pinhole;
+use gpu::Gpu;
+use protocol::Lighting;
+use surface::{GBuffer, Smoothing, SurfaceError};
+use wgpu::TextureView;
+
+use crate::draw::fullscreen::Target;
+use crate::draw::held_pass::{self, HeldPass};
+use crate::draw::shares::LightShares;
+use crate::draw::shown::Shown;
+use crate::draw::soft::{self, Lamp, Receivers};
+pub use lamps::SoftProgress;
+use lamps::{CastingLamp, LampPass};
+use pass::{CHANNELS, Maps, SharePass};
+
+/// The most lights that cast shadows.
+pub const LIGHTS: usize = Lighting::MAX_CASTING;
+// A channel each.
+const _: () = assert!(LIGHTS == CHANNELS);
+
+/// What casts shadows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shadows {
+    /// Nothing: every light arrives everywhere.
+    #[default]
+    None,
+    /// What is held, by shadow maps; lights with an area cast from their middles.
+    Maps,
+    /// The same, but lights with an area cast soft shadows.
+    Soft,
+}
+
+/// How shadows are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// By what.
+    pub shadows: Shadows,
+    /// Texels of a map's side, at least 16 and as many as the device draws at most. A map takes 4 bytes a texel, and all together 20 more.
+    pub side_px: u32,
+    /// How lights with an area cast, by [`Shadows::Soft`].
+    pub soft: soft::Settings,
+}
+
+impl Settings {
+    /// Whether lights with an area cast soft shadows.
+    pub fn is_soft(&self) -> bool {
+        self.shadows == Shadows::Soft
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { shadows: Shadows::None, side_px: 1024, soft: soft::Settings::default() }
+    }
+}
+
+/// Draws shadows of the surfaces in a G-buffer. Nothing is made before a light casts.
+#[derive(Debug)]
+pub(crate) struct ShadowRenderer {
+    gpu: Gpu,
+    settings: Settings,
+    passes: Option<Passes>,
+    /// Drawn maps, also some that the last frame had no use for.
+    maps: Vec<ShadowMap>,
+    shares: Option<Target>,
+    /// Those that cast in the last frame, by channel.
+    lights: Vec<usize>,
+    /// Whether there were lamps among them.
+    has_lamps: bool,
+}
+
+#[derive(Debug)]
+struct Passes {
+    casting: HeldPass,
+    shares: SharePass,
+    /// Made when a lamp first casts.
+    lamps: Option<LampPass>,
+}
+
+/// By what a light casts.
+#[derive(Debug)]
+enum Caster {
+    /// By maps of these views.
+    Maps(Vec<Pinhole>),
+    /// By its points.
+    Lamp(Lamp),
+}
+
+impl Caster {
+    fn views(&self) -> &[Pinhole] {
+        match self {
+            Caster::Maps(views) => views,
+            Caster::Lamp(_) => &[],
+        }
+    }
+}
+
+#[derive(Debug)]
+struct ShadowMap {
+    /// Of which `w` is the map; the rest is shared by all.
+    gbuffer: GBuffer,
+    view: Pinhole,
+    /// Of what it shows.
+    revision: (u64, u64),
+}
+
+impl ShadowRenderer {
+    /// `None` where nothing is to cast.
+    pub(crate) fn new(gpu: &Gpu, settings: Settings) -> Option<ShadowRenderer> {
+        let (passes, maps, shares, lights) = (None, Vec::new(), None, Vec::new());
+        let side_px = settings.side_px.clamp(16, gpu.device.limits().max_texture_dimension_2d);
+        let settings = Settings { side_px, ..settings };
+        let renderer = ShadowRenderer { gpu: gpu.clone(), settings, passes, maps, shares, lights, has_lamps: false };
+        (settings.shadows != Shadows::None).then_some(renderer)
+    }
+
+    /// Draws what the lights see, where it changed, and how much of each arrives at the pixels of a G-buffer.
+    pub(crate) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: Shown<'_>,
+        view: &Pinhole,
+        gbuffer: &GBuffer,
+    ) -> Result<(), SurfaceError> {
+        let wanted = self.wanted(shown, view);
+        self.lights = wanted.iter().map(|(light, _)| *light).collect();
+        self.has_lamps = wanted.iter().any(|(_, caster)| matches!(caster, Caster::Lamp(_)));
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        if self.passes.is_none() {
+            let (casting, shares) = (HeldPass::casting(&self.gpu)?, SharePass::new(&self.gpu)?);
+            self.passes = Some(Passes { casting, shares, lamps: None });
+        }
+        let all: Vec<Pinhole> = wanted.iter().flat_map(|(_, caster)| caster.views().iter().copied()).collect();
+        self.draw_maps(encoder, shown, &all);
+        let kept =
+            self.shares.take().filter(|target| (target.texture.width(), target.texture.height()) == gbuffer.size_px);
+        let shares = kept.unwrap_or_else(|| Target::new(&self.gpu, "light shares", gbuffer.size_px, SharePass::FORMAT));
+        let map_of = |view| (view, self.map_of(view).expect("drawn before"));
+        let maps: Vec<Maps<'_>> =
+            wanted.iter().map(|(_, caster)| caster.views().iter().map(map_of).collect()).collect();
+        let lamp = |(channel, (light, caster)): (usize, &(usize, Caster))| match caster {
+            Caster::Lamp(lamp) => Some(CastingLamp { channel, light: *light, lamp: *lamp }),
+            Caster::Maps(_) => None,
+        };
+        let lamps: Vec<CastingLamp> = wanted.iter().enumerate().filter_map(lamp).collect();
+        if let Some(passes) = &self.passes {
+            passes.shares.encode(encoder, (gbuffer, shown.held, view), &maps, &shares);
+        }
+        if let Some(passes) = self.passes.as_mut().filter(|_| self.has_lamps) {
+            let pass = match &mut passes.lamps {
+                Some(pass) => pass,
+                None => passes.lamps.insert(LampPass::new(&self.gpu, self.settings.soft)?),
+            };
+            pass.encode(encoder, &lamps, shown, Receivers { gbuffer, held: shown.held, view }, &shares)?;
+        }
+        self.shares = Some(shares);
+        Ok(())
+    }
+
+    /// How far soft shadows got; `None` where no lamp casts.
+    pub(crate) fn soft_progress(&self) -> Option<SoftProgress> {
+        self.passes.as_ref()?.lamps.as_ref().filter(|_| self.has_lamps)?.progress()
+    }
+
+    /// Whether a light ever cast.
+    pub(crate) fn is_made(&self) -> bool {
+        self.passes.is_some()
+    }
+
+    /// What was written last; `None` where nothing casts.
+    pub(crate) fn shares(&self) -> Option<LightShares<'_>> {
+        let target = self.shares.as_ref().filter(|_| !self.lights.is_empty())?;
+        Some(LightShares { target, lights: &self.lights })
+    }
+
+    /// The lights that cast, the strongest first, by their places in the lighting, and by what they do.
+    fn wanted(&self, shown: Shown<'_>, view: &Pinhole) -> Vec<(usize, Caster)> {
+        let Some((lighting, bounds)) = shown.held.lighting.as_ref().zip(held_pass::bounds_world(shown)) else {
+            return Vec::new();
+        };
+        let caster = |index: usize| {
+            let light = &lighting.lights[index];
+            if let Some(lamp) = Lamp::of(light).filter(|_| self.settings.is_soft()) {
+                return Some((index, Caster::Lamp(lamp)));
+            }
+            let views = maps::views(light, bounds, view, self.settings.side_px);
+            (!views.is_empty()).then_some((index, Caster::Maps(views)))
+        };
+        let lights = lighting.strongest_at(view.world_from_eye.translation);
+        lights.into_iter().filter_map(caster).take(LIGHTS).collect()
+    }
+
+    /// Draws the views that no map shows as they are now, in place of maps that are of no use to any of them.
+    fn draw_maps(&mut self, encoder: &mut wgpu::CommandEncoder, shown: Shown<'_>, views: &[Pinhole]) {
+        let revision = held_pass::revision(shown);
+        for view in views {
+            let place = self.maps.iter().position(|map| map.view == *view);
+            if place.is_some_and(|place| self.maps[place].revision == revision) {
+                continue;
+            }
+            let spare = place.or_else(|| self.maps.iter().position(|map| !views.contains(&map.view)));
+            let gbuffer = match (spare, self.maps.first()) {
+                (Some(place), _) => self.maps.swap_remove(place).gbuffer,
+                (None, Some(other)) => other.gbuffer.beside(&self.gpu),
+                (None, None) => GBuffer::new(&self.gpu, (self.settings.side_px, self.settings.side_px)),
+            };
+            if let Some(passes) = &mut self.passes {
+                passes.casting.encode(encoder, shown, view, Smoothing::None, &gbuffer);
+            }
+            self.maps.push(ShadowMap { gbuffer, view: *view, revision });
+        }
+    }
+
+    fn map_of(&self, view: &Pinhole) -> Option<&TextureView> {
+        self.maps.iter().find(|map| map.view == *view).map(|map| &map.gbuffer.views.w)
+    }
+}

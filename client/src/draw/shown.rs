@@ -1,0 +1,38 @@
+//! What a frame shows.
+
+use camera::Pinhole;
+use protocol::Held;
+use surface::HeldSurfaces;
+
+use crate::draw::impostors::Impostors;
+use crate::draw::light_images::LightImages;
+use crate::draw::rest::{RestView, RowsOf};
+
+/// What a frame shows.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown<'a> {
+    /// What is held, as surfaces.
+    pub surfaces: &'a HeldSurfaces,
+    /// Its materials and lights, and where its objects are.
+    pub held: &'a Held,
+    /// What mirrors and glass show, and what objects are drawn by; without, mirrors and glass are plain surfaces, and objects
+    /// that reliefs show are missing.
+    pub impostors: Option<&'a Impostors>,
+    /// What lights with an area see; without, everything held casts their shadows.
+    pub lights: Option<&'a LightImages>,
+    /// What is shown in place of all else as long as the camera is that of a viewer at rest.
+    pub rest: Option<&'a RestView>,
+}
+
+impl<'a> Shown<'a> {
+    /// What is there of a camera's view at rest.
+    pub(crate) fn rows_of(&self, camera: &Pinhole) -> RowsOf<'a> {
+        self.rest.map(|rest| rest.rows_of(camera)).unwrap_or_default()
+    }
+}
+
+impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
+    fn from((surfaces, held): (&'a HeldSurfaces, &'a Held)) -> Shown<'a> {
+        Shown { surfaces, held, impostors: None, lights: None, rest: None }
+    }
+}

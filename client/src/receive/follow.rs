@@ -1,0 +1,14 @@
+//! What follows the held copy.
+
+use protocol::{Held, Update};
+
+/// What follows the held copy, such as surfaces on a GPU.
+pub trait Follow {
+    /// `held` has just applied `update`; `anew` where nothing of what was held before is left.
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool);
+}
+
+/// Follows nothing.
+impl Follow for () {
+    fn follow(&mut self, _: &Held, _: &Update, _: bool) {}
+}

@@ -1,0 +1,19 @@
+//! From the socket to what is held.
+//!
+//! - [`viewer`]: everything between the socket and the picture, without either. [`follow`]: what follows the held copy.
+//! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
+//! - [`stats`]: figures about the last second.
+//! - [`address`]: a server's address as people type it.
+//! - Natively: `socket`, the websocket, and `pump`, its loop; `traffic`, what crosses it.
+
+pub mod address;
+pub mod connection;
+pub mod follow;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod pump;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod socket;
+pub mod stats;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod traffic;
+pub mod viewer;

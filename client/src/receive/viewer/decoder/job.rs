@@ -1,0 +1,41 @@
+//! An update that waits to be decoded, and what became of it.
+
+use protocol::session::ReceivedUpdate;
+use protocol::wire::{self, UpdateHead, WireError};
+use protocol::{Limits, Update};
+use web_time::Instant;
+
+/// An update with what became of it.
+#[derive(Debug)]
+pub struct Decoded {
+    /// Which connection it came by, so that one of an earlier session is told apart.
+    pub session: u64,
+    /// What its first bytes say.
+    pub head: UpdateHead,
+    /// When its last fragment came.
+    pub arrived_at_s: f64,
+    /// Its edits, or what is wrong with it, in words.
+    pub result: Result<Update, String>,
+    /// What decoding took.
+    pub decode_ms: f64,
+}
+
+#[derive(Debug)]
+pub(super) struct Job {
+    pub session: u64,
+    pub update: ReceivedUpdate,
+}
+
+/// Decodes an update, and says how many milliseconds that took.
+pub(super) fn measured(bytes: &[u8], limits: &Limits) -> (Result<Update, WireError>, f64) {
+    let begin = Instant::now();
+    let result = wire::decode_update(bytes, limits);
+    (result, begin.elapsed().as_secs_f64() * 1e3)
+}
+
+impl Job {
+    pub fn decoded(self, result: Result<Update, String>, decode_ms: f64) -> Decoded {
+        let Job { session, update } = self;
+        Decoded { session, head: update.head, arrived_at_s: update.arrived_at_s, result, decode_ms }
+    }
+}

@@ -1,0 +1,465 @@
+//! [`Viewer`]: everything between the socket and the picture, without either.
+//!
+//! The way of the data: socket events go in by [`Viewer::handle`]; updates are decoded beside the drawing ([`Decoder`]), applied
+//! to [`Held`] and to the surfaces by [`Viewer::advance`]; poses go in by [`Viewer::set_pose`]; what the socket must do comes
+//! out of [`Viewer::poll_socket`]. The frame never waits for any of it. Times are of one clock of the caller's, in seconds:
+//! real on the wall clock, the trace's on the virtual one.
+//!
+//! When a connection ends, the picture stays; a new session begins with an update that clears what is held.
+
+mod clocks;
+mod decoder;
+#[cfg(test)]
+mod tests;
+
+use camera::Rigid;
+use glam::DVec3;
+use protocol::message::{Clock, Draws, ViewSize, Welcome};
+use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SessionError};
+use protocol::{Held, Limits};
+
+use crate::receive::connection::{Command, Connection, Ended};
+use crate::receive::follow::Follow;
+use crate::receive::stats::{Mean, Rate, StageMs, Stats};
+
+pub use clocks::{RoundTrips, SceneClock};
+pub use decoder::{DecodeWorker, Decoded, Decoder, answer};
+
+/// A pose older than this says nothing about the velocity now.
+const VELOCITY_WITHIN_S: f64 = 0.5;
+
+/// What a socket reports.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SocketEvent {
+    /// It is open.
+    Opened,
+    /// A binary message came.
+    Message(Vec<u8>),
+    /// It is closed or could not be opened; what was said about it, possibly nothing. The last event.
+    Closed(String),
+}
+
+/// What a socket must do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SocketCommand {
+    /// Open a new one; one that is there is dropped.
+    Open,
+    /// Send a binary message.
+    Send(Vec<u8>),
+    /// Close it and report nothing more.
+    Close,
+}
+
+/// How far the way to the first picture is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Bytes of the first update that are here.
+    pub bytes: usize,
+    /// Of so many; 0 while that is not known.
+    pub of_bytes: usize,
+}
+
+/// See the module.
+#[derive(Debug)]
+pub struct Viewer {
+    clock: Clock,
+    limits: Limits,
+    view: ViewSize,
+    budget_bytes: u64,
+    draws: Draws,
+    connection: Connection,
+    /// Counts sessions, so that what an earlier one left in the decoder is told apart.
+    session_number: u64,
+    session: Option<ClientSession>,
+    closing: bool,
+    decoder: Decoder,
+    held: Held,
+    /// The session that `held` is of.
+    held_session: u64,
+    welcome: Option<Welcome>,
+    scene_clock: Option<SceneClock>,
+    trips: RoundTrips,
+    last_pose: Option<(Rigid, f64)>,
+    advanced_to_s: f64,
+    bytes: u64,
+    updates: u64,
+    counters: Counters,
+}
+
+#[derive(Debug, Default)]
+struct Counters {
+    frames: u64,
+    frame_rate: Rate,
+    bit_rate: Rate,
+    decode_ms: Mean,
+    surface_ms: Mean,
+    light_ms: Mean,
+    last_decode_ms: f64,
+    uncovered_share: Option<f64>,
+}
+
+impl Viewer {
+    /// Connects to `address` (for a person to read; the socket's owner knows the way) as soon as [`Viewer::poll_socket`] is
+    /// asked.
+    pub fn new(address: &str, clock: Clock, view: ViewSize, decoder: Decoder, now_s: f64) -> Viewer {
+        Viewer {
+            clock,
+            limits: Limits::default(),
+            view,
+            budget_bytes: DEFAULT_BUDGET_BYTES,
+            draws: Draws::default(),
+            connection: Connection::new(address, now_s),
+            session_number: 0,
+            session: None,
+            closing: false,
+            decoder,
+            held: Held::default(),
+            held_session: 0,
+            welcome: None,
+            scene_clock: None,
+            trips: RoundTrips::default(),
+            last_pose: None,
+            advanced_to_s: f64::NEG_INFINITY,
+            bytes: 0,
+            updates: 0,
+            counters: Counters::default(),
+        }
+    }
+
+    /// What the held copy may take of this machine's memory, in bytes, from the next session on.
+    pub fn with_budget(self, budget_bytes: u64) -> Viewer {
+        Viewer { budget_bytes, ..self }
+    }
+
+    /// What is drawn, and so wanted, from the next session on.
+    pub fn with_draws(self, draws: Draws) -> Viewer {
+        Viewer { draws, ..self }
+    }
+
+    /// Takes what the socket reports.
+    pub fn handle(&mut self, event: SocketEvent, now_s: f64) {
+        match event {
+            SocketEvent::Opened => {
+                self.connection.opened(now_s);
+                self.begin_session(now_s);
+            }
+            SocketEvent::Message(bytes) => {
+                self.bytes += bytes.len() as u64;
+                self.counters.bit_rate.add(bytes.len() as f64 * 8.0, now_s);
+                if let Some(session) = &mut self.session {
+                    let result = session.handle(&bytes, now_s);
+                    self.after_session(result, now_s);
+                }
+            }
+            SocketEvent::Closed(said) => {
+                self.session = None;
+                self.connection.ended(Ended::Closed(said), now_s);
+            }
+        }
+    }
+
+    /// Virtual clock: takes a message off the socket; `deliver(sent_at_s, bytes)` gives its time of arrival.
+    pub fn receive_virtual(&mut self, bytes: Vec<u8>, now_s: f64, deliver: impl FnOnce(f64, usize) -> f64) {
+        if let Some(session) = &mut self.session {
+            let result = session.receive_virtual(bytes, deliver);
+            self.after_session(result, now_s);
+        }
+    }
+
+    /// Virtual clock: takes in what arrived up to `now_s`.
+    pub fn run_until(&mut self, now_s: f64) {
+        if let Some(session) = &mut self.session {
+            let result = session.run_until(now_s);
+            self.after_session(result, now_s);
+        }
+    }
+
+    /// Virtual clock: asks the server to run up to `to_s`.
+    pub fn request_advance(&mut self, to_s: f64) {
+        if let Some(session) = &mut self.session {
+            session.advance(to_s);
+        }
+    }
+
+    /// Virtual clock: the server has run up to this time.
+    pub fn advanced_to_s(&self) -> f64 {
+        self.advanced_to_s
+    }
+
+    fn begin_session(&mut self, now_s: f64) {
+        self.session_number += 1;
+        let Viewer { budget_bytes, draws, .. } = *self;
+        let config = ClientConfig { budget_bytes, draws, ..ClientConfig::new(self.clock, self.view) };
+        self.session = Some(ClientSession::new(config, now_s));
+        self.trips = RoundTrips::default();
+        self.advanced_to_s = f64::NEG_INFINITY;
+        self.bytes = 0;
+        self.updates = 0;
+    }
+
+    fn after_session(&mut self, result: Result<(), SessionError>, now_s: f64) {
+        let Some(session) = &mut self.session else { return };
+        while let Some(event) = session.poll_event() {
+            match event {
+                ClientEvent::Welcome(welcome) => {
+                    self.connection.welcomed(now_s);
+                    self.scene_clock = Some(SceneClock::new(welcome.scene_time_s, now_s));
+                    self.welcome = Some(*welcome);
+                    // The server learns the pose anew.
+                    self.last_pose = None;
+                }
+                ClientEvent::Update(update) => self.decoder.push(self.session_number, update),
+                ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
+            }
+        }
+        self.trips.sent(session.pose_seq(), now_s);
+        if let Err(error) = result {
+            self.session = None;
+            self.closing = true;
+            let why = match error {
+                SessionError::Goodbye { reason } => Ended::Goodbye(reason),
+                SessionError::Silent { after_s } => Ended::Closed(format!("nothing heard for {after_s:.0} s")),
+                other => Ended::Fault(other.to_string()),
+            };
+            self.connection.ended(why, now_s);
+        }
+    }
+
+    /// What the socket must do next; ask until it is `None`.
+    pub fn poll_socket(&mut self, now_s: f64) -> Option<SocketCommand> {
+        self.poll_socket_stamped(now_s, |at_s, _| at_s)
+    }
+
+    /// As [`Viewer::poll_socket`]; on the virtual clock `stamp(made_at_s, bytes)` is when the emulated network delivers.
+    pub fn poll_socket_stamped(&mut self, now_s: f64, stamp: impl FnOnce(f64, usize) -> f64) -> Option<SocketCommand> {
+        if std::mem::take(&mut self.closing) {
+            return Some(SocketCommand::Close);
+        }
+        if let Some(bytes) = self.session.as_mut().and_then(|session| session.poll_transmit_stamped(stamp)) {
+            return Some(SocketCommand::Send(bytes));
+        }
+        match self.connection.poll(now_s)? {
+            Command::Open => Some(SocketCommand::Open),
+            Command::Close => {
+                self.session = None;
+                Some(SocketCommand::Close)
+            }
+        }
+    }
+
+    /// Where the eye is now. Call it once a frame, moved or not.
+    pub fn set_pose(&mut self, world_from_eye: Rigid, now_s: f64) {
+        let velocity = match self.last_pose {
+            Some((before, at_s)) if now_s > at_s && now_s - at_s < VELOCITY_WITHIN_S => {
+                (world_from_eye.translation - before.translation) / (now_s - at_s)
+            }
+            _ => DVec3::ZERO,
+        };
+        self.last_pose = Some((world_from_eye, now_s));
+        let Some(session) = self.session.as_mut().filter(|session| session.is_open()) else { return };
+        session.set_pose(world_from_eye, velocity.as_vec3().to_array(), now_s);
+        self.trips.sent(session.pose_seq(), now_s);
+    }
+
+    /// The output's size or field of view changed.
+    pub fn set_view(&mut self, view: ViewSize, now_s: f64) {
+        self.view = view;
+        if let Some(session) = self.session.as_mut().filter(|session| session.is_open()) {
+            session.set_view(view, now_s);
+        }
+    }
+
+    /// Does what is due, and applies decoded updates until `budget_s` is spent (at least one). Returns whether the picture
+    /// changed.
+    pub fn advance(&mut self, follower: &mut dyn Follow, now_s: f64, budget_s: f64) -> bool {
+        if self.clock == Clock::Wall
+            && let Some(session) = &mut self.session
+        {
+            let result = session.handle_timeout(now_s);
+            self.after_session(result, now_s);
+        }
+        let begin = web_time::Instant::now();
+        let mut changed = false;
+        while let Some(decoded) = self.decoder.poll() {
+            changed |= self.take_in(decoded, follower, now_s);
+            if begin.elapsed().as_secs_f64() >= budget_s {
+                break;
+            }
+        }
+        changed
+    }
+
+    fn take_in(&mut self, decoded: Decoded, follower: &mut dyn Follow, now_s: f64) -> bool {
+        let Some(session) = self.session.as_mut().filter(|_| decoded.session == self.session_number) else {
+            return false;
+        };
+        self.counters.decode_ms.add(decoded.decode_ms);
+        self.counters.last_decode_ms += decoded.decode_ms;
+        // On the virtual clock decoding takes no time: the update is held from its arrival on.
+        let held_at_s = if self.clock == Clock::Virtual { decoded.arrived_at_s } else { now_s };
+        let anew = decoded.head.clears || self.held_session != self.session_number;
+        let applied = decoded.result.and_then(|update| {
+            let applied = if self.held_session == self.session_number {
+                self.held.apply_within(&update, &self.limits)
+            } else {
+                // The old copy, and with it the picture, stays until the new session has something to show.
+                let mut held = Held::default();
+                held.apply_within(&update, &self.limits).map(|()| self.held = held)
+            };
+            applied.map(|()| update).map_err(|error| error.to_string())
+        });
+        match applied {
+            Ok(update) => {
+                self.held_session = self.session_number;
+                session.applied(update.number, update.digest, held_at_s);
+                self.updates += 1;
+                self.trips.answered(update.pose_seq);
+                follower.follow(&self.held, &update, anew);
+                true
+            }
+            Err(error) => {
+                log_broken(&error);
+                session.broken(held_at_s);
+                false
+            }
+        }
+    }
+
+    /// A picture of what is held was drawn; `None` where a time is not known.
+    pub fn drawn(&mut self, now_s: f64, surface_ms: Option<f64>, light_ms: Option<f64>) {
+        self.counters.frames += 1;
+        self.counters.frame_rate.add(1.0, now_s);
+        if self.has_picture() {
+            self.trips.shown(now_s);
+        }
+        for (mean, value) in [(&mut self.counters.surface_ms, surface_ms), (&mut self.counters.light_ms, light_ms)] {
+            value.into_iter().for_each(|value| mean.add(value));
+        }
+    }
+
+    /// The share of a picture that no sample covers was counted.
+    pub fn set_uncovered_share(&mut self, share: f64) {
+        self.counters.uncovered_share = Some(share);
+    }
+
+    /// What decoding took since this was last asked, in milliseconds.
+    pub fn take_decode_ms(&mut self) -> f64 {
+        std::mem::take(&mut self.counters.last_decode_ms)
+    }
+
+    /// Whether updates are decoded beside the drawing; see [`Decoder::is_beside`].
+    pub fn decodes_beside(&self) -> bool {
+        self.decoder.is_beside()
+    }
+
+    /// The held copy.
+    pub fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// What the server said at first; of the last session while there is none.
+    pub fn welcome(&self) -> Option<&Welcome> {
+        self.welcome.as_ref()
+    }
+
+    /// Whether there is something to show.
+    pub fn has_picture(&self) -> bool {
+        self.held.number > 0
+    }
+
+    /// Whether something is held that the server made for a pose of this session, and not only for where the scene begins.
+    pub fn has_answer(&self) -> bool {
+        self.has_picture() && self.trips.is_answered()
+    }
+
+    /// Whether the session is open.
+    pub fn is_open(&self) -> bool {
+        self.connection.is_working()
+    }
+
+    /// How far the first update is; `None` once there is a picture.
+    pub fn progress(&self) -> Option<Progress> {
+        if self.has_picture() {
+            return None;
+        }
+        let (bytes, of_bytes) = self.session.as_ref().map_or((0, 0), ClientSession::progress_bytes);
+        Some(Progress { bytes, of_bytes })
+    }
+
+    /// What a person should know, or `None` while all is well.
+    pub fn status(&self, now_s: f64) -> Option<String> {
+        self.connection.status(now_s)
+    }
+
+    /// The server's own reason, where that was the last thing to end a session.
+    pub fn goodbye(&self) -> Option<&str> {
+        self.connection.goodbye()
+    }
+
+    /// Tries to connect now instead of waiting.
+    pub fn retry_now(&mut self, now_s: f64) {
+        self.connection.retry_now(now_s);
+    }
+
+    /// Scene time now; `None` before Welcome.
+    pub fn scene_time_now_s(&self, now_s: f64) -> Option<f64> {
+        let one_way_s = match self.clock {
+            Clock::Virtual => 0.0,
+            Clock::Wall => self.session.as_ref().and_then(ClientSession::round_trip_s).unwrap_or(0.0) / 2.0,
+        };
+        self.scene_clock.map(|clock| clock.now_s(now_s, one_way_s))
+    }
+
+    /// Scene time now less scene time shown; `None` while nothing is shown.
+    pub fn age_ms(&self, now_s: f64) -> Option<f64> {
+        let shown = self.has_picture().then_some(self.held.scene_time_s)?;
+        self.scene_time_now_s(now_s).map(|now| (now - shown) * 1e3)
+    }
+
+    /// The last round trip of a pose to its picture.
+    pub fn round_trip_ms(&self) -> Option<f64> {
+        self.trips.last_s().map(|round_trip_s| round_trip_s * 1e3)
+    }
+
+    /// Bytes of messages that have arrived in this session.
+    pub fn bytes_received(&self) -> u64 {
+        match (self.clock, &self.session) {
+            (Clock::Virtual, Some(session)) => session.bytes_received_and_sent().0,
+            _ => self.bytes,
+        }
+    }
+
+    /// The panel's figures.
+    pub fn stats(&mut self, now_s: f64) -> Stats {
+        let ping_ms = self.session.as_ref().and_then(ClientSession::round_trip_s).map(|s| s * 1e3);
+        Stats {
+            fps: self.counters.frame_rate.per_s(now_s),
+            mbit_per_s: self.counters.bit_rate.per_s(now_s) / 1e6,
+            bytes_received: self.bytes_received(),
+            round_trip_ms: self.round_trip_ms(),
+            ping_ms,
+            samples: self.held.sample_count() as u64,
+            patches: self.held.patches.len(),
+            uncovered_share: self.counters.uncovered_share,
+            age_ms: self.age_ms(now_s),
+            update_interval_s: self.welcome.as_ref().map(|welcome| welcome.update_interval_s),
+            ms: StageMs {
+                decode: self.counters.decode_ms.get().unwrap_or(0.0),
+                surface: self.counters.surface_ms.get().unwrap_or(0.0),
+                light: self.counters.light_ms.get().unwrap_or(0.0),
+            },
+            scene: self.welcome.as_ref().map_or_else(String::new, |welcome| welcome.scene_name.clone()),
+            frames: self.counters.frames,
+            updates: self.updates,
+        }
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn log_broken(error: &str) {
+    tracing::warn!("an update was refused, the copy begins anew: {error}");
+}
+
+/// A browser has no log that a person reads; the panel's figures go on.
+#[cfg(target_arch = "wasm32")]
+fn log_broken(_: &str) {}

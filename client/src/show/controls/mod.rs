@@ -1,0 +1,336 @@
+//! Where the eye goes: orbiting and walking by mouse, keyboard and touch.
+//!
+//! Windows and pages translate their own events to [`Input`]; [`Controls`] turns them into `world_from_eye`. Drags move by what
+//! the pointer moved, keys by time, and both give the same path at every frame rate: the velocity that keys ask for is
+//! approached exponentially, and that motion is integrated in closed form.
+//!
+//! | | orbit (an object) | walk (a room, a city) |
+//! |---|---|---|
+//! | drag, one finger | turn the object | look around |
+//! | right or middle drag, two fingers | move the pivot | move sideways and forward |
+//! | wheel, pinch | nearer and farther | forward and back |
+//! | W S / up, down | nearer and farther | forward and back |
+//! | A D / left, right | turn the object | sideways |
+//! | Q E | down and up around the object | down and up |
+//! | shift | four times as fast | four times as fast |
+
+mod touch;
+
+use camera::Rigid;
+use glam::{DVec2, DVec3};
+
+pub use touch::Drag;
+use touch::Pointers;
+
+/// Time constant with which the velocity of keys is approached, in seconds: short enough to feel direct, long enough not to jerk.
+const SMOOTHING_S: f64 = 0.08;
+/// The longest step that one frame makes, in seconds: after a stall the eye does not leap.
+const LONGEST_STEP_S: f64 = 0.25;
+/// Looking straight up or down stays this far off the vertical, where the direction of "right" is lost.
+const LARGEST_PITCH_RAD: f64 = 1.55;
+/// A brisk walk, in m/s.
+const WALKING_SPEED_M_S: f64 = 1.6;
+/// What shift multiplies every speed by.
+const FAST: f64 = 4.0;
+/// Turning by keys, in rad/s: once around in six seconds.
+const TURNING_SPEED_RAD_S: f64 = std::f64::consts::TAU / 6.0;
+/// What one notch of a wheel multiplies the distance from the pivot by.
+const ZOOM_PER_NOTCH: f64 = 0.9;
+/// Seconds of walking that one notch of a wheel is worth.
+const WALK_PER_NOTCH_S: f64 = 0.35;
+/// Zooming by keys, as the change of the logarithm of the distance a second.
+const ZOOM_SPEED_PER_S: f64 = 1.0;
+
+/// How the eye moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Around a pivot.
+    Orbit,
+    /// On one's own feet.
+    Walk,
+}
+
+/// A key that moves the eye. The physical key, whatever the layout prints on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Key {
+    /// W, arrow up.
+    Forward,
+    /// S, arrow down.
+    Back,
+    /// A, arrow left.
+    Left,
+    /// D, arrow right.
+    Right,
+    /// E, page up.
+    Up,
+    /// Q, page down.
+    Down,
+    /// Either shift.
+    Fast,
+}
+
+impl Key {
+    /// The key of a W3C `KeyboardEvent.code`, as browsers name it and as the native window can.
+    pub fn from_code(code: &str) -> Option<Key> {
+        Some(match code {
+            "KeyW" | "ArrowUp" => Key::Forward,
+            "KeyS" | "ArrowDown" => Key::Back,
+            "KeyA" | "ArrowLeft" => Key::Left,
+            "KeyD" | "ArrowRight" => Key::Right,
+            "KeyE" | "PageUp" => Key::Up,
+            "KeyQ" | "PageDown" => Key::Down,
+            "ShiftLeft" | "ShiftRight" => Key::Fast,
+            _ => return None,
+        })
+    }
+}
+
+/// An event, the same from a window and from a page. Pixels are of the picture's own size on screen, y down.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Input {
+    /// A button or a finger goes down.
+    PointerDown {
+        /// Tells fingers apart; any constant for a mouse.
+        id: u64,
+        /// What it does.
+        drag: Drag,
+        /// Where.
+        at_px: DVec2,
+    },
+    /// It moves; ignored where it is not down.
+    PointerMove {
+        /// As in `PointerDown`.
+        id: u64,
+        /// Where to.
+        at_px: DVec2,
+    },
+    /// It goes up, or is cancelled.
+    PointerUp {
+        /// As in `PointerDown`.
+        id: u64,
+    },
+    /// The wheel turns; a notch away from the hand is 1.
+    Wheel {
+        /// Notches, and fractions of them.
+        notches: f64,
+    },
+    /// A key goes down or up.
+    Key {
+        /// Which.
+        key: Key,
+        /// Down or up.
+        down: bool,
+    },
+    /// The window lost the keyboard: nothing is held any more.
+    FocusLost,
+}
+
+/// The state behind the eye's pose.
+#[derive(Debug, Clone)]
+pub struct Controls {
+    mode: Mode,
+    /// Of the eye when walking, of the pivot when orbiting.
+    anchor_world: DVec3,
+    /// From the pivot; kept while walking so that one can switch.
+    distance_m: f64,
+    yaw_rad: f64,
+    pitch_rad: f64,
+    speed_m_s: f64,
+    nearest_m: f64,
+    farthest_m: f64,
+    keys: [bool; 7],
+    /// Of keys: right, up, forward in speeds' units.
+    velocity: DVec3,
+    pointers: Pointers,
+    size_px: DVec2,
+    fov_y_rad: f64,
+}
+
+impl Controls {
+    /// Begins at `start`, turning or walking, in a scene with the given corners of its bounds.
+    pub fn new(start_world_from_eye: Rigid, walk: bool, bounds_min: DVec3, bounds_max: DVec3) -> Controls {
+        let diagonal_m = (bounds_max - bounds_min).length();
+        let diagonal_m = if diagonal_m.is_finite() && diagonal_m > 0.0 { diagonal_m } else { 10.0 };
+        let eye = start_world_from_eye.translation;
+        let forward = start_world_from_eye.transform_vector(DVec3::Z);
+        let ahead_m = ((bounds_min + bounds_max) / 2.0 - eye).dot(forward);
+        let distance_m = if ahead_m > diagonal_m * 0.05 { ahead_m } else { diagonal_m * 0.5 };
+        Controls {
+            mode: if walk { Mode::Walk } else { Mode::Orbit },
+            anchor_world: if walk { eye } else { eye + forward * distance_m },
+            distance_m,
+            yaw_rad: (-forward.x).atan2(-forward.z),
+            pitch_rad: forward.y.clamp(-1.0, 1.0).asin().clamp(-LARGEST_PITCH_RAD, LARGEST_PITCH_RAD),
+            speed_m_s: WALKING_SPEED_M_S.clamp(diagonal_m / 60.0, diagonal_m / 4.0),
+            nearest_m: diagonal_m * 1e-3,
+            farthest_m: diagonal_m * 20.0,
+            keys: [false; 7],
+            velocity: DVec3::ZERO,
+            pointers: Pointers::default(),
+            size_px: DVec2::new(1280.0, 720.0),
+            fov_y_rad: 60_f64.to_radians(),
+        }
+    }
+
+    /// The picture's size on screen, in the pixels that [`Input`] uses, and its vertical field of view.
+    pub fn set_view(&mut self, size_px: DVec2, fov_y_rad: f64) {
+        self.size_px = size_px.max(DVec2::ONE);
+        self.fov_y_rad = fov_y_rad;
+    }
+
+    /// How the eye moves now.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Switches between turning and walking; the eye stays where it is.
+    pub fn set_mode(&mut self, mode: Mode) {
+        if mode == self.mode {
+            return;
+        }
+        let eye = self.pose().translation;
+        self.anchor_world = if mode == Mode::Walk { eye } else { eye + self.forward() * self.distance_m };
+        self.mode = mode;
+        self.velocity = DVec3::ZERO;
+    }
+
+    /// The eye now.
+    pub fn pose(&self) -> Rigid {
+        let forward = self.forward();
+        let eye = match self.mode {
+            Mode::Walk => self.anchor_world,
+            Mode::Orbit => self.anchor_world - forward * self.distance_m,
+        };
+        Rigid::look_along(eye, forward)
+    }
+
+    /// Takes an event.
+    pub fn handle(&mut self, input: Input) {
+        match input {
+            Input::PointerDown { id, drag, at_px } => self.pointers.down(id, drag, at_px),
+            Input::PointerMove { id, at_px } => {
+                let gesture = self.pointers.moved(id, at_px);
+                self.look(gesture.look_px);
+                self.pan(gesture.pan_px);
+                self.pinch(gesture.pinch);
+            }
+            Input::PointerUp { id } => self.pointers.up(id),
+            Input::Wheel { notches } if notches.is_finite() => match self.mode {
+                Mode::Orbit => self.zoom(ZOOM_PER_NOTCH.powf(notches)),
+                Mode::Walk => self.anchor_world += self.forward() * (self.speed_m_s * WALK_PER_NOTCH_S * notches),
+            },
+            Input::Wheel { .. } => {}
+            Input::Key { key, down } => self.keys[key as usize] = down,
+            Input::FocusLost => {
+                self.keys = [false; 7];
+                self.pointers = Pointers::default();
+            }
+        }
+    }
+
+    /// Lets `dt_s` seconds of keys pass. Returns whether the eye still moves by itself.
+    pub fn advance(&mut self, dt_s: f64) -> bool {
+        let dt_s = if dt_s.is_finite() { dt_s.clamp(0.0, LONGEST_STEP_S) } else { 0.0 };
+        let asked = self.asked_velocity();
+        // v(t) = asked + (v0 - asked) e^(-t/T), integrated over the step.
+        let decay = (-dt_s / SMOOTHING_S).exp();
+        let travel = asked * dt_s + (self.velocity - asked) * (SMOOTHING_S * (1.0 - decay));
+        self.velocity = asked + (self.velocity - asked) * decay;
+        if asked == DVec3::ZERO && self.velocity.length() < 1e-3 {
+            self.velocity = DVec3::ZERO;
+        }
+        self.travel(travel);
+        self.velocity != DVec3::ZERO || asked != DVec3::ZERO
+    }
+
+    /// Right, up and forward that the held keys ask for, 1 at full speed.
+    fn asked_velocity(&self) -> DVec3 {
+        let held = |key: Key| f64::from(u8::from(self.keys[key as usize]));
+        let axes = DVec3::new(
+            held(Key::Right) - held(Key::Left),
+            held(Key::Up) - held(Key::Down),
+            held(Key::Forward) - held(Key::Back),
+        );
+        axes.clamp_length_max(1.0) * if self.keys[Key::Fast as usize] { FAST } else { 1.0 }
+    }
+
+    fn travel(&mut self, travel: DVec3) {
+        match self.mode {
+            Mode::Walk => {
+                let (right, ahead) = self.ground_axes();
+                self.anchor_world += (right * travel.x + DVec3::Y * travel.y + ahead * travel.z) * self.speed_m_s;
+            }
+            Mode::Orbit => {
+                self.turn(travel.x * TURNING_SPEED_RAD_S, -travel.y * TURNING_SPEED_RAD_S);
+                self.zoom((-travel.z * ZOOM_SPEED_PER_S).exp());
+            }
+        }
+    }
+
+    /// A drag turns what is grabbed with the pointer: walking, a point of the picture stays under it.
+    fn look(&mut self, moved_px: DVec2) {
+        match self.mode {
+            Mode::Walk => {
+                let rad_per_px = self.fov_y_rad / self.size_px.y;
+                self.turn(moved_px.x * rad_per_px, moved_px.y * rad_per_px);
+            }
+            Mode::Orbit => {
+                let rad_per_px = std::f64::consts::PI / self.size_px.y;
+                self.turn(-moved_px.x * rad_per_px, -moved_px.y * rad_per_px);
+            }
+        }
+    }
+
+    fn pan(&mut self, moved_px: DVec2) {
+        let pixels_per_rad = self.size_px.y / 2.0 / (self.fov_y_rad / 2.0).tan();
+        match self.mode {
+            Mode::Orbit => {
+                let m_per_px = self.distance_m / pixels_per_rad;
+                let (right, up) = (self.right(), self.right().cross(self.forward()));
+                self.anchor_world += (up * moved_px.y - right * moved_px.x) * m_per_px;
+            }
+            Mode::Walk => {
+                // As if the ground two seconds' walk ahead were grabbed.
+                let m_per_px = 2.0 * self.speed_m_s / pixels_per_rad;
+                let (right, ahead) = self.ground_axes();
+                self.anchor_world += (ahead * moved_px.y - right * moved_px.x) * m_per_px;
+            }
+        }
+    }
+
+    fn pinch(&mut self, spread: f64) {
+        match self.mode {
+            Mode::Orbit => self.zoom(1.0 / spread),
+            Mode::Walk => self.anchor_world += self.forward() * (2.0 * self.speed_m_s * spread.ln()),
+        }
+    }
+
+    fn turn(&mut self, yaw_rad: f64, pitch_rad: f64) {
+        self.yaw_rad = (self.yaw_rad + yaw_rad).rem_euclid(std::f64::consts::TAU);
+        self.pitch_rad = (self.pitch_rad + pitch_rad).clamp(-LARGEST_PITCH_RAD, LARGEST_PITCH_RAD);
+    }
+
+    fn zoom(&mut self, factor: f64) {
+        self.distance_m = (self.distance_m * factor).clamp(self.nearest_m, self.farthest_m);
+    }
+
+    fn forward(&self) -> DVec3 {
+        let (sin_yaw, cos_yaw) = self.yaw_rad.sin_cos();
+        let (sin_pitch, cos_pitch) = self.pitch_rad.sin_cos();
+        DVec3::new(-sin_yaw * cos_pitch, sin_pitch, -cos_yaw * cos_pitch)
+    }
+
+    fn right(&self) -> DVec3 {
+        let (sin_yaw, cos_yaw) = self.yaw_rad.sin_cos();
+        DVec3::new(cos_yaw, 0.0, -sin_yaw)
+    }
+
+    /// Right and ahead along the ground.
+    fn ground_axes(&self) -> (DVec3, DVec3) {
+        let right = self.right();
+        (right, DVec3::Y.cross(right))
+    }
+}
+
+#[cfg(test)]
+mod tests;

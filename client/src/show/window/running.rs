@@ -1,0 +1,92 @@
+//! A window that is open: what a turn and a frame of it do.
+
+use protocol::message::ViewSize;
+
+use super::options::{Options, WindowError};
+use super::overlay::{self, Overlay};
+use super::screen::Screen;
+use crate::draw::shadow::SoftProgress;
+use crate::receive::pump::Pump;
+use crate::receive::viewer::Viewer;
+use crate::show::controls::Controls;
+
+/// Applying updates stops a frame for no longer than this, in seconds, or for one update.
+const APPLY_BUDGET_S: f64 = 0.008;
+
+/// Everything that lives as long as the window.
+pub(super) struct Running<'a> {
+    pub screen: Screen,
+    pub overlay: Overlay,
+    pub viewer: Viewer,
+    pub pump: Pump<'a>,
+    pub controls: Option<Controls>,
+    pub cursor_px: glam::DVec2,
+    pub advanced_at_s: f64,
+    pub last_counted: Option<f64>,
+    pub drawn_pose: Option<camera::Rigid>,
+}
+
+impl Running<'_> {
+    /// The network's part of a turn; returns whether there is something new to draw.
+    pub fn turn(&mut self) -> bool {
+        self.pump.turn(&mut self.viewer);
+        let changed = self.viewer.advance(&mut self.screen.picture, self.pump.now_s(), APPLY_BUDGET_S);
+        self.pump.turn(&mut self.viewer);
+        if self.controls.is_none()
+            && let Some(welcome) = self.viewer.welcome()
+        {
+            let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
+            self.controls = Some(Controls::new(welcome.start_world_from_eye, welcome.walk, min, max));
+        }
+        changed
+    }
+
+    pub fn tell_view(&mut self, fov_y_rad: f64) {
+        let (width_px, height_px) = self.screen.size_px();
+        self.viewer.set_view(ViewSize { width_px, height_px, fov_y_rad }, self.pump.now_s());
+    }
+
+    /// A frame: keys move the eye, the network has its turn, the picture and the panel are drawn.
+    pub fn draw(&mut self, options: &Options) -> Result<(), WindowError> {
+        let now_s = self.pump.now_s();
+        let dt_s = now_s - std::mem::replace(&mut self.advanced_at_s, now_s);
+        let size_px = self.screen.size_px();
+        let mut moving = false;
+        if let Some(controls) = &mut self.controls {
+            controls.set_view(glam::DVec2::new(f64::from(size_px.0), f64::from(size_px.1)), options.fov_y_rad);
+            moving = controls.advance(dt_s);
+            self.viewer.set_pose(controls.pose(), now_s);
+        }
+        let changed = self.turn();
+        let pose = self.controls.as_ref().map(Controls::pose);
+        moving |= pose != self.drawn_pose;
+        self.drawn_pose = pose;
+        if let Some(share) = self.screen.picture.uncovered_share()
+            && self.last_counted != Some(share)
+        {
+            self.last_counted = Some(share);
+            self.viewer.set_uncovered_share(share);
+        }
+        let panel = overlay::Panel {
+            stats: self.viewer.stats(now_s),
+            status: self.viewer.status(now_s),
+            progress: self.viewer.progress(),
+            adapter: &self.screen.gpu.caps.name,
+            soft: self.screen.picture.soft_progress(),
+            mode: self.controls.as_ref().map(Controls::mode),
+        };
+        let asked = self.overlay.run(&self.screen.window, panel, self.screen.picture.options_mut());
+        if let (Some(mode), Some(controls)) = (asked.mode, &mut self.controls) {
+            controls.set_mode(mode);
+        }
+        let shown = self.screen.show(&self.viewer, pose, options.fov_y_rad, &mut self.overlay)?;
+        if shown {
+            self.viewer.drawn(self.pump.now_s(), None, None);
+        }
+        let goes_on = self.screen.picture.soft_progress().is_some_and(SoftProgress::goes_on);
+        if moving || changed || goes_on || asked.repaint {
+            self.screen.window.request_redraw();
+        }
+        Ok(())
+    }
+}
