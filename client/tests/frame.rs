@@ -8,6 +8,7 @@ use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::HeldSurfaces;
 use vantage_client::draw::frame::{FrameRenderer, MARK, Options};
+use vantage_client::draw::rest::RestView;
 
 const SIDE: u32 = 64;
 const BACKGROUND: [u8; 3] = [90, 140, 200];
@@ -67,9 +68,15 @@ impl Shown {
 }
 
 fn show(held: &Held, format: wgpu::TextureFormat, options: Options) -> Shown {
+    show_from(&camera(), held, format, options)
+}
+
+fn show_from(camera: &Pinhole, held: &Held, format: wgpu::TextureFormat, options: Options) -> Shown {
     let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
     let mut surfaces = HeldSurfaces::new(&gpu);
     surfaces.rebuild(held);
+    let mut rest = RestView::new(&gpu);
+    rest.rebuild(held);
     let mut frame = FrameRenderer::new(&gpu, format).expect("the shaders compile");
     let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: None,
@@ -82,7 +89,8 @@ fn show(held: &Held, format: wgpu::TextureFormat, options: Options) -> Shown {
         view_formats: &[],
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    frame.draw(&mut encoder, (&surfaces, held), &camera(), &output.create_view(&Default::default()), options);
+    let shown = vantage_client::draw::shown::Shown { rest: Some(&rest), ..(&surfaces, held).into() };
+    frame.draw(&mut encoder, shown, camera, &output.create_view(&Default::default()), options);
     let mut readback = Readback::default();
     let slot = readback.texture(&output, 0, (SIDE, SIDE));
     let encoded = readback.encode(&gpu, &mut encoder);
@@ -142,4 +150,60 @@ fn small_holes_are_filled_and_the_sky_is_not() {
     assert_eq!(open.at(30, 40), BACKGROUND);
     let marked = show(&held(wall(0, crack)), PLAIN, Options { mark_uncovered: true, ..Options::default() });
     assert_eq!((marked.at(30, 40), marked.at(5, 5), marked.at(20, 40)), (MARK, MARK, [200, 100, 50]));
+}
+
+/// A mix of two sRGB-encoded colours in linear light, `share` of the first.
+fn mixed(a: [u8; 3], b: [u8; 3], share: f32) -> [u8; 3] {
+    let linear = |code: u8| ((f32::from(code) / 255.0 + 0.055) / 1.055).powf(2.4);
+    std::array::from_fn(|channel| {
+        let mix = share * linear(a[channel]) + (1.0 - share) * linear(b[channel]);
+        ((1.055 * mix.powf(1.0 / 2.4) - 0.055) * 255.0).round() as u8
+    })
+}
+
+fn antialiased() -> Options {
+    Options { fill: false, antialias: true, smoothing: surface::Smoothing::None, ..Options::default() }
+}
+
+fn near(a: [u8; 3], b: [u8; 3]) -> bool {
+    a.iter().zip(b).all(|(&a, b)| a.abs_diff(b) <= 1)
+}
+
+#[test]
+fn an_edge_through_a_pixel_is_a_mix_in_linear_light() {
+    let held = held(wall(0, |_, _| false));
+    // The wall's upper edge runs through the middle of a row.
+    let mut beside = camera();
+    beside.centre_px.y += 0.5;
+    let row = SIDE / 4;
+    let stairs = show_from(&beside, &held, PLAIN, Options { antialias: false, ..antialiased() });
+    assert!([[200, 100, 50], BACKGROUND].contains(&stairs.at(20, row)));
+    let smooth = show_from(&beside, &held, PLAIN, antialiased());
+    let half = mixed([200, 100, 50], BACKGROUND, 0.5);
+    assert!(near(smooth.at(20, row), half), "{:?} for {half:?}", smooth.at(20, row));
+    assert_eq!((smooth.at(20, row + 2), smooth.at(20, row - 2)), ([200, 100, 50], BACKGROUND));
+}
+
+#[test]
+fn a_view_at_rest_shows_its_pixels_by_their_parts() {
+    // Of every pixel 12 of 16 are the wall; of the rest another wall has half where x < 32.
+    let mut first = wall(0, |_, _| false);
+    first.patch.purpose = Purpose::Rest;
+    first.patch.image.share = vec![12; first.patch.image.sample_count()];
+    let mut second = wall(0, |x, _| x >= 32);
+    (second.patch.id, second.patch.purpose) = (PatchId(2), Purpose::Rest);
+    second.patch.image.share = vec![2; second.patch.image.sample_count()];
+    second.patch.image.colour.fill([10, 250, 90]);
+    let mut held = held(first);
+    held.patches.insert(PatchId(2), second);
+    let shown = show(&held, PLAIN, antialiased());
+    let beside = mixed([200, 100, 50], BACKGROUND, 0.75);
+    assert!(near(shown.at(50, 40), beside), "{:?} for {beside:?}", shown.at(50, 40));
+    let both = mixed([200, 100, 50], mixed([10, 250, 90], BACKGROUND, 0.5), 0.75);
+    assert!(near(shown.at(20, 40), both), "{:?} for {both:?}", shown.at(20, 40));
+    assert_eq!(shown.at(20, 5), BACKGROUND);
+    let mut elsewhere = camera();
+    elsewhere.world_from_eye.translation.x += 1e-3;
+    let moved = show_from(&elsewhere, &held, PLAIN, antialiased());
+    assert_eq!(moved.at(20, 40), BACKGROUND, "it is of another camera");
 }

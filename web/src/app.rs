@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use camera::Rigid;
+use client::draw::frame;
 use client::draw::occlusion::{self, Occlusion};
 use client::draw::picture::PictureOptions;
 use client::draw::shadow::{self, Shadows, SoftProgress};
@@ -127,6 +128,11 @@ fn wishes() -> Result<Wishes, String> {
         Some("webgl2") => Some(Renderer::WebGl2),
         Some(other) => return Err(format!("?renderer={other}: use webgpu or webgl2")),
     };
+    let antialias = match query.get("antialias").as_deref() {
+        None => true,
+        Some("off") => false,
+        Some(other) => return Err(format!("?antialias={other}: use off, or nothing")),
+    };
     let occlusion = match query.get("occlusion").as_deref() {
         None => Occlusion::None,
         Some("plain") => Occlusion::Plain,
@@ -158,7 +164,8 @@ fn wishes() -> Result<Wishes, String> {
             format!("{scheme}://{}/ws{token}", part(location.host())?)
         }
     };
-    Ok(Wishes { url, renderer, picture: PictureOptions { occlusion, shadow, ..PictureOptions::default() } })
+    let frame = frame::Options { antialias, ..frame::Options::default() };
+    Ok(Wishes { url, renderer, picture: PictureOptions { frame, occlusion, shadow, ..PictureOptions::default() } })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.

@@ -51,6 +51,9 @@ struct Arguments {
     /// Show what no sample covers in magenta
     #[arg(long)]
     mark_uncovered: bool,
+    /// Several samples a pixel, so that outlines are smooth
+    #[arg(long, value_enum, default_value_t)]
+    antialias: AntialiasName,
     /// Darken what little ambient light reaches
     #[arg(long, value_enum, default_value_t)]
     occlusion: OcclusionName,
@@ -130,6 +133,15 @@ enum ClockName {
     Virtual,
 }
 
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum AntialiasName {
+    /// Four while the view changes, all that a pixel shows at rest.
+    #[default]
+    On,
+    /// One.
+    Off,
+}
+
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum OcclusionName {
     /// Not at all.
@@ -159,8 +171,12 @@ impl Arguments {
             CornersName::Offset => Corners::OffsetImage,
             CornersName::OwnPlane => Corners::OwnPlane,
         };
-        let frame =
-            frame::Options { fill: !self.no_fill, mark_uncovered: self.mark_uncovered, ..frame::Options::default() };
+        let frame = frame::Options {
+            fill: !self.no_fill,
+            antialias: self.antialias == AntialiasName::On,
+            mark_uncovered: self.mark_uncovered,
+            ..frame::Options::default()
+        };
         let occlusion = match self.occlusion {
             OcclusionName::None => Occlusion::None,
             OcclusionName::Plain => Occlusion::Plain,

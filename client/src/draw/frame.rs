@@ -77,6 +77,8 @@ struct PresentUniform {
 
 /// Samples of a pixel along each side, where pictures are antialiased and pixels do not come in parts.
 const SAMPLES: u32 = 2;
+/// Larger pictures get one sample a pixel: a sample takes 31 bytes of targets, so this many are half a gigabyte. 2560 x 1440 fits.
+const MOST_SAMPLES: u64 = 1 << 24;
 
 /// Draws frames: surfaces and reliefs, occlusion, shadows, light, reflections, fill, present. The targets follow the camera's size.
 #[derive(Debug)]
@@ -183,7 +185,7 @@ impl FrameRenderer {
     ) {
         let shown = shown.into();
         let at_rest = shown.rows_of(camera);
-        let drawn = drawn_camera(camera, &at_rest, options);
+        let drawn = drawn_camera(&self.gpu, camera, &at_rest, options);
         let targets = self.targets.take().filter(|targets| targets.size_px() == (drawn.width_px, drawn.height_px));
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (drawn.width_px, drawn.height_px)));
         if !at_rest.are_all() {
@@ -208,7 +210,7 @@ impl FrameRenderer {
         let Shown { surfaces, held, .. } = shown;
         let targets = self.targets.take().expect("surfaces are drawn first");
         let at_rest = shown.rows_of(camera);
-        let drawn = drawn_camera(camera, &at_rest, options);
+        let drawn = drawn_camera(&self.gpu, camera, &at_rest, options);
         if let Some(occlusion) = &mut self.occlusion {
             occlusion.encode(encoder, (surfaces, held), &drawn, &targets.gbuffer);
         }
@@ -338,8 +340,11 @@ fn reflect(
 }
 
 /// The camera that is drawn for a picture: of an antialiased one several samples a pixel, unless its pixels are there in parts.
-fn drawn_camera(camera: &Pinhole, at_rest: &RowsOf<'_>, options: Options) -> Pinhole {
-    let samples = if options.antialias && !at_rest.are_all() { SAMPLES } else { 1 };
+fn drawn_camera(gpu: &Gpu, camera: &Pinhole, at_rest: &RowsOf<'_>, options: Options) -> Pinhole {
+    let (width_px, height_px) = (SAMPLES * camera.width_px, SAMPLES * camera.height_px);
+    let fits = width_px.max(height_px) <= gpu.device.limits().max_texture_dimension_2d
+        && u64::from(width_px) * u64::from(height_px) <= MOST_SAMPLES;
+    let samples = if options.antialias && fits && !at_rest.are_all() { SAMPLES } else { 1 };
     Pinhole {
         width_px: samples * camera.width_px,
         height_px: samples * camera.height_px,
