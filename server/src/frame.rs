@@ -1,6 +1,5 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -313,13 +312,11 @@ impl Stage {
     ) -> Result<Option<Made>, StageError> {
         client.account.begin(now)?;
         self.drop_rest(now, client, viewer)?;
-        // What reliefs show to an eye that moves is seen as it is.
-        self.imager.leave_out(BTreeSet::new());
         let precision = precision_within(&self.rules, viewer.view, 0.0);
         let fine = rest::parts::fine(&strip.camera);
         let in_parts = client.draws.antialiased && fine.width_px <= self.imager.largest_side_px();
         let camera = if in_parts { fine } else { strip.camera };
-        for capture in self.imager.captures(snapshot, &[camera], Discretization::Conventional)? {
+        for capture in self.imager.own_view(snapshot, &camera)? {
             let layers = if in_parts {
                 rest::parts::layers(&strip.camera, &capture, precision)
             } else {

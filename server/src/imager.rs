@@ -48,6 +48,11 @@ pub trait Imager: Send {
         method: Discretization,
     ) -> Result<Vec<Capture>, ImagerError>;
 
+    /// What a viewer at rest sees: everything that there is, with normals as finely as they are coded.
+    fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole) -> Result<Vec<Capture>, ImagerError> {
+        self.captures(snapshot, &[*view], Discretization::Conventional)
+    }
+
     /// The longest side that a view may have: at least what WebGPU promises.
     fn largest_side_px(&self) -> u32 {
         8192
@@ -132,6 +137,15 @@ impl Imager for GpuImager {
         let Some(first) = views.first() else { return Ok(Vec::new()) };
         self.place(snapshot, first.world_from_eye.translation)?;
         Ok(self.discretizer.run(&self.renderer, views, method)?.wait()?)
+    }
+
+    fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole) -> Result<Vec<Capture>, ImagerError> {
+        // What reliefs show to an eye that moves is seen as it is.
+        self.renderer.leave_out(BTreeSet::new());
+        self.renderer.keep_fine_normals(true);
+        let captures = self.captures(snapshot, &[*view], Discretization::Conventional);
+        self.renderer.keep_fine_normals(false);
+        captures
     }
 
     fn largest_side_px(&self) -> u32 {

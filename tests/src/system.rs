@@ -69,6 +69,19 @@ impl System {
 
     /// Scores pictures against the truth at the very poses and scene times that they show.
     pub fn scores(&self, shown: &[Shown]) -> anyhow::Result<Vec<Scores>> {
+        self.scores_against(shown, bench::stage::Stage::truth)
+    }
+
+    /// The same against the truth with 16 samples a pixel.
+    pub fn smooth_scores(&self, shown: &[Shown]) -> anyhow::Result<Vec<Scores>> {
+        self.scores_against(shown, bench::stage::Stage::smooth_truth)
+    }
+
+    fn scores_against(
+        &self,
+        shown: &[Shown],
+        truth: impl Fn(&bench::stage::Stage, &Pinhole) -> anyhow::Result<server::truth::Truth>,
+    ) -> anyhow::Result<Vec<Scores>> {
         let mut stage = bench::stage::Stage::new(&self.gpu, (*self.scene).clone(), Look::Default)?;
         let near_m = server::start::near_m(&self.scene);
         let mut scores = Vec::new();
@@ -76,7 +89,7 @@ impl System {
             let size_px = (picture.width_px, picture.height_px);
             let camera = Pinhole::symmetric(row.world_from_eye, size_px, 60_f64.to_radians(), near_m);
             stage.show(row.scene_time_s, row.world_from_eye.translation)?;
-            let truth = bench::stage::picture(&stage.truth(&camera)?);
+            let truth = bench::stage::picture(&truth(&stage, &camera)?);
             if let Some(dir) = std::env::var_os("VANTAGE_TEST_PICTURES") {
                 let base = std::path::Path::new(&dir).join(format!("{}-{:03}", self.scene.name, row.frame));
                 picture.write(&base.with_extension("shown.png"))?;

@@ -13,7 +13,8 @@ pub(crate) struct SurfaceMaterial {
     pub alpha_cutoff: f32,
     pub code: u32,
     pub double_sided: u32,
-    pub reflects: u32,
+    /// 1 where normals are kept finely: of a mirror or glass.
+    pub fine_normal: u32,
 }
 
 /// The scene's materials as the shader has them, and the table of those that differ in what samples need. A scene with more
@@ -40,7 +41,7 @@ pub(crate) fn tables(scene: &Scene) -> (Vec<SurfaceMaterial>, Vec<Material>) {
                 alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
                 code: code as u32,
                 double_sided: u32::from(material.double_sided),
-                reflects: u32::from(table[code].effect().is_some()),
+                fine_normal: u32::from(table[code].effect().is_some()),
             }
         })
         .collect();
@@ -91,7 +92,7 @@ mod tests {
             alpha_cutoff,
             code,
             double_sided,
-            reflects
+            fine_normal
         );
     }
 

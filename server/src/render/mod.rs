@@ -157,6 +157,8 @@ pub struct SceneRenderer {
     indices: wgpu::Buffer,
     instances: wgpu::Buffer,
     surfaces: wgpu::Buffer,
+    /// What is in it.
+    surface_materials: Vec<materials::SurfaceMaterial>,
     scene_group: wgpu::BindGroup,
     texture_groups: Vec<wgpu::BindGroup>,
     batches: Vec<Batch>,
@@ -215,6 +217,16 @@ impl SceneRenderer {
     /// Passes over some objects from now on, where views of the scene are drawn: a client shows them by reliefs. Rays still meet them.
     pub fn leave_out(&mut self, objects: BTreeSet<u16>) {
         self.left_out = objects;
+    }
+
+    /// Keeps normals finely from now on: of everything, or only of what reflects.
+    pub(crate) fn keep_fine_normals(&mut self, of_everything: bool) {
+        let kept = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
+            fine_normal: surface.fine_normal | u32::from(of_everything),
+            ..*surface
+        };
+        let kept: Vec<_> = self.surface_materials.iter().map(kept).collect();
+        self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&kept));
     }
 
     /// Shows an object's base colours multiplied by `tint` from now on, see [`scene::Instance::tint`]; the tint until now.

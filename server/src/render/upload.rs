@@ -147,7 +147,7 @@ impl SceneRenderer {
         check(gpu, scene, &geometry)?;
         let layouts = Layouts::new(gpu, native);
         let (batches, slots, records) = batches(scene, &geometry);
-        let (surfaces, material_table) = materials::tables(scene);
+        let (surface_materials, material_table) = materials::tables(scene);
         let buffer = |label, contents: &[u8], usage| {
             // An empty scene still needs buffers to bind.
             let contents = if contents.is_empty() { &[0; size_of::<InstanceRecord>()] } else { contents };
@@ -159,7 +159,8 @@ impl SceneRenderer {
             buffer("vertices", bytemuck::cast_slice(&geometry.vertices), wgpu::BufferUsages::VERTEX | copied);
         let indices = buffer("indices", bytemuck::cast_slice(&geometry.indices), wgpu::BufferUsages::INDEX);
         let instances = buffer("instances", bytemuck::cast_slice(&records), copied);
-        let surfaces = buffer("surface materials", bytemuck::cast_slice::<SurfaceMaterial, u8>(&surfaces), copied);
+        let surfaces =
+            buffer("surface materials", bytemuck::cast_slice::<SurfaceMaterial, u8>(&surface_materials), copied);
         let bound = [&instances, &surfaces, &vertices, &indices];
         let scene_group = scene_group(gpu, &layouts.scene, &bound[..if native { 2 } else { 4 }]);
         let batch_of_deforming = slots
@@ -176,6 +177,7 @@ impl SceneRenderer {
             indices,
             instances,
             surfaces,
+            surface_materials,
             scene_group,
             batches,
             slots,

@@ -34,8 +34,8 @@ struct SurfaceMaterial {
     code: u32,
     // 1 where it is drawn from both sides.
     double_sided: u32,
-    // 1 of a mirror or glass.
-    reflects: u32,
+    // 1 where its normals are kept finely: of a mirror or glass, and of everything in a view at rest.
+    fine_normal: u32,
 }
 
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
@@ -98,8 +98,8 @@ struct Surface {
     object: u32,
     // Index into the material table of the samples.
     material: u32,
-    // Whether it is a mirror or glass.
-    reflects: bool,
+    // Whether its normal is kept finely.
+    fine_normal: bool,
     // Whether the material's cut-off drops it.
     cut: bool,
 }
@@ -125,7 +125,7 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     out.triangle = scene_triangle(v, triangle_of_mesh);
     out.object = instance.object;
     out.material = material.code;
-    out.reflects = material.reflects != 0u;
+    out.fine_normal = material.fine_normal != 0u;
     out.cut = cut_out && base.a < material.alpha_cutoff;
     return out;
 }

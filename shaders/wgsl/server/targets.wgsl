@@ -8,7 +8,7 @@ struct ImageTargets {
     @location(0) ids: vec2u,
     // sRGB-encoded base colour; material code in alpha.
     @location(1) colour: vec4f,
-    // Of materials that reflect, what the code of the normal leaves off; else 0.
+    // Where normals are kept finely, what the code of the normal leaves off; else 0.
     @location(2) normal_rest: u32,
 }
 
@@ -16,7 +16,7 @@ fn targets_of(surface: Surface) -> ImageTargets {
     var out: ImageTargets;
     out.ids = vec2u(surface.triangle, surface.object | (octahedral_code(surface.normal_world) << 16u));
     out.colour = vec4f(srgb_from_linear(surface.base), f32(surface.material) / 255.0);
-    out.normal_rest = select(0u, octahedral_rest(surface.normal_world), surface.reflects);
+    out.normal_rest = select(0u, octahedral_rest(surface.normal_world), surface.fine_normal);
     return out;
 }
 
