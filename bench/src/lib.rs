@@ -2,7 +2,7 @@
 //!
 //! - [`compare`]: scores of a picture against the truth (FLIP, SSIM, PSNR, flicker, holes), for one frame or a folder.
 //! - [`load`]: many clients of one server.
-//! - [`poses`]: the eye, frame by frame.
+//! - [`poses`]: the eye, frame by frame; [`motion`]: ways to move that need no file.
 //! - [`raytrace`]: the truth of reflections, refractions and ambient occlusion.
 //! - [`report`]: the frame of every report: rows of figures with their bars, written as JSON, CSV, SVG plots and one page.
 //! - [`topic`]: what a topic is; [`topics`] holds them, one file each.
@@ -15,6 +15,7 @@
 pub mod client_view;
 pub mod compare;
 pub mod load;
+pub mod motion;
 pub mod options;
 pub mod poses;
 pub mod raytrace;

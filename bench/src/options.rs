@@ -26,6 +26,14 @@ pub fn scale(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A time of a tenth of a second to ten minutes.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.1..=600.0).contains(&seconds) => Ok(seconds),
+        _ => Err("a time is 0.1 to 600 seconds".to_owned()),
+    }
+}
+
 /// `default`, `flat` or `flat-lit`.
 pub fn look(text: &str) -> Result<protocol::Look, String> {
     match text {
@@ -49,7 +57,9 @@ mod tests {
     }
 
     #[test]
-    fn angles_and_scales_are_checked() {
+    fn angles_scales_and_times_are_checked() {
+        assert_eq!(seconds("18"), Ok(18.0));
+        assert!(seconds("0").is_err() && seconds("NaN").is_err() && seconds("1e9").is_err());
         assert_eq!(fov_y_deg("60"), Ok(60.0));
         assert!(fov_y_deg("180").is_err() && fov_y_deg("NaN").is_err() && scale("0").is_err() && scale("inf").is_err());
     }

@@ -12,7 +12,7 @@ use anyhow::{Context, bail};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{MEASURES, Picture, PictureError, Scores, flicker, flip_map, score};
+use super::{FlipMeans, MEASURES, Picture, PictureError, Scores, flicker, flip_means, score};
 use crate::report::progress::Progress;
 use crate::report::table::{Table, number};
 use crate::spread::Spread;
@@ -27,8 +27,8 @@ pub struct FrameRow {
     pub scores: Scores,
     /// Against the frame before; `None` for the first and after a gap.
     pub flicker: Option<f64>,
-    /// FLIP over all pixels against the truth with 16 samples a pixel, where the truth's folder has it.
-    pub flip_16x: Option<f64>,
+    /// FLIP against the truth with 16 samples a pixel, where there is one.
+    pub flip_16x: Option<FlipMeans>,
     /// What the viewer itself counted as uncovered, as a share of all pixels.
     pub uncovered_share: Option<f64>,
 }
@@ -43,7 +43,11 @@ impl FrameRow {
             "psnr_db" => Some(self.scores.psnr_db),
             "flicker" => self.flicker,
             "holes_share" => self.scores.holes_share,
-            "flip_16x" => self.flip_16x,
+            "flip_band" => self.scores.flip_band,
+            "flip_16x" => self.flip_16x.map(|means| means.all),
+            "flip_16x_covered" => self.flip_16x.and_then(|means| means.covered),
+            "flip_16x_band" => self.flip_16x.and_then(|means| means.band),
+            "false_cover_share" => self.scores.false_cover_share,
             "uncovered_share" => self.uncovered_share,
             "covered_share" => Some(self.scores.covered_share),
             _ => None,
@@ -99,7 +103,7 @@ pub fn compare_folders(frames: &Path, truth: &Path) -> anyhow::Result<Comparison
                     anyhow::Ok(flicker((&frame_before, &frame), (&truth_before, &truth))?)
                 })
                 .transpose()?;
-            let flip_16x = smooth.get(&number).map(|path| mean_flip(&frame, path)).transpose()?;
+            let flip_16x = smooth.get(&number).map(|path| smooth_flip(&frame, &truth, path)).transpose()?;
             progress.step();
             Ok(FrameRow { flip_16x, frame: number, scores, flicker, uncovered_share: uncovered.get(&number).copied() })
         })
@@ -107,9 +111,8 @@ pub fn compare_folders(frames: &Path, truth: &Path) -> anyhow::Result<Comparison
     Ok(Comparison { frames: frames.to_owned(), truth: truth.to_owned(), summary: summarize(&rows), rows })
 }
 
-fn mean_flip(frame: &Picture, truth: &Path) -> Result<f64, PictureError> {
-    let errors = flip_map(frame, &Picture::read(truth)?)?;
-    Ok(errors.iter().map(|&error| f64::from(error)).sum::<f64>() / errors.len().max(1) as f64)
+fn smooth_flip(frame: &Picture, truth: &Picture, smooth: &Path) -> Result<FlipMeans, PictureError> {
+    flip_means(frame, &Picture::read(smooth)?, truth.covered.as_deref(), None)
 }
 
 /// The spread of every measure that has values.

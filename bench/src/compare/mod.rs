@@ -4,14 +4,17 @@
 //! |---|---|---|
 //! | `flip` | mean FLIP error (Andersson et al. 2020), LDR, 67 pixels a degree | 0 |
 //! | `flip_covered` | the same over the pixels where the truth has a surface | 0 |
-//! | `flip_16x` | FLIP against the truth with 16 samples a pixel, where there is one | 0 |
+//! | `flip_band` | the same over the outline band of the truth ([`band`]) | 0 |
+//! | `flip_16x`, `flip_16x_covered`, `flip_16x_band` | FLIP against the truth with 16 samples a pixel, where there is one | 0 |
 //! | `ssim` | structural similarity (Wang et al. 2004), 7x7 uniform window, RGB mean | 1 |
 //! | `psnr_db` | peak signal to noise over RGB, at most 100 dB | 100 |
 //! | `flicker` | mean absolute difference between the picture's and the truth's change since the last frame, 0-255 | 0 |
 //! | `holes_share` | share of covered pixels that the picture marks as uncovered | 0 |
+//! | `false_cover_share` | pixels that the picture covers and the truth does not, as a share of the covered ones | 0 |
 //!
 //! Pictures are sRGB-encoded bytes, as shown. [`score`] takes two of them; [`folder`] scores a run of frames.
 
+pub mod band;
 pub mod flip;
 pub mod folder;
 pub mod picture;
@@ -34,59 +37,108 @@ pub struct Scores {
     pub flip: f64,
     /// Mean FLIP error over covered pixels; `None` where nothing is covered.
     pub flip_covered: Option<f64>,
+    /// Mean FLIP error over the outline band; `None` where no band was given, or it is empty.
+    pub flip_band: Option<f64>,
     /// Structural similarity.
     pub ssim: f64,
     /// Peak signal to noise, at most [`PSNR_CAP_DB`].
     pub psnr_db: f64,
     /// Share of covered pixels that the frame marks as uncovered; `None` where it marks nothing.
     pub holes_share: Option<f64>,
+    /// Pixels that the frame covers and the truth does not, as a share of the covered ones; `None` where the frame marks nothing.
+    pub false_cover_share: Option<f64>,
     /// Share of all pixels where the truth has a surface.
     pub covered_share: f64,
 }
 
 /// The measures of a frame by name, with their good end; the columns of every table of pictures.
-pub const MEASURES: [(&str, Better); 9] = [
+pub const MEASURES: [(&str, Better); 13] = [
     ("flip", Better::Lower),
     ("flip_covered", Better::Lower),
+    ("flip_band", Better::Lower),
     ("flip_16x", Better::Lower),
+    ("flip_16x_covered", Better::Lower),
+    ("flip_16x_band", Better::Lower),
     ("ssim", Better::Higher),
     ("psnr_db", Better::Higher),
     ("flicker", Better::Lower),
     ("holes_share", Better::Lower),
+    ("false_cover_share", Better::Lower),
     ("uncovered_share", Better::Lower),
     ("covered_share", Better::Higher),
 ];
 
-/// Scores `frame` against `truth`. `covered` says for each pixel whether the truth has a surface there; without it the
-/// truth's own mask counts, and without that every pixel is covered.
+/// Which pixels of a truth count for what; a value a pixel.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Regions<'a> {
+    /// Where the truth has a surface; without it the truth's own mask counts, and without that every pixel is covered.
+    pub covered: Option<&'a [bool]>,
+    /// The outline band.
+    pub band: Option<&'a [bool]>,
+}
+
+/// Scores `frame` against `truth`. `covered` is that of [`Regions`].
 pub fn score(frame: &Picture, truth: &Picture, covered: Option<&[bool]>) -> Result<Scores, PictureError> {
+    score_regions(frame, truth, Regions { covered, band: None })
+}
+
+/// The same with regions of one's own.
+pub fn score_regions(frame: &Picture, truth: &Picture, regions: Regions<'_>) -> Result<Scores, PictureError> {
     frame.same_size_as(truth)?;
     let pixel_count = truth.pixel_count();
-    let covered = covered.or(truth.covered.as_deref());
-    if let Some(covered) = covered
-        && covered.len() != pixel_count
-    {
-        return Err(PictureError::Mask { expected: pixel_count, found: covered.len() });
+    let covered = regions.covered.or(truth.covered.as_deref());
+    for mask in [covered, regions.band].into_iter().flatten() {
+        if mask.len() != pixel_count {
+            return Err(PictureError::Mask { expected: pixel_count, found: mask.len() });
+        }
     }
     let is_covered = |index: usize| covered.is_none_or(|covered| covered[index]);
     let covered_count = (0..pixel_count).filter(|&index| is_covered(index)).count();
-
-    let errors = flip_map(frame, truth)?;
-    let mean_where = |wanted: &dyn Fn(usize) -> bool, count: usize| {
-        let sum: f64 = errors.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, &e)| f64::from(e)).sum();
-        (count > 0).then(|| sum / count as f64)
+    let share_where = |wanted: &dyn Fn(usize, &[bool]) -> bool| {
+        let drawn = frame.covered.as_ref().filter(|_| covered_count > 0)?;
+        Some((0..pixel_count).filter(|&index| wanted(index, drawn)).count() as f64 / covered_count as f64)
     };
-    let holes_share = frame.covered.as_ref().filter(|_| covered_count > 0).map(|drawn| {
-        let holes = (0..pixel_count).filter(|&index| is_covered(index) && !drawn[index]).count();
-        holes as f64 / covered_count as f64
-    });
+    let flip = flip_means(frame, truth, covered, regions.band)?;
     Ok(Scores {
-        flip: mean_where(&|_| true, pixel_count).unwrap_or(0.0),
-        flip_covered: mean_where(&is_covered, covered_count),
+        flip: flip.all,
+        flip_covered: flip.covered,
+        flip_band: flip.band,
         ssim: ssim(frame, truth)?,
         psnr_db: psnr_db(frame, truth)?,
-        holes_share,
+        holes_share: share_where(&|index, drawn| is_covered(index) && !drawn[index]),
+        false_cover_share: share_where(&|index, drawn| !is_covered(index) && drawn[index]),
         covered_share: covered_count as f64 / pixel_count.max(1) as f64,
+    })
+}
+
+/// Mean FLIP errors.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FlipMeans {
+    /// Over all pixels.
+    pub all: f64,
+    /// Over the covered ones; `None` where there are none.
+    pub covered: Option<f64>,
+    /// Over the outline band; `None` where there is none.
+    pub band: Option<f64>,
+}
+
+/// Mean FLIP errors over regions; without a mask every pixel is covered, and none in the band.
+pub fn flip_means(
+    frame: &Picture,
+    truth: &Picture,
+    covered: Option<&[bool]>,
+    band: Option<&[bool]>,
+) -> Result<FlipMeans, PictureError> {
+    let errors = flip_map(frame, truth)?;
+    let mean_where = |wanted: &dyn Fn(usize) -> bool| {
+        let wanted = errors.iter().enumerate().filter(|(index, _)| wanted(*index));
+        let (sum, count) = wanted.fold((0.0, 0), |(sum, count), (_, &error)| (sum + f64::from(error), count + 1));
+        (count > 0).then(|| sum / f64::from(count))
+    };
+    Ok(FlipMeans {
+        all: mean_where(&|_| true).unwrap_or(0.0),
+        covered: mean_where(&|index| covered.is_none_or(|covered| covered[index])),
+        band: mean_where(&|index| band.is_some_and(|band| band[index])),
     })
 }
 

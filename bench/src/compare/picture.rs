@@ -135,6 +135,16 @@ impl Picture {
         sheet
     }
 
+    /// Pictures of one width below each other, with a gap of `gap_px` in white.
+    pub fn below(pictures: &[&Picture], gap_px: u32) -> Picture {
+        let width_px = pictures.iter().map(|picture| picture.width_px).max().unwrap_or(0);
+        let gap = vec![255; (width_px * gap_px * 3) as usize];
+        let rows: Vec<&[u8]> = pictures.iter().map(|picture| picture.rgb.as_slice()).collect();
+        let gaps_px = gap_px * (pictures.len() as u32).saturating_sub(1);
+        let height_px = pictures.iter().map(|picture| picture.height_px).sum::<u32>() + gaps_px;
+        Picture { width_px, height_px, rgb: rows.join(gap.as_slice()), covered: None }
+    }
+
     /// A part of the picture: its columns `left_px..left_px + width_px`.
     pub fn columns(&self, left_px: u32, width_px: u32) -> Picture {
         let (left, count) =
@@ -161,5 +171,14 @@ mod tests {
         assert_eq!(sheet.columns(0, 5), a);
         assert_eq!(sheet.columns(7, 3), b);
         assert_eq!(sheet.columns(5, 2), Picture::filled(2, 4, [255; 3]));
+    }
+
+    #[test]
+    fn below_keeps_rows_in_order() {
+        let (a, b) = (Picture::filled(3, 2, [1, 2, 3]), Picture::filled(3, 1, [9, 8, 7]));
+        let sheet = Picture::below(&[&a, &b], 1);
+        assert_eq!((sheet.width_px, sheet.height_px, sheet.rgb.len()), (3, 4, 36));
+        let rows: Vec<u8> = sheet.rgb.chunks(9).map(|row| row[0]).collect();
+        assert_eq!(rows, [1, 1, 255, 9]);
     }
 }

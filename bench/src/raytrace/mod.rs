@@ -198,6 +198,12 @@ impl RayTruth {
         (0..camera.width_px * camera.height_px).into_par_iter().map(hidden).collect()
     }
 
+    /// How far one comes from a point along a unit direction before something, seen from either side, is in the way; at most `reach_m`.
+    pub fn free_m(&self, from_world: DVec3, along_world: DVec3, reach_m: f64) -> f64 {
+        let ray = Ray { origin: from_world - self.surfaces.geometry.anchor_world, direction: along_world };
+        self.surfaces.free_m(&ray, reach_m)
+    }
+
     /// Ambient occlusion: the share of the directions around `normal_world`, weighted by their cosine, along which
     /// nothing lies within `reach_m`, by `rays` rays that are the same at every call. Everything hides, from both
     /// sides. Rays begin a thousandth of the reach above the surface.

@@ -137,7 +137,12 @@ impl Surfaces {
 
     /// Whether nothing, seen from either side, lies on the ray up to `reach` lengths of its direction.
     pub fn is_free(&self, ray: &Ray, reach: f64) -> bool {
-        let query = Query { among: Among::Solid, without: None, leaves: None, t_range: [0.0, reach] };
-        self.first(ray, &query).is_none()
+        self.first(ray, &Query { among: Among::Solid, without: None, leaves: None, t_range: [0.0, reach] }).is_none()
+    }
+
+    /// The distance of the first surface, seen from either side, along a ray of unit direction; `reach_m` where none is nearer.
+    pub fn free_m(&self, ray: &Ray, reach_m: f64) -> f64 {
+        let query = Query { among: Among::Solid, without: None, leaves: None, t_range: [0.0, reach_m] };
+        self.first(ray, &query).map_or(reach_m, |hit| hit.p.distance(ray.origin))
     }
 }

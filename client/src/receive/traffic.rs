@@ -37,6 +37,11 @@ impl Traffic {
         add(&mut self.received, wire::server_message_kind(bytes), bytes);
     }
 
+    /// Bytes of all updates received.
+    pub fn update_bytes(&self) -> u64 {
+        self.received.get("update").map_or(0, |count| count.bytes)
+    }
+
     /// Bytes of all messages: sent, and received.
     pub fn total_bytes(&self) -> (u64, u64) {
         let total = |counts: &BTreeMap<String, Count>| counts.values().map(|count| count.bytes).sum();

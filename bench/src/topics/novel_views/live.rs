@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use client::draw::picture::PictureOptions;
 use client::show::headless::{self, FrameRow, Summary, Way};
 use gpu::Gpu;
 use network::{Link, Proxy};
@@ -12,6 +13,7 @@ use server::coding::CodingRule;
 use server::imager::GpuImager;
 use tokio::runtime::Runtime;
 
+use super::Drawn;
 use super::setup::{CLIENT_HZ, Replay, SERVER_HZ};
 use crate::compare::Picture;
 
@@ -27,10 +29,19 @@ pub struct Operation {
     /// Which clock to run on.
     pub clock: Clock,
     /// Which pictures are drawn.
-    pub drawn: fn(usize) -> bool,
+    pub drawn: Drawn,
+    /// Which of them are given back, to be scored.
+    pub scored: Drawn,
+    /// Whether pictures are to be antialiased.
+    pub antialias: bool,
 }
 
-/// A picture that the viewer showed.
+/// How a viewer draws. Its own antialiasing is to be switched on here; until there is any, pictures are without.
+fn picture_options(_antialias: bool) -> PictureOptions {
+    PictureOptions::default()
+}
+
+/// A picture that the viewer showed, given back.
 pub struct Shown {
     /// What the viewer says of it.
     pub row: FrameRow,
@@ -83,10 +94,13 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
     options.fps = CLIENT_HZ;
     options.link = Some(operation.link);
     options.drawn = operation.drawn;
+    options.picture = picture_options(operation.antialias);
     let (width_px, height_px) = replay.size_px;
     let mut shown = Vec::new();
     let summary = headless::run_on(gpu, &options, &mut |drawn| {
-        shown.push(Shown { row: drawn.row.clone(), picture: Picture::from_rgba(width_px, height_px, drawn.rgba) });
+        if (operation.scored)(drawn.row.frame) {
+            shown.push(Shown { row: drawn.row.clone(), picture: Picture::from_rgba(width_px, height_px, drawn.rgba) });
+        }
     });
     let socket_bytes = counter.forwarded_bytes();
     runtime.block_on(async {

@@ -4,13 +4,20 @@
 //! the wall clock a proxy's. Every picture is scored against the full scene at its pose (`truths`); every byte that crosses
 //! the socket counts (`live`). Beside it stand video at several bit rates, the same bytes among them (`video`), and, under
 //! `--protocol quasar-2025`, the figures of other systems on the same scenes and traces ([`peers`], [`setup`]).
+//!
+//! With `--motion` the traces are made by [`crate::motion`], and each part of a motion is a row ([`moving`]).
 
 mod curves;
+mod expected;
 mod ffmpeg;
 mod live;
+mod moving;
+mod moving_table;
+mod outcome;
 mod output;
 pub mod peers;
 pub mod setup;
+mod sheets;
 mod truths;
 mod video;
 
@@ -22,11 +29,13 @@ use gpu::Gpu;
 use network::Link;
 use protocol::message::Clock;
 
+use crate::options;
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
 use live::Operation;
-use output::{Outcome, What};
+use moving::Motions;
+use outcome::{Outcome, What};
 use setup::{Network, Replay};
 use truths::Truths;
 
@@ -48,10 +57,25 @@ struct Arguments {
     /// Replay the scenes and traces of other systems' published figures, as they did, and show those figures beside ours.
     #[arg(long, value_enum)]
     protocol: Option<Protocol>,
-    /// The emulated network, e.g. rtt=100,jitter=20,mbit=20 (milliseconds, Mbit/s each way). Default: rtt=100,jitter=20, or the
-    /// protocol's.
+    /// Instead of along a trace, move as people do: orbit, flick, walk, turn, rest, or all; may be given several times.
+    #[arg(long, value_name = "MOTION", value_parser = moving::motions, conflicts_with_all = ["protocol", "trace", "frames"])]
+    motion: Vec<Motions>,
+    /// What a round of the motion orbit takes, in seconds.
+    #[arg(long, value_name = "SECONDS", default_value_t = crate::motion::ORBIT_S, value_parser = options::seconds)]
+    orbit_s: f64,
+    /// Hold an animated scene as it is at this time, for motions.
+    #[arg(long, value_name = "SECONDS", requires = "motion", allow_negative_numbers = true)]
+    held_at: Option<f64>,
+    /// Antialiasing on both sides: video of frames with 16 samples a pixel, judged by a truth with as many.
+    #[arg(long)]
+    antialias: bool,
+    /// No video beside it.
+    #[arg(long)]
+    no_video: bool,
+    /// The emulated network, e.g. rtt=100,jitter=20,mbit=20 (milliseconds, Mbit/s each way); may be given several times. Default:
+    /// rtt=100,jitter=20, or the protocol's.
     #[arg(long, value_name = "LINK")]
-    network: Option<Link>,
+    network: Vec<Link>,
     /// Time advances with the viewer's stamps, the same on every machine; or real time.
     #[arg(long, value_enum, default_value_t)]
     clock: ClockName,
@@ -125,6 +149,10 @@ impl Topic for NovelViews {
         let bench = Bench::new(&gpu, run, &arguments, scenes.len());
         output::describe(report, &bench);
         for scene in &scenes {
+            if !arguments.motion.is_empty() {
+                moving::measure(&bench, scene, report);
+                continue;
+            }
             let measured = bench.replay(scene).and_then(|replay| bench.measure(&replay, report));
             if let Err(error) = measured {
                 report.rows.push(Row::failed(&scene_label(scene), "replay", &error));
@@ -155,16 +183,21 @@ impl<'a> Bench<'a> {
             Some(Protocol::Quasar2025) => setup::quasar_2025(scene, &setup::assets()?, arguments.frames)?,
             None => setup::own(scene, run.trace.as_deref(), run.size_px, arguments.frames)?,
         };
-        if let Some(link) = arguments.network {
-            replay.networks = vec![Network::of_link(link)];
-        }
+        self.set_networks(&mut replay);
         Ok(replay)
     }
 
-    /// Everything about one scene.
+    /// Those that were asked for.
+    fn set_networks(&self, replay: &mut Replay) {
+        if !self.arguments.network.is_empty() {
+            replay.networks = self.arguments.network.iter().copied().map(Network::of_link).collect();
+        }
+    }
+
+    /// Everything about one scene along a trace.
     fn measure(&self, replay: &Replay, report: &mut Report) -> anyhow::Result<()> {
         ensure!(!replay.networks.is_empty(), "a replay has a network");
-        let mut truths = Truths::new(self.gpu, replay)?;
+        let mut truths = Truths::new(self.gpu, replay, self.arguments.antialias)?;
         let mut outcomes = Vec::new();
         let all: Drawn = if self.run.quick { two_of_ten } else { |_| true };
         for network in &replay.networks {
@@ -182,7 +215,7 @@ impl<'a> Bench<'a> {
             outcomes.extend(self.round_trips(replay, &mut truths)?);
         }
         if self.arguments.protocol.is_some() {
-            outcomes.extend(output::peers_of(replay)?);
+            outcomes.extend(outcome::peers_of(replay)?);
         }
         self.progress.step();
         output::show(self.run, report, replay, outcomes)
@@ -218,15 +251,27 @@ impl<'a> Bench<'a> {
         (image_px, drawn): (u32, Drawn),
         what: What,
     ) -> anyhow::Result<Outcome> {
-        let images = self.arguments.images as usize;
-        self.progress.say(format!("{}: {images} images of {image_px}, {}", replay.label, network.name));
+        let operation = Operation { image_px, ..self.operation(network, drawn, drawn) };
+        self.progress.say(format!("{}: {} images of {image_px}, {}", replay.label, operation.images, network.name));
+        let lived = live::run(self.gpu, replay, &operation)?;
+        outcome::ours(replay, network, &operation, lived, truths, what)
+    }
+
+    /// As asked for.
+    fn operation(&self, network: &Network, drawn: Drawn, scored: Drawn) -> Operation {
         let clock = match self.arguments.clock {
             ClockName::Virtual => Clock::Virtual,
             ClockName::Wall => Clock::Wall,
         };
-        let operation = Operation { images, image_px, link: network.link, clock, drawn };
-        let lived = live::run(self.gpu, replay, &operation)?;
-        output::ours(replay, network, &operation, lived, truths, what)
+        Operation {
+            images: self.arguments.images as usize,
+            image_px: self.arguments.image_size,
+            link: network.link,
+            clock,
+            drawn,
+            scored,
+            antialias: self.arguments.antialias,
+        }
     }
 
     /// Video at bit rates over a network; without ffmpeg one row that says so.
@@ -238,14 +283,17 @@ impl<'a> Bench<'a> {
         ours: &Outcome,
         bit_rates: &[(f64, Drawn, What)],
     ) -> anyhow::Result<Vec<Outcome>> {
+        if self.arguments.no_video {
+            return Ok(Vec::new());
+        }
         if !self.has_ffmpeg {
-            return Ok(vec![output::without_ffmpeg(replay, network)]);
+            return Ok(vec![outcome::without_ffmpeg(replay, network)]);
         }
         self.progress.say(format!("{}: video, {}", replay.label, network.name));
         let film = video::film(truths, replay, network.link)?;
         let one = |&(mbit, drawn, what): &(f64, Drawn, What)| {
             let watched = video::watch(truths, replay, network.link, &film, mbit, (&self.arguments.ffmpeg, drawn))?;
-            output::video(replay, network, ours, watched, what)
+            outcome::video(replay, network, ours, watched, (self.arguments.antialias, what))
         };
         bit_rates.iter().map(one).collect()
     }

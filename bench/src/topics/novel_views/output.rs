@@ -1,246 +1,17 @@
-//! Rows, tables, bars, plots and pictures of what was measured.
-
-use std::collections::BTreeMap;
-
-use anyhow::Context;
+//! Tables, bars, plots and pictures of what was measured along a trace.
 
 use super::curves::crossing;
-use super::live::{Lived, Operation};
-use super::peers::{PEERS, Peer};
-use super::setup::{self, CLIENT_HZ, Network, Replay, SERVER_HZ};
-use super::truths::{Pair, Truths, paired, scored};
-use super::video::{MARGIN_RAD, Watched};
+use super::outcome::{Outcome, What, Who};
+use super::setup::{CLIENT_HZ, Network, Replay, SERVER_HZ};
+use super::truths::Pair;
+use super::video::MARGIN_RAD;
 use super::{Bench, Protocol};
 use crate::compare::flip::error_picture;
-use crate::compare::folder::{FrameRow, summarize};
-use crate::compare::{MEASURES, Picture, flip_map};
+use crate::compare::{Picture, flip_map};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
-use crate::report::table::{Table, number};
-use crate::report::{Bar, Report, Row};
-use crate::spread::{Better, Spread};
+use crate::report::table::Table;
+use crate::report::{Bar, Report};
 use crate::topic::Run;
-
-/// Whose figures they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Who {
-    /// The system under test.
-    Ours,
-    /// The baseline.
-    Video,
-    /// Another system, by name.
-    Peer(&'static str),
-}
-
-/// What a run is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum What {
-    /// The settings asked for.
-    Main,
-    /// Error against bytes, over the main network.
-    Size,
-    /// Error against the round trip.
-    RoundTrip,
-}
-
-/// One run's figures.
-pub struct Outcome {
-    /// For the report.
-    pub row: Row,
-    who: Who,
-    what: What,
-    network: Network,
-    round_trip_ms: f64,
-    /// Time in seconds and FLIP of each scored picture.
-    by_frame: Vec<(f64, f64)>,
-    /// Of ours, a usual picture and the worst; of video, the same frames.
-    kept: Vec<Pair>,
-}
-
-impl Outcome {
-    /// Everything that crossed, both ways; of video, the stream; of other systems, geometry without colour.
-    pub fn mbit_s(&self) -> f64 {
-        self.row.counts.get("mbit_s").copied().unwrap_or(f64::NAN)
-    }
-
-    fn mean(&self, measure: &str) -> Option<f64> {
-        self.row.error.get(measure).map(|spread| spread.mean)
-    }
-}
-
-/// A row with the scores of pictures.
-fn row(replay: &Replay, network: &Network, method: &str, scores: &[FrameRow]) -> Row {
-    let mut row = Row::new(&replay.label, method);
-    row.parameters.set("network", network.name.clone());
-    let summary: BTreeMap<&str, Spread> = summarize(scores);
-    for (name, _) in MEASURES {
-        if let Some(&spread) = summary.get(name) {
-            row.error.set(name, spread);
-        }
-    }
-    row.counts.set("frames", scores.len() as f64);
-    row
-}
-
-fn by_frame(scores: &[FrameRow]) -> Vec<(f64, f64)> {
-    scores.iter().map(|score| (f64::from(score.frame) / CLIENT_HZ, score.scores.flip)).collect()
-}
-
-/// The figures of a run of ours.
-pub fn ours(
-    replay: &Replay,
-    network: &Network,
-    operation: &Operation,
-    lived: Lived,
-    truths: &mut Truths,
-    what: What,
-) -> anyhow::Result<Outcome> {
-    let Lived { shown, summary, socket_bytes } = lived;
-    let header = &summary.header;
-    let rows = &summary.frames;
-    let pairs = paired(truths, shown)?;
-    let scores = scored(&pairs)?;
-    let method = format!("Vantage, {} images of {}", operation.images, operation.image_px);
-    let mut row = row(replay, network, &method, &scores);
-    let spread = |value: fn(&client::show::headless::FrameRow) -> f64| {
-        Spread::of(&rows.iter().map(value).collect::<Vec<_>>(), Better::Lower)
-    };
-    let times = [
-        ("server_update", Spread::of(&header.server_ms, Better::Lower)),
-        ("decode", spread(|row| row.ms.decode)),
-        ("surface", spread(|row| row.ms.surface)),
-        ("light", spread(|row| row.ms.light)),
-        ("frame", spread(|row| row.ms.frame)),
-    ];
-    for (name, spread) in times {
-        spread.into_iter().for_each(|spread| row.time_ms.set(name, spread));
-    }
-    let seconds = replay.trace.poses.len() as f64 / CLIENT_HZ;
-    for (way, counts) in [("up", &header.traffic.sent), ("down", &header.traffic.received)] {
-        for (kind, count) in counts {
-            row.bytes.set(format!("{way}_{kind}_per_s"), count.bytes as f64 / seconds);
-        }
-    }
-    let messages = header.traffic.total_bytes();
-    let framing = (socket_bytes.0 + socket_bytes.1).saturating_sub(messages.0 + messages.1);
-    row.bytes.set("framing_per_s", framing as f64 / seconds);
-    let mbit_s = |bytes: u64| bytes as f64 * 8.0 / 1e6 / seconds;
-    row.counts.set("mbit_s", mbit_s(socket_bytes.0 + socket_bytes.1));
-    row.counts.set("mbit_s_up", mbit_s(socket_bytes.0));
-    row.counts.set("updates", header.updates as f64);
-    row.counts.set("samples_held", rows.last().map_or(0.0, |row| row.samples as f64));
-    header.first_picture_ms.into_iter().for_each(|ms| row.counts.set("first_picture_ms", ms));
-    let mut trips: Vec<f64> = rows.iter().filter_map(|row| row.round_trip_ms).collect();
-    trips.dedup();
-    let round_trip_ms = mean(&trips);
-    let deviation = mean(&trips.iter().map(|trip| (trip - round_trip_ms).powi(2)).collect::<Vec<_>>()).sqrt();
-    row.counts.set("round_trip_ms", round_trip_ms);
-    row.counts.set("round_trip_deviation_ms", deviation);
-    Ok(Outcome {
-        row,
-        who: Who::Ours,
-        what,
-        network: network.clone(),
-        round_trip_ms,
-        by_frame: by_frame(&scores),
-        kept: usual_and_worst(pairs, &scores),
-    })
-}
-
-/// Not a number where there is none.
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// The pictures with the middle and with the largest FLIP.
-fn usual_and_worst(pairs: Vec<Pair>, scores: &[FrameRow]) -> Vec<Pair> {
-    let mut order: Vec<usize> = (0..scores.len()).collect();
-    order.sort_by(|&a, &b| scores[a].scores.flip.total_cmp(&scores[b].scores.flip));
-    let wanted = [order.get(order.len() / 2).copied(), order.last().copied()];
-    let mut kept: Vec<Option<Pair>> = pairs.into_iter().map(Some).collect();
-    wanted.into_iter().flatten().filter_map(|index| kept[index].take()).collect()
-}
-
-/// The figures of video.
-pub fn video(
-    replay: &Replay,
-    network: &Network,
-    ours: &Outcome,
-    watched: Watched,
-    what: What,
-) -> anyhow::Result<Outcome> {
-    let Watched { pairs, mbit_s, encode_ms } = watched;
-    let scores = scored(&pairs)?;
-    let method = format!("H.264, {} Mbit/s", number(mbit_s));
-    let mut row = row(replay, network, &method, &scores);
-    row.time_ms.set("server_encode", Spread::single(encode_ms));
-    row.counts.set("mbit_s", mbit_s);
-    let same = |pair: &Pair| ours.kept.iter().any(|kept| kept.frame == pair.frame);
-    Ok(Outcome {
-        row,
-        who: Who::Video,
-        what,
-        network: network.clone(),
-        round_trip_ms: ours.round_trip_ms,
-        by_frame: by_frame(&scores),
-        kept: pairs.into_iter().filter(same).collect(),
-    })
-}
-
-/// The row of a video that could not be made.
-pub fn without_ffmpeg(replay: &Replay, network: &Network) -> Outcome {
-    let mut row = Row::new(&replay.label, "H.264");
-    row.parameters.set("network", network.name.clone());
-    row.parameters.set("state", "not measured: ffmpeg is not installed");
-    Outcome {
-        row,
-        who: Who::Video,
-        what: What::Main,
-        network: network.clone(),
-        round_trip_ms: f64::NAN,
-        by_frame: Vec::new(),
-        kept: Vec::new(),
-    }
-}
-
-/// What is known of other systems on this scene.
-pub fn peers_of(replay: &Replay) -> anyhow::Result<Vec<Outcome>> {
-    let path = setup::assets()?.join("peers").join("per_frame.json");
-    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let per_frame: serde_json::Value = serde_json::from_str(&text)?;
-    let rows = PEERS.iter().filter(|peer| peer.scene == replay.label);
-    Ok(rows.map(|peer| peer_outcome(replay, peer, &per_frame)).collect())
-}
-
-fn peer_outcome(replay: &Replay, peer: &Peer, per_frame: &serde_json::Value) -> Outcome {
-    let name = setup::latency_name(peer.latency_ms);
-    let mut row = Row::new(&replay.label, &peer.name());
-    row.parameters.set("network", name.clone());
-    for (measure, triple) in
-        [("flip", peer.flip), ("ssim", peer.ssim), ("psnr_db", peer.psnr_db), ("holes_share", peer.holes_share)]
-    {
-        row.error.set(measure, peer.spread(triple));
-    }
-    row.counts.set("frames", peer.frames as f64);
-    if peer.geometry_mbit_s > 0.0 {
-        row.counts.set("mbit_s", peer.geometry_mbit_s);
-    }
-    row.counts.set("round_trip_ms", peer.round_trip_ms.0);
-    row.counts.set("round_trip_deviation_ms", peer.round_trip_ms.1);
-    let flips = per_frame[peer.run]["flip"].as_array().map_or(&[][..], Vec::as_slice);
-    let step = if peer.frames > 75 { 1.0 } else { 2.0 };
-    let by_frame = flips.iter().enumerate();
-    let by_frame =
-        by_frame.filter_map(|(index, flip)| Some((index as f64 * step / CLIENT_HZ, flip.as_f64()?))).collect();
-    Outcome {
-        row,
-        who: Who::Peer(peer.system),
-        what: if peer.setting.is_empty() { What::Main } else { What::Size },
-        network: Network { name, link: network::Link::default() },
-        round_trip_ms: peer.round_trip_ms.0,
-        by_frame,
-        kept: Vec::new(),
-    }
-}
 
 /// What a reader must know.
 pub fn describe(report: &mut Report, bench: &Bench<'_>) {
@@ -253,11 +24,16 @@ pub fn describe(report: &mut Report, bench: &Bench<'_>) {
     if arguments.protocol == Some(Protocol::Quasar2025) {
         report.settings.set("protocol", "quasar-2025");
     }
-    if let Some(link) = arguments.network {
-        report.settings.set("network", link.to_string());
+    if !arguments.network.is_empty() {
+        let links: Vec<_> = arguments.network.iter().map(ToString::to_string).collect();
+        report.settings.set("network", links.join(" "));
     }
+    report.settings.set("antialias", arguments.antialias);
     report.settings.set("video_margin_deg", MARGIN_RAD.to_degrees().round());
     report.notes = NOTES.iter().map(|&note| note.to_owned()).collect();
+    if !arguments.motion.is_empty() {
+        super::moving_table::describe(report, arguments);
+    }
     if arguments.protocol.is_some() {
         report.notes.extend(PROTOCOL_NOTES.iter().map(|&note| note.to_owned()));
     }
@@ -275,6 +51,8 @@ const NOTES: &[&str] = &[
      network and predictor), a field 6 degrees wider on every side at the same pixels a radian; shown by turning it to the \
      viewer's view, the rim held outside. Its Mbit/s are those of its stream alone, without poses.",
     "Round trip: from a pose's sending to the first picture that uses what it brought, mean; video has that of the run beside it.",
+    "flip_band: over the pixels within two of where, in the truth, one object or surface ends before another. 16x: against the truth with \
+     sixteen samples a pixel, averaged in linear light.",
     "Rows of fewer frames are of two neighbours of every ten pictures.",
     "On the virtual clock, where coding takes no time, samples are coded by the dense profile.",
 ];
@@ -421,11 +199,7 @@ fn series<'a>(
         if !x.is_finite() {
             continue;
         }
-        let name = match outcome.who {
-            Who::Ours => "Vantage",
-            Who::Video => "H.264",
-            Who::Peer(system) => system,
-        };
+        let name = outcome.who.name();
         match all.iter_mut().find(|series| series.name == name) {
             Some(series) => series.points.push((x, y)),
             None => all.push(Series { name: name.to_owned(), points: vec![(x, y)] }),
@@ -456,10 +230,10 @@ pub fn pictures(
 ) -> anyhow::Result<()> {
     for (pair, which) in ours.kept.iter().zip(["usual", "worst"]) {
         let error = |pair: &Pair| {
-            let errors = flip_map(&pair.picture, &pair.truth)?;
+            let errors = flip_map(&pair.picture, &pair.truth.plain)?;
             anyhow::Ok(error_picture(&errors, pair.picture.width_px, pair.picture.height_px))
         };
-        let mut columns: Vec<Picture> = vec![pair.picture.clone(), (*pair.truth).clone(), error(pair)?];
+        let mut columns: Vec<Picture> = vec![pair.picture.clone(), pair.truth.plain.clone(), error(pair)?];
         let mut shown = "ours, the truth, our error".to_owned();
         if let Some(video) = video.and_then(|video| video.kept.iter().find(|other| other.frame == pair.frame)) {
             columns.extend([error(video)?, video.picture.clone()]);

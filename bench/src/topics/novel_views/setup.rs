@@ -1,13 +1,15 @@
 //! What is replayed: scene, trace, view and networks, as asked for or as a protocol that other systems were measured by says.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use camera::{Rigid, Trace, TracePose};
 use glam::{DQuat, DVec3};
 use network::Link;
 use protocol::Look;
-use scene::Scene;
+use scene::model::Animation;
+use scene::{Mesh, Scene, Snapshot};
 
 use crate::poses::stroll;
 use crate::render::read_trace;
@@ -74,6 +76,42 @@ pub fn own(
         fov_y_rad: 60_f64.to_radians(),
         networks: vec![Network::of_link(Link { rtt_s: 0.1, jitter_s: 0.02, ..Link::default() })],
     })
+}
+
+/// A motion through a scene, whose trace is a motion's; `held_at_s`: the time at which an animated scene is held.
+pub fn moving(scene: &str, size_px: Option<(u32, u32)>, held_at_s: Option<f64>) -> anyhow::Result<Replay> {
+    let replay = own(scene, None, size_px, None)?;
+    let scene = match held_at_s {
+        Some(time_s) => held_at(replay.scene, time_s),
+        None => replay.scene,
+    };
+    Ok(Replay { scene, ..replay })
+}
+
+/// An animated scene as a still one: as it is at a time.
+pub fn held_at(mut scene: Scene, time_s: f64) -> Scene {
+    let snapshot = scene.at(time_s);
+    for deformed in snapshot.deformed {
+        let instance = &mut scene.instances[deformed.instance as usize];
+        let mesh = Mesh { vertices: deformed.vertices, ..scene.meshes[instance.mesh as usize].clone() };
+        instance.mesh = scene.meshes.len() as u32;
+        scene.meshes.push(mesh);
+    }
+    for instance in &mut scene.instances {
+        (instance.moves, instance.deforms) = (false, false);
+    }
+    scene.lights_move = false;
+    scene.animation = Arc::new(Held(Snapshot { deformed: Vec::new(), ..snapshot }));
+    scene
+}
+
+/// The same at all times.
+struct Held(Snapshot);
+
+impl Animation for Held {
+    fn at(&self, _scene: &Scene, time_s: f64) -> Snapshot {
+        Snapshot { time_s, ..self.0.clone() }
+    }
 }
 
 /// The trace at the very times of the pictures, from its first pose on.

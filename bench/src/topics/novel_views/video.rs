@@ -8,23 +8,19 @@
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use camera::{Pinhole, Rigid};
+use camera::Pinhole;
 use glam::{DVec2, DVec3};
 use network::{Link, LinkModel};
-use protocol::message::ViewSize;
-use server::viewer::Viewer;
 
+use super::expected::expected_eyes;
 use super::ffmpeg;
-use super::setup::{CLIENT_HZ, Replay, SERVER_HZ};
+use super::setup::{Replay, SERVER_HZ};
 use super::truths::{Pair, Truths, shown_at_s};
 use crate::compare::Picture;
 
 /// Six degrees: a tenth of a second of the traces' fastest turns, 65 degrees a second. With prediction a view is off by 1 degree
 /// in the mean and 3.4 at most there.
 pub const MARGIN_RAD: f64 = 6.0 / 180.0 * std::f64::consts::PI;
-/// How long the viewer rests at the first pose before the trace begins, so that its first picture is there.
-const REST_S: f64 = 1.0;
-
 /// The pictures of a run before they are coded.
 pub struct Filmed {
     sent: Vec<Sent>,
@@ -54,44 +50,7 @@ pub fn film(truths: &mut Truths, replay: &Replay, link: Link) -> anyhow::Result<
     Ok(film)
 }
 
-/// Where the server expects the viewer at each of its ticks, from the one that brings the first picture on.
-fn expected_eyes(replay: &Replay, link: Link) -> Vec<(f64, Rigid)> {
-    let view = ViewSize { width_px: replay.size_px.0, height_px: replay.size_px.1, fov_y_rad: replay.fov_y_rad };
-    let mut up = LinkModel::new(link, UP_SEED);
-    let mut viewer = Viewer::at_start(view, replay.trace.at(0.0), -REST_S);
-    viewer.round_trip_s = link.rtt_s;
-    let first_pose = -(REST_S * CLIENT_HZ) as i64;
-    let poses: Vec<_> = (first_pose..replay.trace.poses.len() as i64)
-        .map(|index| {
-            let t_s = index as f64 / CLIENT_HZ;
-            let world_from_eye = replay.trace.at(t_s);
-            let before = replay.trace.at(t_s - 1.0 / CLIENT_HZ);
-            let velocity = (world_from_eye.translation - before.translation) * CLIENT_HZ;
-            (up.deliver(t_s, POSE_BYTES), t_s, world_from_eye, velocity)
-        })
-        .collect();
-    let mut heard = poses.iter().zip(1_u64..).peekable();
-    let ticks = -((REST_S / 2.0 * SERVER_HZ) as i64)..=(replay.trace.duration_s() * SERVER_HZ) as i64;
-    let mut eyes = Vec::new();
-    for tick_s in ticks.map(|tick| tick as f64 / SERVER_HZ) {
-        while let Some((&(at_s, t_s, world_from_eye, velocity), seq)) = heard.next_if(|((at_s, ..), _)| *at_s <= tick_s)
-        {
-            viewer.hear(seq, t_s, world_from_eye, velocity, at_s);
-        }
-        eyes.push((tick_s, viewer.predict(tick_s, 1.0 / SERVER_HZ, f64::INFINITY).world_from_eye));
-    }
-    // Before the trace begins one picture is enough: the viewer rests.
-    let first = eyes.iter().rposition(|(tick_s, _)| *tick_s <= -link.rtt_s - link.jitter_s).unwrap_or(0);
-    let begun = eyes.iter().position(|(tick_s, _)| *tick_s >= 0.0).unwrap_or(0);
-    let mut kept = vec![eyes[first]];
-    kept.extend_from_slice(&eyes[begun.max(first + 1)..]);
-    kept
-}
-
-/// A pose's message.
-const POSE_BYTES: usize = 97;
-/// The headless viewer's own seeds, so that video meets the same network.
-const UP_SEED: u64 = 1;
+/// The headless viewer's own seed, so that video meets the same network.
 const DOWN_SEED: u64 = !1;
 
 /// The camera with a field wider by the margin.
@@ -123,7 +82,7 @@ pub fn watch(
     link: Link,
     film: &Filmed,
     mbit: f64,
-    (tool, drawn): (&Path, fn(usize) -> bool),
+    (tool, drawn): (&Path, super::Drawn),
 ) -> anyhow::Result<Watched> {
     let coded = ffmpeg::encode(tool, &film.pictures, SERVER_HZ, mbit)?;
     let pictures = ffmpeg::decode(tool, &coded.bytes, &film.pictures[0])?;
@@ -186,11 +145,9 @@ fn bilinear(picture: &Picture, place: DVec2) -> [u8; 3] {
 
 #[cfg(test)]
 mod tests {
-    use camera::{Trace, TracePose};
+    use camera::Rigid;
     use glam::DQuat;
-    use protocol::Look;
 
-    use super::super::setup::Network;
     use super::*;
 
     fn view() -> Pinhole {
@@ -248,30 +205,5 @@ mod tests {
         let middle = (18 * 64 + 32) * 3;
         let straight = wide.width_px as u8; // The middle's column is half of the width, and its red twice that.
         assert!(turned(&chart(&wide), &wide, &view).rgb[middle] > straight);
-    }
-
-    /// A steady walker, who is where the server expects him when the picture is shown.
-    #[test]
-    fn the_server_expects_a_walker_ahead() {
-        let eye = |t_s: f64| Rigid { translation: DVec3::X * (1.2 * t_s), ..Rigid::IDENTITY };
-        let poses = (0..120).map(|index| f64::from(index) / CLIENT_HZ);
-        let link: Link = "rtt=100".parse().expect("a link");
-        let replay = Replay {
-            label: "teapots".to_owned(),
-            scene: scene::builtin::load("teapots").expect("built in"),
-            look: Look::Flat,
-            trace: Trace { poses: poses.map(|t_s| TracePose { t_s, world_from_eye: eye(t_s) }).collect() },
-            size_px: (64, 36),
-            fov_y_rad: 1.0,
-            networks: vec![Network::of_link(link)],
-        };
-        let eyes = expected_eyes(&replay, link);
-        assert!(eyes[0].0 <= -0.1 && eyes[1].0 == 0.0, "one picture rests, the others follow from the beginning on");
-        for (tick_s, expected) in eyes.iter().filter(|(tick_s, _)| *tick_s > 1.0) {
-            // Sent so that it arrives half a round trip later and is shown for an update interval.
-            let shown_s = tick_s + 0.05 + 0.5 / SERVER_HZ;
-            let off_m = expected.translation.x - eye(shown_s).translation.x;
-            assert!(off_m.abs() < 1.2 / CLIENT_HZ, "{off_m} m off at {tick_s} s");
-        }
     }
 }

@@ -63,7 +63,8 @@ pub(super) fn run(
         }
         let drawn = stage.draw(&run.viewer, &view(options, world_from_eye, &welcome))?;
         let frame_ms = (run.pump.now_s() - real_begin_s - waited_s) * 1e3;
-        let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms };
+        let update_bytes = run.pump.traffic().update_bytes();
+        let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms, update_bytes };
         frames.push(stage.record(&mut run.viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
     }
     let first_picture_ms = warm_up.map(|warm_up| warm_up.first_picture_s * 1e3);

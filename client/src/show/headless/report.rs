@@ -83,6 +83,8 @@ pub struct FrameRow {
     pub uncovered_share: f64,
     /// Bytes of messages that have arrived in this session so far.
     pub bytes_received: u64,
+    /// Bytes of updates that the server has sent so far, those among them that are still on their way.
+    pub update_bytes_sent: u64,
     /// Number of the last update shown, 0 before any.
     pub update: u64,
     /// Samples held.

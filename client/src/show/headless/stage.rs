@@ -34,6 +34,8 @@ pub(super) struct Moment {
     pub now_s: f64,
     /// Real milliseconds that the frame took.
     pub frame_ms: f64,
+    /// Of all updates so far.
+    pub update_bytes: u64,
 }
 
 /// A finished picture.
@@ -136,6 +138,7 @@ impl Stage {
             world_from_eye,
             uncovered_share: finished.uncovered_share,
             bytes_received: viewer.bytes_received(),
+            update_bytes_sent: moment.update_bytes,
             update: viewer.held().number,
             samples: viewer.held().sample_count() as u64,
             ms: RowMs {

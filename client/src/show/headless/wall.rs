@@ -59,7 +59,8 @@ pub(super) fn run(
         }
         let drawn = stage.draw(&viewer, &view(options, world_from_eye, &welcome))?;
         let now_s = pump.now_s();
-        let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms: (now_s - frame_begin_s) * 1e3 };
+        let (frame_ms, update_bytes) = ((now_s - frame_begin_s) * 1e3, pump.traffic().update_bytes());
+        let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms, update_bytes };
         frames.push(stage.record(&mut viewer, &moment, poses.count, world_from_eye, drawn, on_frame)?);
     }
     Ok(Ran { frames, first_picture_ms, server_ms: Vec::new(), traffic: pump.traffic().clone() })
