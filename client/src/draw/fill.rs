@@ -9,7 +9,7 @@ use crate::draw::fullscreen::{Binding, FullscreenPass};
 use crate::draw::lit::Lit;
 
 /// Holes up to about so many pixels wide are filled: 2 to the number of levels.
-pub(crate) const LEVELS: usize = 4;
+pub(crate) const LEVELS: usize = 6;
 
 /// Level 1 (half the size) and up.
 #[derive(Debug)]

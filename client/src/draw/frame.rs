@@ -113,7 +113,8 @@ impl FrameRenderer {
     /// For targets of `output_format`, which may be one that encodes sRGB itself or one that does not.
     pub fn new(gpu: &Gpu, output_format: TextureFormat) -> Result<FrameRenderer, SurfaceError> {
         use Binding::{FloatTexture, Uniform};
-        let bindings = [Uniform, FloatTexture, FloatTexture, FloatTexture, FloatTexture, FloatTexture];
+        let mut bindings = vec![Uniform, FloatTexture];
+        bindings.extend([FloatTexture; LEVELS]);
         Ok(FrameRenderer {
             gpu: gpu.clone(),
             held: HeldPass::new(gpu)?,

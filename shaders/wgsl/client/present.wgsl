@@ -8,6 +8,8 @@
 @group(0) @binding(3) var level_2: texture_2d<f32>;
 @group(0) @binding(4) var level_3: texture_2d<f32>;
 @group(0) @binding(5) var level_4: texture_2d<f32>;
+@group(0) @binding(6) var level_5: texture_2d<f32>;
+@group(0) @binding(7) var level_6: texture_2d<f32>;
 
 // A hole is filled at the first level whose neighbourhood is covered by more than this: beside the straight edge of a
 // surface before the sky it stays below a half at every level, so that nothing grows into the sky.
@@ -39,6 +41,12 @@ fn filled(pixel: vec2f) -> vec4f {
     }
     if value.a <= ENCLOSED {
         value = level_at(level_4, pixel, 16.0);
+    }
+    if value.a <= ENCLOSED {
+        value = level_at(level_5, pixel, 32.0);
+    }
+    if value.a <= ENCLOSED {
+        value = level_at(level_6, pixel, 64.0);
     }
     return value;
 }

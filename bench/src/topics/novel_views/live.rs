@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use client::draw::frame;
 use client::draw::picture::PictureOptions;
 use client::show::headless::{self, FrameRow, Summary, Way};
 use gpu::Gpu;
@@ -36,9 +37,9 @@ pub struct Operation {
     pub antialias: bool,
 }
 
-/// How a viewer draws. Its own antialiasing is to be switched on here; until there is any, pictures are without.
-fn picture_options(_antialias: bool) -> PictureOptions {
-    PictureOptions::default()
+/// How a viewer draws.
+fn picture_options(antialias: bool) -> PictureOptions {
+    PictureOptions { frame: frame::Options { antialias, ..frame::Options::default() }, ..PictureOptions::default() }
 }
 
 /// A picture that the viewer showed, given back.
