@@ -27,8 +27,9 @@ use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
 use live::Operation;
 use output::{Outcome, What};
-use setup::{Network, Replay};
+use setup::{CLIENT_HZ, Network, Replay, SERVER_HZ};
 use truths::Truths;
+use video::MARGIN_RAD;
 
 /// See the module.
 pub struct NovelViews;
@@ -123,7 +124,7 @@ impl Topic for NovelViews {
         };
         report.scene = scenes.iter().map(|scene| scene_label(scene)).collect();
         let bench = Bench::new(&gpu, run, &arguments, scenes.len());
-        output::describe(report, &bench);
+        describe(report, &bench);
         for scene in &scenes {
             let measured = bench.replay(scene).and_then(|replay| bench.measure(&replay, report));
             if let Err(error) = measured {
@@ -248,6 +249,27 @@ impl<'a> Bench<'a> {
             output::video(replay, network, ours, watched, what)
         };
         bit_rates.iter().map(one).collect()
+    }
+}
+
+/// Settings and notes.
+fn describe(report: &mut Report, bench: &Bench<'_>) {
+    let arguments = bench.arguments;
+    report.settings.set("build", if cfg!(debug_assertions) { "development" } else { "release" });
+    report.settings.set("clock", format!("{:?}", arguments.clock).to_lowercase());
+    report.settings.set("client_hz", CLIENT_HZ);
+    report.settings.set("server_hz", SERVER_HZ);
+    report.settings.set("images", format!("{} of {1}x{1} pixels", arguments.images, arguments.image_size));
+    if arguments.protocol == Some(Protocol::Quasar2025) {
+        report.settings.set("protocol", "quasar-2025");
+    }
+    if let Some(link) = arguments.network {
+        report.settings.set("network", link.to_string());
+    }
+    report.settings.set("video_margin_deg", MARGIN_RAD.to_degrees().round());
+    report.notes = output::NOTES.iter().map(|&note| note.to_owned()).collect();
+    if arguments.protocol.is_some() {
+        report.notes.extend(output::PROTOCOL_NOTES.iter().map(|&note| note.to_owned()));
     }
 }
 

@@ -7,10 +7,9 @@ use anyhow::Context;
 use super::curves::crossing;
 use super::live::{Lived, Operation};
 use super::peers::{PEERS, Peer};
-use super::setup::{self, CLIENT_HZ, Network, Replay, SERVER_HZ};
+use super::setup::{self, CLIENT_HZ, Network, Replay};
 use super::truths::{Pair, Truths, paired, scored};
-use super::video::{MARGIN_RAD, Watched};
-use super::{Bench, Protocol};
+use super::video::Watched;
 use crate::compare::flip::error_picture;
 use crate::compare::folder::{FrameRow, summarize};
 use crate::compare::{MEASURES, Picture, flip_map};
@@ -243,27 +242,7 @@ fn peer_outcome(replay: &Replay, peer: &Peer, per_frame: &serde_json::Value) -> 
 }
 
 /// What a reader must know.
-pub fn describe(report: &mut Report, bench: &Bench<'_>) {
-    let arguments = bench.arguments;
-    report.settings.set("build", if cfg!(debug_assertions) { "development" } else { "release" });
-    report.settings.set("clock", format!("{:?}", arguments.clock).to_lowercase());
-    report.settings.set("client_hz", CLIENT_HZ);
-    report.settings.set("server_hz", SERVER_HZ);
-    report.settings.set("images", format!("{} of {1}x{1} pixels", arguments.images, arguments.image_size));
-    if arguments.protocol == Some(Protocol::Quasar2025) {
-        report.settings.set("protocol", "quasar-2025");
-    }
-    if let Some(link) = arguments.network {
-        report.settings.set("network", link.to_string());
-    }
-    report.settings.set("video_margin_deg", MARGIN_RAD.to_degrees().round());
-    report.notes = NOTES.iter().map(|&note| note.to_owned()).collect();
-    if arguments.protocol.is_some() {
-        report.notes.extend(PROTOCOL_NOTES.iter().map(|&note| note.to_owned()));
-    }
-}
-
-const NOTES: &[&str] = &[
+pub const NOTES: &[&str] = &[
     "Every picture is scored against the full scene at its pose, and at the scene's time when it is shown: what is late is error.",
     "Mbit/s: all bytes that crossed the socket, both ways, from the opening of the connection to the last picture, over the \
      length of the trace; the set that was there before the first picture is in them. Colour is in them too.",
@@ -279,7 +258,8 @@ const NOTES: &[&str] = &[
     "On the virtual clock, where coding takes no time, samples are coded by the dense profile.",
 ];
 
-const PROTOCOL_NOTES: &[&str] = &[
+/// And of a protocol.
+pub const PROTOCOL_NOTES: &[&str] = &[
     "Other systems: QUASAR (Lu and Rowe, SIGGRAPH 2025), measured with its public simulator, and the baselines of the same \
      repository; each against its own full scene at the same poses. Their Mbit/s are geometry alone, every byte that the client \
      needs; colour is in neither their bytes nor their errors (it was lossless). Ours are with colour.",
