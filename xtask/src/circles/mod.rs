@@ -33,7 +33,7 @@ pub fn check() -> anyhow::Result<()> {
         }
     }
     if !found.is_empty() {
-        bail!("{} circles of files:\n{}", found.len(), found.join("\n"));
+        bail!("files that use each other in a circle, {} times:\n{}", found.len(), found.join("\n"));
     }
     Ok(())
 }

@@ -102,7 +102,7 @@ fn scan_block<'a>(rest: &mut &[&'a str], into: &mut Scanned<'a>) {
                 is_public = false;
                 continue;
             }
-            (token, [name, ..]) if depth == 0 && NAMED.contains(&token) && is_name(name) => {
+            (token, [name, ..]) if depth == 0 && NAMED.contains(&token) && is_name(name) && name != &"fn" => {
                 into.defined.insert(name);
                 *rest = after;
             }
@@ -292,7 +292,14 @@ mod tests {
             "fn f(x: crate::a::B) -> c::D<e::F> { x.g::<H>(); super::i(); ::j::k!(); $crate::l(); M { n: 1 } }";
         let scanned = scan(&tokens(source));
         assert_eq!(paths(&scanned), ["::j::k", "c::D", "crate::a::B", "e::F", "super::i"]);
-        assert!(scanned.defined.contains("f") && scanned.words.contains("M") && !scanned.words.contains("g"));
+        assert!(scanned.words.contains("M") && !scanned.words.contains("g"));
+    }
+
+    #[test]
+    fn items_of_the_module_are_found() {
+        let source =
+            "const fn a() { fn inner() {} } pub const B: u8 = 0; struct C { d: u8 } impl C { fn e() {} } type F = C;";
+        assert_eq!(scan(&tokens(source)).defined.into_iter().collect::<Vec<_>>(), ["B", "C", "F", "a"]);
     }
 
     #[test]
