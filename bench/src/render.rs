@@ -13,10 +13,10 @@ use protocol::Look;
 use serde::Serialize;
 use server::start::near_m;
 
+use crate::options;
 use crate::poses::{PoseRow, from_trace, orbit, read_stats};
 use crate::report::progress::Progress;
 use crate::stage::{Stage, load_scene, picture};
-use crate::{options, topic};
 
 /// Draws the truth: the full scene at given poses, by a plain renderer that shares no code with the reconstruction.
 #[derive(Args, Debug)]
@@ -100,13 +100,20 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<()> {
         scale: args.scale,
         look: args.look,
         near_m,
-        adapter: topic::adapter_name(&gpu),
+        adapter: adapter_name(&gpu),
         commit: crate::report::machine::commit(),
         frames: &rows,
     };
     std::fs::write(args.out.join("truth.json"), serde_json::to_string_pretty(&file)?)?;
     println!("{} frames in {}", rows.len(), args.out.display());
     Ok(())
+}
+
+/// Name and driver of an adapter, for people.
+pub fn adapter_name(gpu: &Gpu) -> String {
+    let info = gpu.adapter.get_info();
+    let driver = [info.driver.as_str(), info.driver_info.as_str()].join(" ").trim().to_owned();
+    if driver.is_empty() { info.name } else { format!("{} ({driver})", info.name) }
 }
 
 /// Reads a trace file.

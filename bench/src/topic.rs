@@ -11,7 +11,7 @@ use gpu::Gpu;
 use scene::Scene;
 use scene::model::SceneCamera;
 
-use crate::render::read_trace;
+use crate::render::{adapter_name, read_trace};
 use crate::report::{Figure, Report};
 use crate::stage::load_scene;
 
@@ -118,13 +118,6 @@ pub fn start_of(trace: &Trace) -> Option<SceneCamera> {
         forward_world: eye.transform_vector(DVec3::Z),
         fov_y_rad: std::f64::consts::FRAC_PI_3,
     })
-}
-
-/// Name and driver of an adapter, for people.
-pub fn adapter_name(gpu: &Gpu) -> String {
-    let info = gpu.adapter.get_info();
-    let driver = [info.driver.as_str(), info.driver_info.as_str()].join(" ").trim().to_owned();
-    if driver.is_empty() { info.name } else { format!("{} ({driver})", info.name) }
 }
 
 /// Runs a topic and writes its files; the report tells what was found.

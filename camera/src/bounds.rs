@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{HalfSpace, ImagePoint};
+use crate::ImagePoint;
 
 /// A box along the axes of world space, in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,20 +42,6 @@ impl Bounds {
     /// Whether two boxes, the other one grown by `slack_m` on every side, have a point in common.
     pub fn meets(&self, other: &Bounds, slack_m: f64) -> bool {
         (self.min - slack_m).cmple(other.max).all() && (self.max + slack_m).cmpge(other.min).all()
-    }
-
-    /// The box as the points inside of six planes.
-    pub fn half_spaces(&self) -> [HalfSpace; 6] {
-        let below = |outward| HalfSpace { point: self.min, outward };
-        let above = |outward| HalfSpace { point: self.max, outward };
-        [
-            below(DVec3::NEG_X),
-            below(DVec3::NEG_Y),
-            below(DVec3::NEG_Z),
-            above(DVec3::X),
-            above(DVec3::Y),
-            above(DVec3::Z),
-        ]
     }
 }
 

@@ -33,6 +33,22 @@ impl HalfSpace {
     }
 }
 
+impl Bounds {
+    /// The box as the points inside of six planes.
+    pub fn half_spaces(&self) -> [HalfSpace; 6] {
+        let below = |outward| HalfSpace { point: self.min, outward };
+        let above = |outward| HalfSpace { point: self.max, outward };
+        [
+            below(DVec3::NEG_X),
+            below(DVec3::NEG_Y),
+            below(DVec3::NEG_Z),
+            above(DVec3::X),
+            above(DVec3::Y),
+            above(DVec3::Z),
+        ]
+    }
+}
+
 /// How thin a body or a face may be against its extent before it counts as flat, and how exactly faces must meet: what
 /// text of six digits can state.
 pub(crate) const TOLERANCE: f64 = 1e-6;

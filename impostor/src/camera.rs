@@ -3,19 +3,6 @@
 use ::camera::{Camera, Frustum, ImagePoint, Pinhole, Spoc};
 use glam::DVec3;
 
-use crate::curve::Curve;
-use crate::ray::Ray;
-
-/// The curves that a finite ray projects to, in the order of `t`: one behind the near plane, or one for each frustum that it
-/// crosses.
-pub(crate) fn curves<'a>(camera: &'a Camera, ray: &Ray) -> Vec<Curve<'a>> {
-    match camera {
-        Camera::Pinhole(camera) => Curve::of_pinhole(camera, ray, None).into_iter().collect(),
-        Camera::Spoc(camera) => Curve::of_pinhole(&camera.pinhole, ray, Some(camera)).into_iter().collect(),
-        Camera::Graph(camera) => Curve::of_graph(camera, ray),
-    }
-}
-
 /// The part of a camera that the points near an image point go by. Unlike the camera it goes on beyond its own end, so a
 /// sample on a frustum's wall has neighbours.
 pub(crate) enum Around<'a> {

@@ -4,12 +4,26 @@
 //! It is parametrized by `s`, 0 to 1, evenly along the *straight* image. There `w` is linear in `s`, whether pushed or not,
 //! and with `z = 1/w` linear along the ray, `t = t_0 + (t_1 - t_0) s w_1/w(s)`.
 
-use ::camera::{GraphCamera, ImagePoint, Pinhole, Spoc};
+use ::camera::{Camera, GraphCamera, ImagePoint, Pinhole, Spoc};
 use glam::DVec2;
 
 use crate::pyramid::Range;
 use crate::ray::Ray;
-use crate::walk::MAX_STEPS;
+
+/// No curve is halved more often, nor cut into more steps than so many halvings make: a quarter of a pixel of the diagonal of the
+/// largest image that GPUs are sure to hold (8192 pixels).
+pub(crate) const MAX_HALVINGS: u32 = 16;
+pub(crate) const MAX_STEPS: u32 = 1 << MAX_HALVINGS;
+
+/// The curves that a finite ray projects to, in the order of `t`: one behind the near plane, or one for each frustum that it
+/// crosses.
+pub(crate) fn curves<'a>(camera: &'a Camera, ray: &Ray) -> Vec<Curve<'a>> {
+    match camera {
+        Camera::Pinhole(camera) => Curve::of_pinhole(camera, ray, None).into_iter().collect(),
+        Camera::Spoc(camera) => Curve::of_pinhole(&camera.pinhole, ray, Some(camera)).into_iter().collect(),
+        Camera::Graph(camera) => Curve::of_graph(camera, ray),
+    }
+}
 
 /// See the module's words.
 #[derive(Debug, Clone, Copy)]

@@ -49,4 +49,5 @@ pub use crossing::Side;
 pub use gpu::{FRUSTUM_TEXELS, ImpostorUniform, RangeTexels};
 pub use image::{Impostor, ImpostorError, Sample, SampleShape};
 pub use ray::Ray;
-pub use search::{Hit, Method, Search, StepCount, Steps};
+pub use search::{Hit, Search, Steps};
+pub use walk::{Method, StepCount};

@@ -4,27 +4,7 @@ use glam::DVec3;
 use crate::crossing::{Crossing, Side};
 use crate::image::Impostor;
 use crate::ray::Ray;
-use crate::walk::Walk;
-
-/// How to walk along a ray's projection.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Method {
-    /// The papers' generic algorithm (section 3.2), for a graph camera their first one: points spaced evenly along the ray in
-    /// space, each projected by itself, as many as the length of the projection has fine steps. Between points that have no
-    /// image nothing is found, and where the projection is fast, pixels are leapt over.
-    Points,
-    /// Fine steps all the way, along the projection; for a graph camera the papers' second algorithm (section 5.1).
-    Fine,
-    /// Stretches of this length in pixels; those which something in the pixels around meets in depth are walked in fine steps
-    /// (section 7.2).
-    Coarse {
-        /// The papers take 3 to 12 pixels, and measure with 6.
-        coarse_px: f64,
-    },
-    /// The whole projection first, halved where something meets it, down to fine steps; what meets nothing is left out,
-    /// and the next stretch is as long as halving allows.
-    Hierarchy,
-}
+use crate::walk::{Method, StepCount, Walk};
 
 /// How to look for an intersection.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,24 +13,6 @@ pub struct Steps {
     pub method: Method,
     /// An upper bound of a fine step's length in pixels, from 1/256 to 1: the papers take 1, 1/2 or 1/4.
     pub fine_px: f64,
-}
-
-/// What an intersection cost.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct StepCount {
-    /// Projections walked along: 1, or one for each frustum of a graph camera that the ray crosses.
-    pub curves: u32,
-    /// Stretches that were compared with the pixels around them.
-    pub coarse: u32,
-    /// Steps from point to point.
-    pub fine: u32,
-}
-
-impl StepCount {
-    /// Coarse and fine steps, as the papers count them.
-    pub fn steps(&self) -> u32 {
-        self.coarse + self.fine
-    }
 }
 
 /// Where a ray meets an impostor.

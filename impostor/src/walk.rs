@@ -1,17 +1,48 @@
 //! The walks along a ray's projection.
 
-use crate::camera::curves;
 use crate::crossing::{Crossing, Probe};
-use crate::curve::Curve;
+use crate::curve::{Curve, MAX_HALVINGS, MAX_STEPS, curves};
 use crate::image::Impostor;
 use crate::pyramid::Range;
 use crate::ray::Ray;
-use crate::search::{Method, StepCount};
 
-/// No curve is halved more often, nor cut into more steps than so many halvings make: a quarter of a pixel of the diagonal of the
-/// largest image that GPUs are sure to hold (8192 pixels).
-const MAX_HALVINGS: u32 = 16;
-pub(crate) const MAX_STEPS: u32 = 1 << MAX_HALVINGS;
+/// How to walk along a ray's projection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// The papers' generic algorithm (section 3.2), for a graph camera their first one: points spaced evenly along the ray in
+    /// space, each projected by itself, as many as the length of the projection has fine steps. Between points that have no
+    /// image nothing is found, and where the projection is fast, pixels are leapt over.
+    Points,
+    /// Fine steps all the way, along the projection; for a graph camera the papers' second algorithm (section 5.1).
+    Fine,
+    /// Stretches of this length in pixels; those which something in the pixels around meets in depth are walked in fine steps
+    /// (section 7.2).
+    Coarse {
+        /// The papers take 3 to 12 pixels, and measure with 6.
+        coarse_px: f64,
+    },
+    /// The whole projection first, halved where something meets it, down to fine steps; what meets nothing is left out,
+    /// and the next stretch is as long as halving allows.
+    Hierarchy,
+}
+
+/// What an intersection cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StepCount {
+    /// Projections walked along: 1, or one for each frustum of a graph camera that the ray crosses.
+    pub curves: u32,
+    /// Stretches that were compared with the pixels around them.
+    pub coarse: u32,
+    /// Steps from point to point.
+    pub fine: u32,
+}
+
+impl StepCount {
+    /// Coarse and fine steps, as the papers count them.
+    pub fn steps(&self) -> u32 {
+        self.coarse + self.fine
+    }
+}
 
 /// A search under way.
 pub(crate) struct Walk<'a> {

@@ -1,4 +1,4 @@
-//! The wire format, in one file: the only one that names the serializer.
+//! The wire format: with [`graph`], the only file that names the serializer.
 //!
 //! Every websocket message is binary and begins with an envelope of nine bytes: its kind, and `at_s` (f64), its time on the
 //! sender's clock. Then:
@@ -12,8 +12,9 @@
 //! [`codec`]. It is split into fragments of at most [`FRAGMENT_BYTES`], so that a pong or a farewell never
 //! waits long behind bulk, and so that no message is large.
 
+pub(crate) mod graph;
+
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
-use camera::{GraphCamera, GraphDescription};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -22,6 +23,7 @@ use crate::codec::{self, CodecError, Coding, Packer, Unpacker};
 use crate::held::{Edit, PatchId, Update};
 use crate::limits::Limits;
 use crate::message::{ClientMessage, ServerMessage, Welcome};
+pub use graph::GRAPH_MAX_FRUSTA;
 
 /// Bytes of an update in one message at most.
 pub const FRAGMENT_BYTES: usize = 32 * 1024;
@@ -449,37 +451,6 @@ pub(crate) fn decode_table<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result
     let (table, read) =
         bincode::serde::decode_from_slice(bytes, config()).map_err(|error| WireError::Control(error.to_string()))?;
     if read == bytes.len() { Ok(table) } else { Err(CodecError::Damaged("bytes after a table").into()) }
-}
-
-/// What the description of a graph camera may take: [`GRAPH_MAX_FRUSTA`] frusta of a few hundred bytes each.
-const GRAPH_LIMIT_BYTES: usize = 256 * 1024;
-/// The most frusta of a camera on the wire: a client cuts every ray with all of them.
-pub const GRAPH_MAX_FRUSTA: usize = 256;
-
-fn graph_config() -> Configuration<LittleEndian, Fixint, Limit<GRAPH_LIMIT_BYTES>> {
-    bincode::config::legacy().with_limit::<GRAPH_LIMIT_BYTES>()
-}
-
-/// Whether a camera is small enough for [`encode_graph`].
-pub(crate) fn is_graph_encodable(camera: &GraphCamera) -> bool {
-    camera.description().frusta.len() < GRAPH_MAX_FRUSTA && encoded_graph(camera).is_some()
-}
-
-fn encoded_graph(camera: &GraphCamera) -> Option<Vec<u8>> {
-    bincode::serde::encode_to_vec(camera.description(), graph_config()).ok().filter(|b| b.len() <= GRAPH_LIMIT_BYTES)
-}
-
-/// The bytes of a graph camera's description.
-pub(crate) fn encode_graph(camera: &GraphCamera) -> Vec<u8> {
-    encoded_graph(camera).expect("a held camera is encodable")
-}
-
-/// Reads what [`encode_graph`] wrote; `None` where it makes no camera.
-pub(crate) fn decode_graph(bytes: &[u8]) -> Option<GraphCamera> {
-    let (description, read): (GraphDescription, usize) =
-        bincode::serde::decode_from_slice(bytes, graph_config()).ok()?;
-    let is_fit = read == bytes.len() && description.frusta.len() < GRAPH_MAX_FRUSTA;
-    is_fit.then(|| GraphCamera::from_description(&description).ok())?
 }
 
 /// The messages of an update's fragments, in order.

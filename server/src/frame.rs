@@ -6,27 +6,25 @@ use std::time::{Duration, Instant};
 
 use camera::Pinhole;
 use protocol::codec::Coding;
-use protocol::held::{HeldError, ObjectPose, Update};
-use protocol::message::Draws;
-use protocol::session::DEFAULT_BUDGET_BYTES;
+use protocol::held::{ObjectPose, Update};
 use protocol::{Lamp, Lighting, Material, Purpose};
 use scene::{Scene, Snapshot};
-use thiserror::Error;
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
+use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
-use crate::imager::{Imager, ImagerError};
-use crate::impostors::relief::{self, Eye, KeptReliefs, Reliefs};
-use crate::impostors::{Kept, Needs};
+use crate::imager::Imager;
+use crate::impostors::Needs;
+use crate::impostors::relief::{self, Eye, Reliefs};
 use crate::lights::{self, Serving};
-use crate::pace::Pace;
 use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
+use crate::stage_error::StageError;
 use crate::viewer::Viewer;
 
 /// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
@@ -40,17 +38,6 @@ const LIGHTS_SHARE: u64 = 4;
 const IMAGES_A_LIGHT: u64 = 2;
 /// Places on the region's rim that probes are taken from.
 const PLACES_ON_RIM: usize = 12;
-
-/// Why an update could not be made.
-#[derive(Debug, Error)]
-pub enum StageError {
-    /// Nothing can be drawn any more.
-    #[error(transparent)]
-    Imager(#[from] ImagerError),
-    /// The copy took an edit amiss: a mistake in the program, or more than a client may hold.
-    #[error("an update that the client could not hold: {0}")]
-    Held(#[from] HeldError),
-}
 
 /// What makes updates: the scene, and what draws it.
 pub struct Stage {
@@ -68,59 +55,6 @@ pub struct Stage {
     reliefs: Reliefs,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
-}
-
-/// One client, as the stage serves it.
-#[derive(Debug)]
-pub struct Client {
-    /// What it holds.
-    pub account: Account,
-    /// The last look at it; `None` before any, and where it begins anew.
-    pub focus: Option<Focus>,
-    /// What moving costs it.
-    pub pace: Pace,
-    /// Whether it was sent a picture, coarse as it may be.
-    pub has_picture: bool,
-    /// The impostors it was sent.
-    pub impostors: Kept,
-    /// The reliefs it was sent.
-    pub reliefs: KeptReliefs,
-    /// What it was sent of lights.
-    pub lights: lights::Kept,
-    /// What it was sent of its own view at rest.
-    pub rest: rest::Kept,
-    /// What it draws, and so has a use for.
-    pub draws: Draws,
-    /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
-    pub budget_bytes: u64,
-}
-
-impl Default for Client {
-    fn default() -> Client {
-        Client {
-            account: Account::default(),
-            focus: None,
-            pace: Pace::default(),
-            has_picture: false,
-            impostors: Kept::default(),
-            reliefs: KeptReliefs::default(),
-            lights: lights::Kept::default(),
-            rest: rest::Kept::default(),
-            draws: Draws::default(),
-            budget_bytes: DEFAULT_BUDGET_BYTES,
-        }
-    }
-}
-
-impl Client {
-    /// The client's copy is broken: the next update starts anew.
-    pub fn start_anew(&mut self) {
-        self.account.start_anew();
-        self.lights = lights::Kept::default();
-        self.rest = rest::Kept::default();
-        self.focus = None;
-        self.has_picture = false;
-    }
 }
 
 /// An update that was made, not yet coded.

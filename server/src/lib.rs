@@ -15,6 +15,7 @@
 pub mod access;
 pub mod account;
 pub mod app;
+pub mod client;
 pub mod coding;
 pub mod config;
 pub mod discretize;
@@ -32,6 +33,7 @@ mod revise;
 pub mod scale;
 pub mod session;
 pub mod source;
+pub mod stage_error;
 pub mod start;
 pub mod stats;
 mod targets;

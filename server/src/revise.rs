@@ -8,8 +8,8 @@ use crate::account::compare::Comparison;
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
 use crate::discretize::{Capture, DepthPrecision};
-use crate::frame::StageError;
 use crate::imager::Imager;
+use crate::stage_error::StageError;
 
 /// How a view is brought up to date.
 pub struct Revision<'a> {

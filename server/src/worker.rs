@@ -10,8 +10,10 @@ use protocol::wire::{self, EncodedUpdate};
 use tokio::sync::{oneshot, watch};
 
 use crate::account::Counts;
-use crate::frame::{self, Client, Stage, StageError};
+use crate::client::Client;
+use crate::frame::{self, Stage};
 use crate::plan::Reason;
+use crate::stage_error::StageError;
 use crate::stats::Stats;
 use crate::viewer::Viewer;
 

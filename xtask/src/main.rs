@@ -3,6 +3,7 @@
 //! Small on purpose: a bare machine builds it first, and it installs what the rest needs.
 
 mod architecture;
+mod circles;
 mod run;
 mod setup;
 mod test;

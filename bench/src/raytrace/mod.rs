@@ -34,6 +34,7 @@
 //! Base colour textures are read between four texels of the full image; distant ones alias where the GPU's mip-maps do
 //! not, which more samples a pixel mend.
 
+mod effects;
 mod errors;
 mod geometry;
 mod light;
@@ -51,6 +52,7 @@ use protocol::Lighting;
 use rayon::prelude::*;
 use scene::{Scene, Snapshot};
 
+pub use effects::Effects;
 pub use errors::masked_errors;
 
 use crate::compare::Picture;
@@ -58,27 +60,6 @@ use geometry::Ray;
 use light::{Lights, code_from_linear, linear_from_light};
 use path::{Arrived, follow};
 use surface::{Kind, Surface, Surfaces};
-
-/// What rays are followed for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Effects {
-    /// Whether mirrors and glass are more than their base colours.
-    pub reflections: bool,
-    /// How often a ray is reflected or passes through glass.
-    pub max_bounces: u8,
-    /// Whether a reflector sees itself.
-    pub self_reflection: bool,
-    /// Whether surfaces hide lights.
-    pub shadows: bool,
-}
-
-impl Effects {
-    /// Every surface as its base colour, lit: what a server draws.
-    pub const PLAIN: Effects = Effects { reflections: false, max_bounces: 0, self_reflection: false, shadows: false };
-    /// One bounce, a reflector does not see itself: what impostors can show.
-    pub const ONE_BOUNCE: Effects =
-        Effects { reflections: true, max_bounces: 1, self_reflection: false, shadows: false };
-}
 
 /// Where a camera's ray first met the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]

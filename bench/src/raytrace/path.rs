@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Effects;
+use super::effects::Effects;
 use super::geometry::{Among, Query, Ray};
 use super::light::Lights;
 use super::surface::{Kind, Surface, Surfaces};

@@ -1,7 +1,7 @@
 //! The page of a report: everything that the run found, readable without a script or a network.
 
+use super::rows::{bar_table, row_tables};
 use super::table::{Table, escape};
-use super::write::{bar_table, row_tables};
 use super::{Report, Verdict};
 
 const STYLE: &str = "

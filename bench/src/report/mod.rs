@@ -9,6 +9,7 @@ pub mod kept;
 pub mod machine;
 pub mod plot;
 pub mod progress;
+mod rows;
 pub mod table;
 pub mod write;
 

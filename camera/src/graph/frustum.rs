@@ -1,6 +1,6 @@
 use glam::{DMat3, DVec2, DVec3, Mat3};
 
-use super::FrustumId;
+use super::id::FrustumId;
 use crate::{Bounds, HalfSpace, ImageBounds, ImagePoint};
 
 /// A frustum of a graph camera: a convex body seen from one centre, whose rays all come in through one face. A frustum that

@@ -1,6 +1,7 @@
 use glam::DVec3;
 
-use super::{Frustum, FrustumId};
+use super::frustum::Frustum;
+use super::id::FrustumId;
 use crate::Bounds;
 
 /// Finds the frusta whose boxes hold a point: a tree of boxes, its nodes in the order of a walk that goes deep first.

@@ -35,12 +35,14 @@ mod build;
 mod compose;
 mod description;
 mod frustum;
+mod id;
 mod index;
 mod ray;
 
 pub use build::{CorridorMap, CorridorMapError, FloorGrid, Heading, Storey, split_behind};
 pub use description::{FaceDescription, FrustumDescription, GraphDescription, GraphError, RootDescription};
 pub use frustum::{ClipFromOffset, Frustum};
+pub use id::FrustumId;
 pub use ray::{RayPiece, SegmentPiece};
 
 use glam::DVec3;
@@ -49,29 +51,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::convex::{corners, depth_m};
 use crate::{Bounds, ImageBounds, ImagePoint, Pinhole};
-
-/// The place of a frustum in [`GraphCamera::frusta`], after its parent's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct FrustumId(u16);
-
-impl FrustumId {
-    /// The frustum where rays begin.
-    pub const ROOT: FrustumId = FrustumId(0);
-
-    /// The id of a place, or `None` beyond [`GraphCamera::MAX_FRUSTA`].
-    pub fn new(place: usize) -> Option<FrustumId> {
-        u16::try_from(place).ok().filter(|_| place < GraphCamera::MAX_FRUSTA).map(FrustumId)
-    }
-
-    /// Where it stands in [`GraphCamera::frusta`].
-    pub fn place(self) -> usize {
-        self.0.into()
-    }
-
-    fn all(count: usize) -> impl Iterator<Item = FrustumId> {
-        (0..count).filter_map(FrustumId::new)
-    }
-}
 
 /// A tree of pinhole frusta with one image. See the module's words. It is made of a [`GraphDescription`], which is what to
 /// store and send.
@@ -87,7 +66,7 @@ pub struct GraphCamera {
 
 impl GraphCamera {
     /// The most frusta of one camera.
-    pub const MAX_FRUSTA: usize = 4096;
+    pub const MAX_FRUSTA: usize = FrustumId::COUNT;
 
     /// The most limits, faces, and corners of a face, of one frustum.
     pub const MAX_PLANES: usize = 16;

@@ -10,7 +10,7 @@ use crate::bytes::{EndsEarly, Reader, Writer};
 use crate::held::{Instance, ObjectPose, Patch, PatchId, Purpose};
 use crate::image::DepthScale;
 use crate::limits::Limits;
-use crate::wire;
+use crate::wire::graph;
 
 /// A patch without its samples.
 #[derive(Debug, Clone)]
@@ -56,7 +56,7 @@ pub(crate) fn write(patch: &Patch, out: &mut Writer) {
         }
         Camera::Graph(camera) => {
             out.u8(GRAPH);
-            out.block(&wire::encode_graph(camera));
+            out.block(&graph::encode_graph(camera));
         }
     }
     out.f32(patch.image.depth_scale.w_min);
@@ -81,7 +81,7 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
     let camera = match bytes.u8()? {
         PINHOLE => Camera::Pinhole(read_pinhole(bytes)?),
         SPOC => Camera::Spoc(read_spoc(bytes)?),
-        GRAPH => Camera::Graph(Arc::new(wire::decode_graph(bytes.block()?).ok_or(CodecError::Damaged("camera"))?)),
+        GRAPH => Camera::Graph(Arc::new(graph::decode_graph(bytes.block()?).ok_or(CodecError::Damaged("camera"))?)),
         _ => return Err(CodecError::Damaged("kind of camera")),
     };
     if !camera.is_valid() {

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::image::{DepthImage, Mask, Ranks, retain};
 use crate::limits::Limits;
-use crate::wire::is_graph_encodable;
+use crate::wire::graph::is_graph_encodable;
 
 /// What an update changes, before it counts.
 struct Staged<'a> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use camera::CorridorMap;
+use camera::{CorridorMap, Rigid, Trace, TracePose};
 use glam::{DAffine3, DVec3, dvec3};
 use rayon::prelude::*;
 
@@ -184,6 +184,24 @@ impl Kit {
         scene.bounds = bounds(&scene, &scene.at(0.0));
         scene
     }
+}
+
+/// Height of a walker's eyes above the ground.
+pub const EYE_HEIGHT_M: f64 = 1.7;
+
+/// Poses of a [`super::reflection_path`].
+const PATH_POSES: u32 = 60;
+/// How many of them a second has.
+const PATH_POSES_PER_S: f64 = 10.0;
+
+/// The path of eyes that look at targets, both by the share of the path gone and the time.
+pub(super) fn path(at: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Trace {
+    let pose = |k: u32| {
+        let t_s = f64::from(k) / PATH_POSES_PER_S;
+        let (eye_world, target_world) = at(f64::from(k) / f64::from(PATH_POSES - 1), t_s);
+        TracePose { t_s, world_from_eye: Rigid::look_at(eye_world, target_world) }
+    };
+    Trace { poses: (0..PATH_POSES).map(pose).collect() }
 }
 
 /// A camera 60 degrees high.

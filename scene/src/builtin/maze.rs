@@ -6,11 +6,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, dvec2, dvec3, vec2, vec3};
 
 use super::figure::{Figure, STRIDE_M, WARDROBE};
-use super::kit::{Kit, camera};
+use super::kit::{EYE_HEIGHT_M, Kit, camera};
 use super::mesher::Mesher;
 use super::rng::Rng;
+use super::texture;
 use super::track::Track;
-use super::{EYE_HEIGHT_M, texture};
 use crate::model::SceneCamera;
 
 /// Cells a side.

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use camera::{CorridorMap, Trace};
 use glam::{DAffine3, DVec3, Vec3, dvec3, vec2, vec3};
 
-use super::kit::Kit;
+use super::kit::{Kit, path as path_of};
 use super::maze::{self, CELLS, PERIOD_S, Plan, Route};
 use super::mesher::Mesher;
-use super::{path as path_of, teapots, texture};
+use super::{teapots, texture};
 use crate::model::{Material, SceneCamera};
 
 /// Width of corridors and walls.

@@ -30,16 +30,13 @@ mod tree;
 mod urban;
 
 use crate::model::{Scene, SceneCamera};
-use camera::{Rigid, Trace, TracePose};
-use glam::DVec3;
+use camera::Trace;
+pub use kit::EYE_HEIGHT_M;
 use kit::Kit;
 pub use model::load_with;
 
 /// What is shown when nobody asks for a scene.
 pub const DEFAULT: &str = "urban-moving";
-
-/// Height of a walker's eyes above the ground.
-pub const EYE_HEIGHT_M: f64 = 1.7;
 
 /// The still and the moving name of a scene, and what builds both.
 type Entry = (&'static str, &'static str, fn() -> Kit);
@@ -147,21 +144,6 @@ pub fn walk_eyes(name: &str) -> Vec<SceneCamera> {
         "urban" => urban::eyes(),
         _ => Vec::new(),
     }
-}
-
-/// Poses of a [`reflection_path`].
-const PATH_POSES: u32 = 60;
-/// How many of them a second has.
-const PATH_POSES_PER_S: f64 = 10.0;
-
-/// The path of eyes that look at targets, both by the share of the path gone and the time.
-fn path(at: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Trace {
-    let pose = |k: u32| {
-        let t_s = f64::from(k) / PATH_POSES_PER_S;
-        let (eye_world, target_world) = at(f64::from(k) / f64::from(PATH_POSES - 1), t_s);
-        TracePose { t_s, world_from_eye: Rigid::look_at(eye_world, target_world) }
-    };
-    Trace { poses: (0..PATH_POSES).map(pose).collect() }
 }
 
 /// After how many seconds a scene's motion repeats.

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3, dvec3, vec2, vec3};
 
-use super::kit::{Kit, camera};
+use super::kit::{EYE_HEIGHT_M, Kit, camera};
 use super::mesher::Mesher;
 use super::rng::Rng;
-use super::{EYE_HEIGHT_M, texture};
+use super::texture;
 use crate::model::SceneCamera;
 
 const HALF_M: f32 = 12.0;

@@ -6,10 +6,10 @@ use std::f64::consts::{PI, TAU};
 use camera::Trace;
 use glam::{DAffine3, DVec3, Vec3, dvec3, vec3};
 
-use super::kit::Kit;
+use super::kit::{Kit, path as path_of};
 use super::mesher::Mesher;
 use super::teapots::{glazed, pot, table};
-use super::{path as path_of, texture};
+use super::texture;
 use crate::model::Material;
 
 const PERIOD_S: f64 = 20.0;

@@ -18,8 +18,10 @@ mod gltf;
 mod limits;
 mod motion;
 mod mtl;
+mod numbers;
 mod obj;
 mod ply;
+mod request;
 mod source;
 mod summary;
 #[cfg(test)]
@@ -34,6 +36,7 @@ use crate::Scene;
 pub use error::LoadError;
 pub use limits::{LoadLimits, Progress, Stage};
 
+use request::Request;
 use source::Folder;
 use warnings::Warnings;
 
@@ -57,22 +60,6 @@ pub fn load(path: &Path, limits: &LoadLimits, progress: &(dyn Fn(Progress) + Syn
         Some(Format::Obj) => obj::load(&bytes, &request),
         Some(Format::Ply) => ply::load(&bytes, &request),
         None => Err(LoadError::UnknownFormat { path: path.to_owned() }),
-    }
-}
-
-/// What every format's loader is given beside the bytes.
-struct Request<'a> {
-    /// The scene's name.
-    name: String,
-    /// Where files that the scene refers to must lie.
-    folder: Folder,
-    limits: &'a LoadLimits,
-    progress: &'a (dyn Fn(Progress) + Sync),
-}
-
-impl Request<'_> {
-    fn report(&self, stage: Stage, done: usize, of: usize) {
-        (self.progress)(Progress { stage, share: done as f64 / of.max(1) as f64 });
     }
 }
 

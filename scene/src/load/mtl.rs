@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::obj::numbers;
+use super::numbers::numbers;
 use super::source::{self, shorten};
 use super::{LoadError, Request, Warnings, texture};
 use crate::model::Wrap;

@@ -14,6 +14,7 @@ use super::closed::is_closed;
 use super::geometry::{BuildOptions, Geometry, MissingNormals};
 use super::motion::{Part, still_scene};
 use super::mtl::Library;
+use super::numbers::numbers;
 use super::source::shorten;
 use super::{LoadError, Request, Stage, Warnings};
 use crate::{Material, Scene};
@@ -281,22 +282,6 @@ fn logical_lines(text: &str) -> Vec<std::borrow::Cow<'_, str>> {
         joined = goes_on.then(|| joined.unwrap_or(lines.len() - 1));
     }
     lines
-}
-
-/// Up to `N` numbers, of which `needed` must be there; the rest is 0.
-pub(super) fn numbers<'a, const N: usize>(
-    words: &mut impl Iterator<Item = &'a str>,
-    needed: usize,
-) -> Option<[f64; N]> {
-    let mut values = [0.0; N];
-    for (index, value) in values.iter_mut().enumerate() {
-        match words.next() {
-            Some(word) => *value = word.parse().ok()?,
-            None if index < needed => return None,
-            None => break,
-        }
-    }
-    Some(values)
 }
 
 /// An index as written, from 1, or from -1 backwards, to one from 0.

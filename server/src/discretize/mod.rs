@@ -79,7 +79,7 @@ impl Discretizer {
         method: Discretization,
     ) -> Result<PendingCaptures, RenderError> {
         if cameras.is_empty() || cameras.len() > MAX_IMAGES {
-            return Err(RenderError::ImageCount(cameras.len()));
+            return Err(RenderError::ImageCount { images: cameras.len(), most: MAX_IMAGES });
         }
         let cameras = method.cameras(cameras);
         cameras.iter().try_for_each(|camera| check_camera(&self.gpu, camera))?;

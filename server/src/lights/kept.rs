@@ -4,6 +4,9 @@ use std::sync::Arc;
 use protocol::{Lamp, Lighting};
 use scene::{Scene, Snapshot};
 
+/// Corners of a lamp.
+pub(super) const CORNERS: usize = 4;
+
 /// What a client was sent of lights.
 #[derive(Debug, Default)]
 pub struct Kept {

@@ -28,6 +28,3 @@ mod serve;
 
 pub use kept::Kept;
 pub use serve::{Serving, serve};
-
-/// Corners of a lamp.
-pub(crate) const CORNERS: usize = 4;

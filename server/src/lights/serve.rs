@@ -8,15 +8,14 @@ use glam::{DVec3, Vec3};
 use protocol::{Lamp, Light, Purpose};
 use scene::{Scene, Snapshot};
 
-use super::CORNERS;
-use super::kept::{Kept, KeptLight, Set};
+use super::kept::{CORNERS, Kept, KeptLight, Set};
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
 use crate::discretize::{DepthPrecision, Discretization};
-use crate::frame::StageError;
 use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
 use crate::revise::{Revision, revise};
+use crate::stage_error::StageError;
 
 /// A probe has as many pixels as a square of this side: a teapot on a table under a lamp is thirty of them wide, its spout two.
 const PROBE_PX: u32 = 128;

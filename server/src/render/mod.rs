@@ -11,12 +11,14 @@
 //! the triangle within its mesh, stable over the life of the scene; 0 is nothing.
 
 mod cull;
+mod error;
 mod materials;
 mod pipelines;
 mod rays;
 mod texture;
 mod upload;
 
+pub use error::RenderError;
 pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry};
 pub use pipelines::{Faces, Layouts, Pass, Pipelines};
 pub(crate) use rays::RayBuffers;
@@ -30,69 +32,6 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use gpu::{Gpu, PinholeUniform};
 use scene::{Bounds, Scene, Snapshot, Vertex};
 use wgpu::util::DeviceExt;
-
-/// Why a scene cannot be drawn.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// Ids have 16 bits.
-    #[error("the scene has {0} instances; at most 65535 can be told apart")]
-    TooManyInstances(usize),
-    /// Ids have 32 bits.
-    #[error("the scene has {0} triangles with its instances counted; at most 4294967294 can be told apart")]
-    TooManyTriangles(u64),
-    /// The device's limit.
-    #[error("{what} of the scene take {bytes} bytes; this GPU takes {limit}")]
-    TooLarge {
-        /// What is too large.
-        what: &'static str,
-        /// How large.
-        bytes: u64,
-        /// The limit.
-        limit: u64,
-    },
-    /// Triangles that no hierarchy of a few levels holds apart.
-    #[error("the scene's triangles need {levels} levels of boxes to be told apart by rays; {limit} can be followed")]
-    TooDeep {
-        /// How many.
-        levels: usize,
-        /// The limit.
-        limit: usize,
-    },
-    /// Rays were not asked for when the scene was uploaded.
-    #[error("this method follows rays, which the scene was not prepared for")]
-    NoRays,
-    /// The GPU has no compute shaders.
-    #[error("this camera cuts triangles in compute shaders, which this GPU does not have")]
-    NoCompute,
-    /// A snapshot of another scene.
-    #[error("the snapshot has {found} instances, the scene {expected}")]
-    OtherScene {
-        /// Of the snapshot.
-        found: usize,
-        /// Of the scene.
-        expected: usize,
-    },
-    /// More images in one set than the redundancy test takes, or none.
-    #[error("{0} images in one set; 1 to {max} can be made", max = crate::discretize::MAX_IMAGES)]
-    ImageCount(usize),
-    /// A camera that is not valid, or larger than the GPU's textures.
-    #[error("a camera of {width_px}x{height_px} pixels cannot be drawn")]
-    Camera {
-        /// Its width.
-        width_px: u32,
-        /// Its height.
-        height_px: u32,
-    },
-    /// A mistake in the program's shaders.
-    #[error(transparent)]
-    Shader(#[from] shaders::ShaderError),
-    /// Bytes did not come back.
-    #[error(transparent)]
-    Readback(#[from] gpu::ReadbackError),
-    /// The device went away.
-    #[error(transparent)]
-    Gpu(#[from] gpu::GpuError),
-}
 
 /// `Instance` of `server/scene.wgsl`.
 #[repr(C)]
@@ -112,6 +51,10 @@ pub(crate) struct InstanceRecord {
     pub first_index: u32,
     pub tint: [u8; 4],
     pub padding: u32,
+}
+
+fn rgba([red, green, blue]: [u8; 3]) -> [u8; 4] {
+    [red, green, blue, 255]
 }
 
 /// Instances that share buffers, texture and pipeline, and follow each other in the instance buffer.
@@ -232,7 +175,7 @@ impl SceneRenderer {
     /// Shows an object's base colours multiplied by `tint` from now on, see [`scene::Instance::tint`]; the tint until now.
     pub(crate) fn set_tint(&mut self, object: u16, tint: [u8; 3]) -> [u8; 3] {
         let Some(slot) = self.slots.iter().position(|slot| slot.object == u32::from(object)) else { return tint };
-        let [red, green, blue, _] = std::mem::replace(&mut self.records[slot].tint, upload::rgba(tint));
+        let [red, green, blue, _] = std::mem::replace(&mut self.records[slot].tint, rgba(tint));
         let offset = (slot * size_of::<InstanceRecord>()) as u64;
         self.gpu.queue.write_buffer(&self.instances, offset, bytemuck::bytes_of(&self.records[slot]));
         [red, green, blue]
@@ -389,7 +332,7 @@ impl SceneRenderer {
         }
         let layout = Layouts::new(&self.gpu, false).scene;
         let bound = [&self.instances, &self.surfaces, &self.vertices, &self.indices];
-        Ok(upload::scene_group(&self.gpu, &layout, &bound))
+        Ok(pipelines::scene_group(&self.gpu, &layout, &bound))
     }
 
     fn upload_deformed(&mut self, object: u32, vertices: &[Vertex]) {

@@ -3,7 +3,7 @@
 use gpu::Gpu;
 use scene::Vertex;
 
-use super::RenderError;
+use super::error::RenderError;
 
 /// The depth buffer of every pass: reversed, so that near is 1.
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -184,4 +184,13 @@ fn pipeline(
         multiview_mask: None,
         cache: None,
     })
+}
+
+/// Group 1: buffers in the order of their bindings.
+pub(super) fn scene_group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0_u32..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("scene"), layout, entries: &entries })
 }

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use scene::{Scene, Snapshot, Vertex};
 use wgpu::util::DeviceExt;
 
-use super::RenderError;
+use super::error::RenderError;
 
 /// `RAY_LEVELS` of `server/rays.wgsl`.
 const MAX_LEVELS: usize = 64;

@@ -10,7 +10,8 @@ use scene::{Bounds, Scene, Vertex};
 use wgpu::util::DeviceExt;
 
 use super::materials::SurfaceMaterial;
-use super::{Batch, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, texture};
+use super::pipelines::scene_group;
+use super::{Batch, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, rgba, texture};
 
 /// Where a mesh, or the copy of a deforming instance, begins in the buffers.
 #[derive(Debug, Clone, Copy)]
@@ -109,10 +110,6 @@ fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<In
     (batches, slots, records)
 }
 
-pub(super) fn rgba([red, green, blue]: [u8; 3]) -> [u8; 4] {
-    [red, green, blue, 255]
-}
-
 /// The id of each instance's first triangle.
 fn triangle_bases(scene: &Scene) -> Vec<u32> {
     let triangles =
@@ -191,15 +188,6 @@ impl SceneRenderer {
         renderer.update(&scene.at(0.0), scene.bounds.centre())?;
         Ok(renderer)
     }
-}
-
-/// Group 1: buffers in the order of their bindings.
-pub(super) fn scene_group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0_u32..)
-        .zip(buffers)
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-        .collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("scene"), layout, entries: &entries })
 }
 
 /// One bind group a texture, and a white one for materials without.

@@ -7,14 +7,17 @@
 
 pub mod parts;
 
+mod kept;
+
 use camera::Pinhole;
 use glam::DVec2;
 use protocol::DepthImage;
 use protocol::held::PatchId;
 
-use crate::frame::Client;
+use crate::client::Client;
 use crate::plan::Rules;
 use crate::viewer::Viewer;
+pub use kept::{Kept, Strip};
 
 /// Who stood still for so long means to: longer than between two events of a mouse that is dragged slowly.
 const REST_AFTER_S: f64 = 0.15;
@@ -26,23 +29,6 @@ const BYTES_PER_PX: f64 = 1.5;
 const HELD_BYTES_PER_PX: u64 = 26;
 /// Part of a client's budget that such a view may take.
 const BUDGET_SHARE: u64 = 2;
-
-/// What a client was sent of its view at rest.
-#[derive(Debug, Default)]
-pub struct Kept {
-    camera: Option<Pinhole>,
-    rows: u32,
-    patches: Vec<PatchId>,
-}
-
-/// Rows of a view that are to be sent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strip {
-    /// The whole view.
-    pub view: Pinhole,
-    /// These rows of it, from the same eye.
-    pub camera: Pinhole,
-}
 
 /// The rows that a client lacks of its view at rest; `None` of one that moves, has no picture yet, or has them all.
 pub fn lacking(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> Option<Strip> {
@@ -65,20 +51,6 @@ fn wanted(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> Option
     let rests = viewer.rested_s(now_s) >= REST_AFTER_S;
     (rules.rests && fits && rests && client.focus.is_some())
         .then(|| Pinhole::symmetric(viewer.world_from_eye, (width_px, height_px), viewer.view.fov_y_rad, rules.near_m))
-}
-
-impl Kept {
-    /// Rows were sent, in one patch or several.
-    pub fn sent(&mut self, strip: &Strip, patches: &[PatchId]) {
-        self.camera = Some(strip.view);
-        self.rows += strip.camera.height_px;
-        self.patches.extend(patches);
-    }
-
-    /// Forgets the rows of any other view than `view`, and says which patches they were.
-    pub fn drop_others(&mut self, view: Option<&Pinhole>) -> Vec<PatchId> {
-        if self.camera.as_ref() == view { Vec::new() } else { std::mem::take(self).patches }
-    }
 }
 
 /// The patches that a client has no use for any more, as its viewer moved on.

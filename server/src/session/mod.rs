@@ -21,8 +21,9 @@ use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
 use scene::Scene;
 use tokio::sync::{Semaphore, watch};
 
+use crate::client::Client;
 use crate::config::Config;
-use crate::frame::{Client, Stage};
+use crate::frame::Stage;
 use crate::imager::Imager;
 use crate::plan::{self, Rules};
 use crate::stats::Stats;

@@ -2,7 +2,7 @@ use camera::Pinhole;
 use gpu::{Gpu, Readback, ReadbackError};
 use wgpu::TextureFormat;
 
-use super::AddressView;
+use super::view::AddressView;
 use crate::SurfaceError;
 use crate::gbuffer::GBuffer;
 use crate::held::HeldSurfaces;

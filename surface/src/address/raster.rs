@@ -13,7 +13,7 @@ use protocol::PatchId;
 use protocol::image::{octahedral_code, octahedral_normal_with_rest};
 use rayon::prelude::*;
 
-use super::{AddressTexel, AddressView};
+use super::view::{AddressTexel, AddressView};
 use crate::held::{HeldSurfaces, PatchSurface, QUAD_INDICES, QuadBuffers};
 use crate::mesh::{PatchMesh, Vertex};
 use crate::pass::{Placement, setback};

@@ -10,6 +10,7 @@ pub mod occlusion;
 mod output;
 mod reflect;
 mod relief;
+mod settings;
 mod steps;
 mod streamed;
 mod times;
@@ -17,61 +18,15 @@ mod times;
 use anyhow::Context;
 use clap::Args;
 use gpu::Gpu;
-use occlusion::StabilityPlan;
 use scene::Scene;
 use server::impostors::Needs;
 
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
+use settings::{Arguments, Settings};
 
 /// See the module.
 pub struct Impostors;
-
-/// What only this topic takes.
-#[derive(Debug, Default, clap::Args)]
-struct Arguments {
-    /// Poses along the path [default: 60, with --quick 6; of occlusion 120 and 24].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    poses: Option<u64>,
-    /// Leaves out how much an image holds, what rays cost, and what a session spends.
-    #[arg(long)]
-    only_errors: bool,
-    /// Compares one ray through each pixel's centre, in the truth and by the client: what smooths edges and averages colours is in neither.
-    #[arg(long)]
-    one_ray: bool,
-}
-
-/// What a run of the topic measures.
-#[derive(Debug, Clone)]
-struct Settings {
-    size_px: (u32, u32),
-    poses: usize,
-    only_errors: bool,
-    one_ray: bool,
-    quick: bool,
-    occlusion: StabilityPlan,
-}
-
-impl Settings {
-    fn of(run: &Run, arguments: &Arguments) -> Settings {
-        let size_px = run.size_px.unwrap_or(if run.quick { (128, 128) } else { (512, 512) });
-        let poses = arguments.poses.map_or(if run.quick { 6 } else { 60 }, |poses| poses as usize);
-        let plan = if run.quick { StabilityPlan::QUICK } else { StabilityPlan::FULL };
-        let occlusion = StabilityPlan {
-            size_px: run.size_px.unwrap_or(plan.size_px),
-            poses: arguments.poses.map_or(plan.poses, |poses| poses as usize),
-            ..plan
-        };
-        Settings {
-            size_px,
-            poses,
-            only_errors: arguments.only_errors,
-            one_ray: arguments.one_ray,
-            quick: run.quick,
-            occlusion,
-        }
-    }
-}
 
 impl Topic for Impostors {
     fn name(&self) -> &'static str {

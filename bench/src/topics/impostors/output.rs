@@ -1,7 +1,7 @@
 //! Notes, tables, bars and plots of the topic.
 
-use super::Settings;
 use super::occlusion::{StabilityPlan, StabilityTable};
+use super::settings::Settings;
 use client::draw::occlusion::Occlusion;
 
 use super::reflect::{DECIDED, MAPS, METHODS, PINHOLES};

@@ -15,7 +15,7 @@ use server::discretize::{DepthPrecision, Discretization, Discretizer, depth_imag
 use server::impostors::draw::{ImpostorDrawer, Subject};
 use server::impostors::{Needs, Wanted};
 
-use super::Settings;
+use super::settings::Settings;
 use crate::client_view::{ClientView, HeldSet};
 use crate::compare::Picture;
 use crate::raytrace::{Effects, RayTruth, TracedPicture, masked_errors, reflectors};

@@ -8,7 +8,7 @@ use gpu::Gpu;
 use protocol::codec::{Coding, encode_patch};
 use protocol::{Held, Look, Purpose};
 
-use super::Settings;
+use super::settings::Settings;
 use crate::client_view::ClientView;
 use crate::compare::score;
 use crate::report::{Report, Row};

@@ -7,8 +7,8 @@ use protocol::Look;
 use rayon::prelude::*;
 use scene::Scene;
 
-use super::Settings;
 use super::reflect::{Images, Maker, Path};
+use super::settings::Settings;
 use crate::raytrace::{Effects, RayTruth, reflectors};
 use crate::report::{Report, Row};
 use crate::stage::Stage;

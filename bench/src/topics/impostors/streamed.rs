@@ -9,8 +9,8 @@ use protocol::{PatchId, Purpose};
 use scene::Scene;
 use server::impostors::Needs;
 
-use super::Settings;
 use super::reflect::Path;
+use super::settings::Settings;
 use crate::report::{Report, Row};
 use crate::topics::sent_once::walk::{Setup, UPDATE_HZ, Walker};
 

@@ -6,8 +6,8 @@ use gpu::Gpu;
 use protocol::Look;
 use scene::Scene;
 
-use super::Settings;
 use super::reflect::{Images, Maker, Path, held_view, put_up};
+use super::settings::Settings;
 use crate::client_view::ClientView;
 use crate::report::{Report, Row};
 use crate::spread::{Better, Spread};

@@ -14,9 +14,16 @@ use server::coding::CodingRule;
 use server::imager::GpuImager;
 use tokio::runtime::Runtime;
 
-use super::Drawn;
 use super::setup::{CLIENT_HZ, Replay, SERVER_HZ};
 use crate::compare::Picture;
+
+/// Which pictures are drawn and scored.
+pub type Drawn = fn(usize) -> bool;
+
+/// Two neighbours of every ten pictures: few enough to be quick, and flicker is still known.
+pub fn two_of_ten(frame: usize) -> bool {
+    frame % 10 < 2
+}
 
 /// How the server samples and what lies between it and the viewer.
 #[derive(Debug, Clone, Copy)]

@@ -7,6 +7,8 @@
 //!
 //! With `--motion` the traces are made by [`crate::motion`], and each part of a motion is a row ([`moving`]).
 
+mod arguments;
+mod bench;
 mod curves;
 mod expected;
 mod ffmpeg;
@@ -21,20 +23,15 @@ mod sheets;
 mod truths;
 mod video;
 
-use std::path::PathBuf;
-
 use anyhow::ensure;
 use clap::Args;
-use gpu::Gpu;
 use network::Link;
-use protocol::message::Clock;
 
-use crate::options;
-use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
-use live::Operation;
-use moving::Motions;
+use arguments::{Arguments, Protocol};
+use bench::Bench;
+use live::{Drawn, Operation, two_of_ten};
 use outcome::{Outcome, What};
 use setup::{Network, Replay};
 use truths::Truths;
@@ -50,70 +47,6 @@ const ROUND_TRIPS_MS: &[f64] = &[20.0, 100.0, 200.0];
 /// Bit rates of the video, in Mbit/s, beside the one that spends what we spend.
 const VIDEO_MBIT: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0];
 const QUICK_VIDEO_MBIT: &[f64] = &[2.0, 8.0];
-
-/// What the topic takes beside what every topic takes.
-#[derive(Args, Debug)]
-struct Arguments {
-    /// Replay the scenes and traces of other systems' published figures, as they did, and show those figures beside ours.
-    #[arg(long, value_enum)]
-    protocol: Option<Protocol>,
-    /// Instead of along a trace, move as people do: orbit, flick, walk, turn, rest, or all; may be given several times.
-    #[arg(long, value_name = "MOTION", value_parser = moving::motions, conflicts_with_all = ["protocol", "trace", "frames"])]
-    motion: Vec<Motions>,
-    /// What a round of the motion orbit takes, in seconds.
-    #[arg(long, value_name = "SECONDS", default_value_t = crate::motion::ORBIT_S, value_parser = options::seconds)]
-    orbit_s: f64,
-    /// Hold an animated scene as it is at this time, for motions.
-    #[arg(long, value_name = "SECONDS", requires = "motion", allow_negative_numbers = true)]
-    held_at: Option<f64>,
-    /// Antialiasing on both sides: video of frames with 16 samples a pixel, judged by a truth with as many.
-    #[arg(long)]
-    antialias: bool,
-    /// No video beside it.
-    #[arg(long)]
-    no_video: bool,
-    /// The emulated network, e.g. rtt=100,jitter=20,mbit=20 (milliseconds, Mbit/s each way); may be given several times. Default:
-    /// rtt=100,jitter=20, or the protocol's.
-    #[arg(long, value_name = "LINK")]
-    network: Vec<Link>,
-    /// Time advances with the viewer's stamps, the same on every machine; or real time.
-    #[arg(long, value_enum, default_value_t)]
-    clock: ClockName,
-    /// Images a set.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=server::Config::MAX_IMAGES as u64))]
-    images: u64,
-    /// An image has as many pixels as a square of this side, in the shape of the view.
-    #[arg(long, value_name = "PX", default_value_t = 512, value_parser = clap::value_parser!(u32).range(
-        i64::from(*server::Config::IMAGE_SIZES_PX.start())..=i64::from(*server::Config::IMAGE_SIZES_PX.end())))]
-    image_size: u32,
-    /// Stop after so many pictures.
-    #[arg(long, value_name = "N")]
-    frames: Option<usize>,
-    /// Only the run at these settings: no other image sizes and round trips.
-    #[arg(long)]
-    no_sweeps: bool,
-    /// The ffmpeg to code video with.
-    #[arg(long, value_name = "PATH", default_value = "ffmpeg")]
-    ffmpeg: PathBuf,
-}
-
-/// `--protocol`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Protocol {
-    /// Three scenes that QUASAR (SIGGRAPH 2025) and its baselines were run on; files in VANTAGE_ASSETS.
-    #[value(name = "quasar-2025")]
-    Quasar2025,
-}
-
-/// `--clock`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
-enum ClockName {
-    /// Time advances with the viewer's stamps.
-    #[default]
-    Virtual,
-    /// Real time.
-    Wall,
-}
 
 impl Topic for NovelViews {
     fn name(&self) -> &'static str {
@@ -162,38 +95,7 @@ impl Topic for NovelViews {
     }
 }
 
-/// What all scenes share.
-struct Bench<'a> {
-    gpu: &'a Gpu,
-    run: &'a Run,
-    arguments: &'a Arguments,
-    has_ffmpeg: bool,
-    progress: Progress,
-}
-
-impl<'a> Bench<'a> {
-    fn new(gpu: &'a Gpu, run: &'a Run, arguments: &'a Arguments, scenes: usize) -> Bench<'a> {
-        let progress = Progress::new("novel-views", scenes as u64);
-        Bench { gpu, run, arguments, has_ffmpeg: ffmpeg::is_installed(&arguments.ffmpeg), progress }
-    }
-
-    fn replay(&self, scene: &str) -> anyhow::Result<Replay> {
-        let (arguments, run) = (self.arguments, self.run);
-        let mut replay = match arguments.protocol {
-            Some(Protocol::Quasar2025) => setup::quasar_2025(scene, &setup::assets()?, arguments.frames)?,
-            None => setup::own(scene, run.trace.as_deref(), run.size_px, arguments.frames)?,
-        };
-        self.set_networks(&mut replay);
-        Ok(replay)
-    }
-
-    /// Those that were asked for.
-    fn set_networks(&self, replay: &mut Replay) {
-        if !self.arguments.network.is_empty() {
-            replay.networks = self.arguments.network.iter().copied().map(Network::of_link).collect();
-        }
-    }
-
+impl Bench<'_> {
     /// Everything about one scene along a trace.
     fn measure(&self, replay: &Replay, report: &mut Report) -> anyhow::Result<()> {
         ensure!(!replay.networks.is_empty(), "a replay has a network");
@@ -257,23 +159,6 @@ impl<'a> Bench<'a> {
         outcome::ours(replay, network, &operation, lived, truths, what)
     }
 
-    /// As asked for.
-    fn operation(&self, network: &Network, drawn: Drawn, scored: Drawn) -> Operation {
-        let clock = match self.arguments.clock {
-            ClockName::Virtual => Clock::Virtual,
-            ClockName::Wall => Clock::Wall,
-        };
-        Operation {
-            images: self.arguments.images as usize,
-            image_px: self.arguments.image_size,
-            link: network.link,
-            clock,
-            drawn,
-            scored,
-            antialias: self.arguments.antialias,
-        }
-    }
-
     /// Video at bit rates over a network; without ffmpeg one row that says so.
     fn videos(
         &self,
@@ -297,12 +182,4 @@ impl<'a> Bench<'a> {
         };
         bit_rates.iter().map(one).collect()
     }
-}
-
-/// Which pictures are drawn and scored.
-type Drawn = fn(usize) -> bool;
-
-/// Two neighbours of every ten pictures: few enough to be quick, and flicker is still known.
-fn two_of_ten(frame: usize) -> bool {
-    frame % 10 < 2
 }

@@ -2,30 +2,19 @@
 
 use network::Link;
 
-use super::live::{self, Lived};
+use super::bench::Bench;
+use super::live::{self, Drawn, Lived};
 use super::moving_table::{self, PartRow};
 use super::outcome::{Who, row, times};
 use super::setup::{self, CLIENT_HZ, Network, Replay};
 use super::truths::{Pair, Truths, paired, scored};
-use super::{Bench, Drawn, expected, sheets, video};
+use super::{expected, sheets, video};
 use crate::compare::folder::FrameRow;
 use crate::motion::{self, Motion, Part, RESTS_AFTER_S};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
 use crate::report::{Report, Row};
 use crate::spread::{Better, Spread};
 use crate::topic::scene_label;
-
-/// What one `--motion` names.
-pub type Motions = &'static [Motion];
-
-/// Reads `--motion`.
-pub fn motions(text: &str) -> Result<Motions, String> {
-    if text == "all" {
-        return Ok(&Motion::ALL);
-    }
-    let named = Motion::ALL.chunks(1).find(|motion| motion[0].name() == text);
-    named.ok_or_else(|| "a motion is orbit, flick, walk, turn, rest or all".to_owned())
-}
 
 /// Measures every motion that was asked for in a scene; what fails becomes a row.
 pub fn measure(bench: &Bench<'_>, scene: &str, report: &mut Report) {
@@ -226,7 +215,7 @@ fn scored_frames(motion: Motion, quick: bool) -> Drawn {
             390..450 => frame % 4 < 2,
             _ => frame % 30 < 2,
         },
-        (_, false) => super::two_of_ten,
+        (_, false) => live::two_of_ten,
         (_, true) => |frame| frame % 40 < 2,
     }
 }
@@ -241,6 +230,7 @@ fn refining(motion: Motion, scored: Drawn) -> Drawn {
 
 #[cfg(test)]
 mod tests {
+    use super::super::arguments;
     use super::*;
     use crate::motion::ORBIT_S;
 
@@ -269,8 +259,8 @@ mod tests {
 
     #[test]
     fn motions_are_read() {
-        assert_eq!(motions("rest"), Ok(&[Motion::Rest][..]));
-        assert_eq!(motions("all").map(<[Motion]>::len), Ok(5));
-        assert!(motions("fly").is_err());
+        assert_eq!(arguments::motions("rest"), Ok(&[Motion::Rest][..]));
+        assert_eq!(arguments::motions("all").map(<[Motion]>::len), Ok(5));
+        assert!(arguments::motions("fly").is_err());
     }
 }

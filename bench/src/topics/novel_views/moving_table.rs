@@ -1,6 +1,6 @@
 //! The table and the bars of motions.
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::outcome::Who;
 use super::setup::Network;
 use crate::report::table::{Table, number};

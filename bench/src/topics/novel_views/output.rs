@@ -1,11 +1,12 @@
 //! Tables, bars, plots and pictures of what was measured along a trace.
 
+use super::arguments::Protocol;
+use super::bench::Bench;
 use super::curves::crossing;
 use super::outcome::{Outcome, What, Who};
 use super::setup::{CLIENT_HZ, Network, Replay, SERVER_HZ};
 use super::truths::Pair;
 use super::video::MARGIN_RAD;
-use super::{Bench, Protocol};
 use crate::compare::flip::error_picture;
 use crate::compare::{Picture, flip_map};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};

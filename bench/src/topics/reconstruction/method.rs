@@ -4,7 +4,7 @@ use client::draw::frame::Options;
 use server::discretize::Discretization;
 use surface::{Corners, Smoothing};
 
-use super::{IMAGES, Settings};
+use super::settings::{IMAGES, Settings};
 use crate::sets::SetPlan;
 
 /// Settings of a curve beside the product's own are seen from every fourth eye.

@@ -12,8 +12,10 @@
 mod baselines;
 pub(crate) mod cover;
 mod eyes;
+mod found;
 mod method;
 mod output;
+mod settings;
 mod settled;
 
 use anyhow::Context;
@@ -24,97 +26,25 @@ use protocol::held::HeldPatch;
 use protocol::{DepthImage, Look};
 use rayon::prelude::*;
 use server::coding::CodingRule;
-use server::discretize::{Discretization, Discretizer};
+use server::discretize::Discretizer;
 use surface::mesh::{self, MeshOptions, OffsetImage};
 use surface::{HeldSurfaces, PatchMesh};
 
 use crate::client_view::{ClientView, HeldSet};
-use crate::compare::{Picture, Scores, flip_map, score};
+use crate::compare::score;
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
-use crate::sets::{self, ImageSet, SetPlan};
-use crate::spread::{Better, Spread};
+use crate::sets::{self, ImageSet};
 use crate::stage::{Stage, picture};
 use crate::topic::{Run, Topic, scene_label};
-use cover::{HeldImage, Shares, Verdict, shares, verdicts};
+use cover::{HeldImage, shares, verdicts};
 use eyes::Eye;
+use found::{Found, Shown};
 use method::{Method, Rebuilt, Source, methods};
+use settings::{Arguments, SEED, Settings};
 
 /// See the module.
 pub struct Reconstruction;
-
-/// Output where `--size` gives none.
-const OUTPUT_PX: (u32, u32) = (512, 512);
-/// Of the product's set.
-const IMAGES: usize = 4;
-const IMAGE_PX: u32 = 512;
-/// Eyes of a full and of a quick run.
-const EYES: usize = 64;
-const QUICK_EYES: usize = 6;
-const SEED: u64 = 1;
-
-/// What only this topic takes.
-#[derive(Debug, Default, clap::Args)]
-struct Arguments {
-    /// Eyes that look at each scene [default: 64, with --quick 6].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
-    eyes: Option<u64>,
-    /// Only what the bars are about, with conventional images of the same views beside it.
-    #[arg(long)]
-    only_bars: bool,
-}
-
-/// What a run of the topic measures.
-#[derive(Debug, Clone, Copy)]
-struct Settings {
-    size_px: (u32, u32),
-    eyes: usize,
-    /// Side of the images of the product's set.
-    image_px: u32,
-    /// Whether other sizes and counts of images are measured too.
-    curves: bool,
-    /// Whether other corners, and sets that were completed, are left out.
-    only_bars: bool,
-}
-
-impl Settings {
-    fn of(run: &Run, arguments: &Arguments) -> Settings {
-        let usual = if run.quick { QUICK_EYES } else { EYES };
-        Settings {
-            size_px: run.size_px.unwrap_or(OUTPUT_PX),
-            eyes: arguments.eyes.map_or(usual, |eyes| eyes as usize),
-            image_px: IMAGE_PX,
-            curves: !run.quick && !arguments.only_bars,
-            only_bars: arguments.only_bars,
-        }
-    }
-
-    fn product(&self) -> SetPlan {
-        SetPlan { discretization: Discretization::default(), images: IMAGES, image_px: self.image_px }
-    }
-}
-
-/// What was found at one eye.
-struct Found {
-    shares: Shares,
-    scores: Scores,
-    times_ms: [f64; 3],
-    encoded_bytes: f64,
-    raw_bytes: f64,
-    samples: f64,
-}
-
-/// A frame that waits for its scores.
-struct Shown {
-    eye: usize,
-    drawn: Picture,
-    verdicts: Vec<Verdict>,
-    times_ms: [f64; 3],
-    images: Vec<DepthImage>,
-}
-
-/// Names of [`Found::times_ms`].
-const STAGES: [&str; 3] = ["images", "build", "frame"];
 
 impl Topic for Reconstruction {
     fn name(&self) -> &'static str {

@@ -2,12 +2,18 @@
 
 use serde_json::json;
 
-use super::{
-    Better, Eye, Found, IMAGES, Method, Picture, Report, Row, Run, SEED, STAGES, Settings, Shown, Spread, Verdict,
-    flip_map, picture,
-};
+use super::cover::Verdict;
+use super::eyes::Eye;
+use super::found::{Found, STAGES, Shown};
+use super::method::Method;
+use super::settings::{IMAGES, SEED, Settings};
 use crate::compare::flip::error_picture;
+use crate::compare::{Picture, flip_map};
 use crate::report::plot::{Scatter, Series, draw_scatter};
+use crate::report::{Report, Row};
+use crate::spread::{Better, Spread};
+use crate::stage::picture;
+use crate::topic::Run;
 
 /// Settings and notes.
 pub(super) fn describe(report: &mut Report, settings: &Settings) {

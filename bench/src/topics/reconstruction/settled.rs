@@ -8,16 +8,17 @@ use gpu::Gpu;
 use protocol::DepthImage;
 use protocol::message::ViewSize;
 use scene::Scene;
-use server::frame::{Client, Stage};
+use server::client::Client;
+use server::frame::Stage;
 use server::imager::GpuImager;
 use server::viewer::Viewer;
 use surface::HeldSurfaces;
 
 use super::cover::{HeldImage, verdicts};
 use super::eyes::Eye;
-use super::{Shown, sets};
+use super::found::Shown;
 use crate::client_view::{ClientView, HeldSet};
-use crate::sets::SetPlan;
+use crate::sets::{self, SetPlan};
 
 /// A server's stage for one scene.
 pub(super) struct Server {

@@ -5,8 +5,8 @@ use server::discretize::{Discretization, Redundancy, RedundancyTest};
 
 use super::metrics::{Bench, on_gpu};
 use super::output;
+use super::settings::{IMAGES, SEED};
 use super::triangle::ViewTriangle;
-use super::{IMAGES, SEED};
 use crate::report::Row;
 
 /// Frames that say what is useful.

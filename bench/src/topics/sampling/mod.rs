@@ -7,15 +7,15 @@
 //! many samples, and what images are left out where they would add nothing.
 
 mod convergence;
+mod made;
 mod metrics;
 mod output;
 mod paper;
 mod pictures;
 mod placed;
+mod settings;
 mod tables;
 mod triangle;
-
-use std::time::Instant;
 
 use anyhow::Context;
 use camera::Pinhole;
@@ -34,86 +34,16 @@ use crate::sets;
 use crate::stage::{Stage, picture};
 use crate::topic::{Run, Topic, scene_label};
 use crate::topics::reconstruction::cover::{HeldImage, shares, verdicts};
-use metrics::{Bench, Worth, on_gpu};
+use made::{Made, make, sample_count};
+use metrics::{Bench, on_gpu};
+use settings::{Arguments, IMAGES, SEED, Settings};
 use triangle::ViewTriangle;
 
 /// See the module.
 pub struct Sampling;
 
-/// Images at the corners.
-const IMAGES: usize = 3;
-const SEED: u64 = 1;
-/// Runs of which times are medians.
-const REPEATS: usize = 3;
 /// Every so many frames is drawn by a client, too.
 const DRAWN_STRIDE: usize = 8;
-
-/// What only this topic takes.
-#[derive(Debug, Default, clap::Args)]
-struct Arguments {
-    /// Output frames between the corners [default: 1000, with --quick 40].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    frames: Option<u64>,
-    /// Side of the reference images in pixels [default: 1024, with --quick 512].
-    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(16..=4096))]
-    image_size: Option<u32>,
-    /// Side of the triangle of viewpoints in metres.
-    #[arg(long, value_name = "M")]
-    side: Option<f64>,
-    /// Only these methods beside conventional and non-redundant images and depth peeling; `all` names every one.
-    #[arg(long, value_name = "NAME", default_value = "all")]
-    method: Vec<String>,
-    /// Leaves out how the metrics converge with the size of images.
-    #[arg(long)]
-    no_convergence: bool,
-}
-
-/// What a run of the topic measures.
-#[derive(Debug, Clone)]
-struct Settings {
-    size_px: (u32, u32),
-    image_px: u32,
-    frames: usize,
-    side_m: Option<f64>,
-    /// Names of methods, or `all`.
-    methods: Vec<String>,
-    /// Sizes of images at which the metrics are compared, by pixels and by rays.
-    convergence_px: Vec<u32>,
-}
-
-impl Settings {
-    fn of(run: &Run, arguments: &Arguments) -> Settings {
-        let (frames, image_px, sizes): (_, _, &[u32]) =
-            if run.quick { (40, 512, &[256, 512, 1024]) } else { (1000, 1024, &[512, 1024, 2048, 4096]) };
-        Settings {
-            size_px: run.size_px.unwrap_or(if run.quick { (256, 256) } else { (512, 512) }),
-            image_px: arguments.image_size.unwrap_or(image_px),
-            frames: arguments.frames.map_or(frames, |frames| frames as usize),
-            side_m: arguments.side,
-            methods: arguments.method.clone(),
-            convergence_px: if arguments.no_convergence { Vec::new() } else { sizes.to_vec() },
-        }
-    }
-}
-
-impl Settings {
-    /// Whether a method is measured; the paper's three always are.
-    fn wants(&self, name: &str) -> bool {
-        paper::THREE.contains(&name) || self.methods.iter().any(|wanted| wanted == "all" || wanted == name)
-    }
-}
-
-/// A set of images by a method.
-struct Made {
-    name: String,
-    method: Discretization,
-    captures: Vec<Capture>,
-    /// Wall time of the set without readback; of its first image alone.
-    set_ms: f64,
-    first_ms: f64,
-    /// Of choosing views, where they were chosen.
-    choice_ms: f64,
-}
 
 impl Topic for Sampling {
     fn name(&self) -> &'static str {
@@ -219,39 +149,6 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
         progress.step();
     }
     output::plots(&label, run, report)
-}
-
-/// Makes a set, and times it.
-fn make(
-    gpu: &Gpu,
-    bench: &mut Bench<'_>,
-    name: String,
-    method: Discretization,
-    cameras: &[Pinhole],
-) -> anyhow::Result<Made> {
-    let mut timed = |cameras: &[Pinhole]| {
-        let mut times_ms = Vec::new();
-        let mut captures = Vec::new();
-        // The first run warms up.
-        for _ in 0..=REPEATS {
-            let started = Instant::now();
-            let pending = bench.discretizer.run(&bench.stage.renderer, cameras, method)?;
-            gpu.wait_idle()?;
-            times_ms.push(started.elapsed().as_secs_f64() * 1000.0);
-            captures = pending.wait()?;
-        }
-        times_ms.remove(0);
-        times_ms.sort_by(f64::total_cmp);
-        anyhow::Ok((times_ms[times_ms.len() / 2], captures))
-    };
-    let (first_ms, _) = timed(&cameras[..1])?;
-    let (set_ms, captures) = timed(cameras)?;
-    Ok(Made { name, method, captures, set_ms, first_ms, choice_ms: 0.0 })
-}
-
-/// Samples of a set.
-fn sample_count(set: &[Capture]) -> usize {
-    set.iter().map(metrics::samples).sum()
 }
 
 /// What a client shows of a set, and what the set takes on the wire.

@@ -2,8 +2,11 @@
 
 use serde_json::json;
 
+use super::made::Made;
+use super::metrics::Worth;
+use super::placed;
+use super::settings::{IMAGES, SEED, Settings};
 use super::tables::found;
-use super::{IMAGES, Made, SEED, Settings, Worth, placed};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves, draw_scatter};
 use crate::report::{Bar, Report, Row};
 use crate::spread::{Better, Spread};

@@ -2,7 +2,7 @@
 
 use server::discretize::{Capture, Discretization};
 
-use super::Made;
+use super::made::Made;
 use super::metrics::{Bench, SampleWorth, Worth};
 use crate::compare::Picture;
 use crate::report::Report;

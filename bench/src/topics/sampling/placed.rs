@@ -8,9 +8,9 @@ use gpu::Gpu;
 use server::discretize::Discretization;
 use server::discretize::placement::{Budget, place, probe};
 
+use super::made::{Made, make, sample_count};
 use super::metrics::Bench;
 use super::triangle::ViewTriangle;
-use super::{Made, make, sample_count};
 
 /// A set for as many samples as the non-redundant one at the corners has.
 pub(super) const NAME: &str = "footprint, placed";

@@ -32,7 +32,7 @@ impl Costs<'_> {
         let mut row = Row::new(label, &format!("{image_px} px, up to {} k held", most / 1000));
         let looks = Spread::of(&group.iter().map(|tick| tick.look_ms).collect::<Vec<_>>(), Better::Lower)?;
         row.counts.set("held", group.iter().map(|tick| tick.held).sum::<usize>() as f64 / group.len() as f64);
-        row.counts.set("look_over_anew", super::median(group.iter().copied()) / self.anew_ms);
+        row.counts.set("look_over_anew", median(group.iter().copied()) / self.anew_ms);
         row.time_ms.set("look", looks);
         let among = |held: &usize| (least..=most).contains(held);
         let frames: Vec<f64> = self.frames.iter().filter(|(held, _)| among(held)).map(|&(_, ms)| ms).collect();
@@ -55,6 +55,13 @@ impl Costs<'_> {
             series: vec![series("server's look", looks), series("client's frame", frames), series("anew", anew)],
         }
     }
+}
+
+/// The median time of a look.
+pub(super) fn median<'a>(ticks: impl IntoIterator<Item = &'a Tick>) -> f64 {
+    let mut sorted: Vec<f64> = ticks.into_iter().map(|tick| tick.look_ms).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -7,28 +7,25 @@
 mod cost;
 mod settings;
 pub(crate) mod walk;
+mod walked;
 
 use std::sync::Arc;
 
 use clap::Args;
-use client::draw::frame::Options;
 use gpu::Gpu;
 use protocol::Look;
-use scene::Scene;
 use server::account::Counts;
 use server::discretize::Discretization;
 
-use crate::client_view::ClientView;
-use crate::compare::score;
 use crate::report::plot::{Scatter, Series, draw_scatter};
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
 use crate::spread::{Better, Spread};
-use crate::stage::{Stage, picture};
+use crate::stage::Stage;
 use crate::topic::{Run, Topic, scene_label};
-use crate::topics::reconstruction::cover;
-use cost::Costs;
-use walk::{Setup, Tick, UPDATE_HZ, Walk, Walker};
+use cost::{Costs, median};
+use walk::{Setup, Tick, UPDATE_HZ, Walk};
+use walked::{STAND_S, Walked, walked};
 
 /// See the module.
 pub struct SentOnce;
@@ -36,13 +33,8 @@ pub struct SentOnce;
 /// Seconds on the way out, and as many on the way back.
 const HALF_S: f64 = 10.0;
 const QUICK_HALF_S: f64 = 2.0;
-/// Seconds of standing before and after the walk.
-const STAND_S: f64 = 1.0;
 /// Server views: pixels of a side, where `--size` gives none.
 const IMAGES_PX: [u32; 2] = [256, 512];
-/// Every so many ticks the client's view is judged.
-const JUDGED_EVERY: usize = 5;
-
 /// What only this topic takes.
 #[derive(Debug, Default, clap::Args)]
 struct Arguments {
@@ -118,16 +110,6 @@ fn describe(report: &mut Report, half_s: f64) {
     .to_vec();
 }
 
-/// What a walk came to.
-struct Walked {
-    ticks: Vec<Tick>,
-    holes: Vec<f64>,
-    false_cover: Vec<f64>,
-    flip: Vec<f64>,
-    /// Samples held, and wall milliseconds of a client's frame.
-    frames: Vec<(usize, f64)>,
-}
-
 fn scene(
     gpu: &Gpu,
     name: &str,
@@ -176,40 +158,6 @@ fn scene(
         format!("{label}: milliseconds of a server's look and of a client's frame, by what is held"),
     );
     draw_scatter(&costs.plot(&label, image_px), &path)
-}
-
-/// The median time of a look.
-fn median<'a>(ticks: impl IntoIterator<Item = &'a Tick>) -> f64 {
-    let mut sorted: Vec<f64> = ticks.into_iter().map(|tick| tick.look_ms).collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-}
-
-fn walked(gpu: &Gpu, scene: &Arc<Scene>, setup: &Setup, walk: &Walk, truths: &mut Stage) -> anyhow::Result<Walked> {
-    let near_m = server::start::near_m(scene);
-    let mut walker = Walker::new(gpu, scene.clone(), setup)?;
-    let mut view = ClientView::new(gpu, (setup.output_px, setup.output_px))?;
-    let mut walked =
-        Walked { ticks: Vec::new(), holes: Vec::new(), false_cover: Vec::new(), flip: Vec::new(), frames: Vec::new() };
-    let steps = ((2.0 * walk.half_s + 2.0 * STAND_S) * UPDATE_HZ).round() as usize;
-    let pose = |step: usize| walk.at((step as f64 / UPDATE_HZ - STAND_S).clamp(0.0, 2.0 * walk.half_s));
-    for step in 0..steps {
-        let now_s = step as f64 / UPDATE_HZ;
-        walked.ticks.push(walker.tick(pose(step), now_s)?);
-        if step % JUDGED_EVERY == JUDGED_EVERY - 1 {
-            let output = walker.output(pose(step + 1), near_m);
-            truths.show(now_s, output.world_from_eye.translation)?;
-            let truth = truths.truth(&output)?;
-            let drawn = view.frame_reflecting(&walker.set, Some(&walker.impostors), &output, Options::default())?;
-            walked.frames.push((walker.set.held.sample_count(), drawn.frame_ms));
-            let verdicts = cover::verdicts(&truth, &drawn.w, &output, &[]);
-            let Some(shares) = cover::shares(&verdicts, &truth) else { continue };
-            walked.holes.push(shares.holes);
-            walked.false_cover.push(shares.false_cover);
-            walked.flip.extend(score(&drawn.picture, &picture(&truth), None)?.flip_covered);
-        }
-    }
-    Ok(walked)
 }
 
 fn row(label: &str, method: &str, walked: &Walked, half_s: f64) -> Row {

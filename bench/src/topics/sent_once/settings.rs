@@ -12,7 +12,7 @@ use server::account::AccountRules;
 use server::coding::CodingRule;
 
 use super::walk::{Setup, UPDATE_HZ, Walk};
-use super::{STAND_S, Walked};
+use super::walked::{STAND_S, Walked, walked};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
 use crate::report::{Report, Row};
 use crate::spread::{Better, Spread};
@@ -65,7 +65,7 @@ pub fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, repor
     let scene = Arc::new(run.load(name)?);
     let walk = Walk::new(&scene, run.read_trace()?, half_s);
     let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
-    let usual = super::walked(gpu, &scene, &Setup::usual(image_px), &walk, &mut truths)?;
+    let usual = walked(gpu, &scene, &Setup::usual(image_px), &walk, &mut truths)?;
     let usual = Point::of(&usual, half_s);
     report.rows.push(usual.row(&label, &format!("{image_px} px, as a server does by itself")));
     let mut series = Vec::new();
@@ -75,7 +75,7 @@ pub fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, repor
             let point = if setup == Setup::usual(image_px) {
                 usual.clone()
             } else {
-                let point = Point::of(&super::walked(gpu, &scene, &setup, &walk, &mut truths)?, half_s);
+                let point = Point::of(&walked(gpu, &scene, &setup, &walk, &mut truths)?, half_s);
                 report.rows.push(point.row(&label, &setting));
                 point
             };

@@ -1,10 +1,10 @@
 //! What the figures must show, at the paper's own settings.
 
 use super::methods::PAPERS;
+use super::paper;
 use super::sets::SETS;
-use super::settings::USUAL_LAMP;
+use super::settings::{Settings, USUAL_LAMP};
 use super::tables::{found, of_set, rows, text};
-use super::{Settings, paper};
 use crate::report::{Bar, Report, Row};
 
 /// Images of the bars of errors, and of those of times.

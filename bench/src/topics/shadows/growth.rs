@@ -3,7 +3,7 @@
 //! A meadow keeps its size and gets more blades. A frame of a set is all three steps; one of the full geometry, which is on the adapter
 //! already, is the maps of all points with their lookups.
 
-use super::Bench;
+use super::bench::Bench;
 use super::cell::FULL_GEOMETRY;
 use super::paper::CROSSOVER_TRIANGLES;
 use super::subject::Subject;

@@ -6,6 +6,7 @@
 //! an image of the very view: shadows alone differ.
 
 mod bars;
+mod bench;
 mod cell;
 mod full;
 mod growth;
@@ -24,13 +25,13 @@ mod truths;
 mod undrawn;
 
 use clap::Args;
-use gpu::Gpu;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::report::kept::Kept;
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
+use bench::Bench;
 use cell::{Cell, source_of};
 use settings::{Arguments, Settings};
 use subject::Subject;
@@ -73,42 +74,6 @@ impl Topic for Shadows {
         growth::measure(&mut bench, report);
         output::add(report, &bench)
     }
-}
-
-/// What rows are measured with, and where they are kept.
-struct Bench<'a> {
-    gpu: Gpu,
-    settings: Settings,
-    run: &'a Run,
-    kept: Kept,
-    machine: Value,
-}
-
-impl Bench<'_> {
-    fn subject(&self, name: &str) -> anyhow::Result<Subject> {
-        Subject::new(&self.gpu, self.run.load(name)?, &self.settings)
-    }
-
-    /// The row of a key as an earlier run kept it.
-    fn resumed(&self, key: &Value) -> Option<Row> {
-        self.kept.get(key).map(|(source, row)| marked(row.clone(), &source.date, &source.commit, &source.build, true))
-    }
-
-    /// Keeps a row that was measured now.
-    fn keep(&mut self, key: &Value, row: Row) -> anyhow::Result<Row> {
-        self.kept.keep(key, &row)?;
-        let now = self.kept.now();
-        Ok(marked(row, &now.date, &now.commit, &now.build, false))
-    }
-}
-
-/// A row with what measured it.
-fn marked(mut row: Row, date: &str, commit: &str, build: &str, resumed: bool) -> Row {
-    for (name, value) in [("measured", date), ("commit", commit), ("build", build)] {
-        row.parameters.set(name, value);
-    }
-    row.parameters.set("resumed", resumed);
-    row
 }
 
 /// The cells of a scene, each from an earlier run or measured now. The scene is loaded where one has to be measured.

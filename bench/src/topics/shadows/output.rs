@@ -1,6 +1,8 @@
 //! Settings and notes of the topic, and everything that is made of its rows.
 
-use super::{Bench, Settings, bars, growth, plots, tables};
+use super::bench::Bench;
+use super::settings::Settings;
+use super::{bars, growth, plots, tables};
 use crate::report::Report;
 
 /// Settings and notes.

@@ -1,6 +1,6 @@
 //! Pictures: how much of the lamp each pixel sees, and how wrong that is.
 
-use super::Bench;
+use super::bench::Bench;
 use super::cell::Cell;
 use super::hidden::Hidden;
 use super::settings::USUAL_LAMP;

@@ -1,6 +1,6 @@
 //! Error against run time of every set and method.
 
-use super::Bench;
+use super::bench::Bench;
 use super::methods::method_of;
 use super::settings::USUAL_LAMP;
 use super::tables::{parameter, rows, text};

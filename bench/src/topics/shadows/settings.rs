@@ -2,7 +2,6 @@
 
 use server::discretize::Discretization;
 
-use super::cell::{Cell, FULL_GEOMETRY};
 use super::methods::{self, Way};
 use super::sets::SETS;
 use crate::report::kept::Taken;
@@ -134,37 +133,5 @@ impl Settings {
     /// Whether points and output are as many as in the paper's tables.
     pub fn are_the_papers(&self) -> bool {
         (self.points, self.size_px) == (16, (512, 512))
-    }
-
-    /// Everything that the tables of a scene are made of, such that what is made for one cell serves the next ones.
-    pub fn cells(&self, scene: &str) -> Vec<Cell> {
-        let of_size = |&(lamp, image_px): &(f64, u32)| {
-            let is_usual = lamp == USUAL_LAMP && image_px == self.usual_px;
-            let of_set = move |(set, discretization): &(String, Discretization)| {
-                let all = match self.in_all_ways {
-                    InAllWays::Everything => true,
-                    InAllWays::Usual if is_usual => true,
-                    InAllWays::Usual | InAllWays::Ours => *discretization == Discretization::LAMP,
-                };
-                let ways = self.ways.iter().filter(move |way| all || way.is_papers());
-                let cell = Cell::new(scene, (set, *discretization), (lamp, image_px));
-                ways.map(move |way| Cell { way: *way, ..cell.clone() }).collect::<Vec<_>>()
-            };
-            self.sets.iter().flat_map(of_set).collect::<Vec<_>>()
-        };
-        self.sizes.iter().flat_map(of_size).collect()
-    }
-
-    /// What is drawn of a scene of some number of triangles, each method in its first setting; the full geometry last.
-    pub fn growth_cells(&self, scene: &str) -> Vec<Cell> {
-        let one_size = Settings { sizes: vec![(USUAL_LAMP, self.growth_px)], ..self.clone() };
-        let is_first = |cell: &Cell| cell.way.name == cell.way.method();
-        // The paper's alone of the sets that are not ours.
-        let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.discretization == Discretization::LAMP;
-        let mut cells: Vec<Cell> =
-            one_size.cells(scene).into_iter().filter(|cell| is_first(cell) && is_drawn(cell)).collect();
-        let full = (FULL_GEOMETRY, Discretization::Conventional);
-        cells.push(Cell::new(scene, full, (USUAL_LAMP, self.growth_px)));
-        cells
     }
 }

@@ -1,10 +1,11 @@
 //! Tables of the topic, with the paper's figures beside ours.
 
+use super::bench::Bench;
 use super::growth;
 use super::methods::{METHODS, PAPERS, SAME_MAPS};
 use super::paper;
+use super::settings::Settings;
 use super::settings::USUAL_LAMP;
-use super::{Bench, Settings};
 use crate::report::table::{Table, number};
 use crate::report::{Report, Row};
 

@@ -16,7 +16,7 @@ use server::imager::GpuImager;
 use server::start::{near_m, start_pose};
 use surface::HeldSurfaces;
 
-use super::spread;
+use super::timed::spread;
 use crate::client_view::{ClientView, HeldSet};
 use crate::compare::{Picture, score};
 use crate::report::Row;

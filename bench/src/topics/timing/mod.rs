@@ -4,8 +4,7 @@
 
 mod first_picture;
 mod stages;
-
-use std::time::Instant;
+mod timed;
 
 use anyhow::Context;
 use gpu::Gpu;
@@ -15,7 +14,6 @@ use scene::Scene;
 use crate::report::plot::{Bars, draw_bars};
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
-use crate::spread::{Better, Spread};
 use crate::stage::Stage;
 use crate::topic::{Run, Topic, scene_label};
 
@@ -120,17 +118,6 @@ fn codec_bars(totals: &stages::CodecTotals, report: &mut Report) {
         let what = format!("codec's bytes over zstd-1's, {kind} images, summed over the scenes");
         report.bars.push(Bar::at_most(what, CODEC_BAR, found, ""));
     }
-}
-
-/// Times `work` and keeps its result.
-fn timed<T>(work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<(f64, T)> {
-    let started = Instant::now();
-    let result = work()?;
-    Ok((started.elapsed().as_secs_f64() * 1000.0, result))
-}
-
-fn spread(values: &[f64]) -> Spread {
-    Spread::of(values, Better::Lower).expect("at least one run")
 }
 
 /// Stages and bytes of each scene.

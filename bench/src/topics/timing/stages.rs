@@ -10,7 +10,7 @@ use server::coding::CodingRule;
 use server::discretize::{Discretization, Discretizer};
 use server::start::{near_m, start_pose};
 
-use super::{spread, timed};
+use super::timed::{spread, timed};
 use crate::client_view::{ClientView, HeldSet};
 use crate::report::Row;
 use crate::sets::{self, SetPlan};

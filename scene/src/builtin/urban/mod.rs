@@ -2,42 +2,26 @@
 //!
 //! Blocks are 36 m wide, streets 12 m; the terraces close every street's view. y = 0 is the road.
 
+mod ground;
 mod house;
 mod street;
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, dvec2, dvec3, vec3};
+use glam::{DAffine3, DVec2, dvec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::car::{Car, Shape, rolled_m};
 use super::figure::{Figure, STRIDE_M, WARDROBE};
-use super::kit::{Kit, camera};
-use super::mesher::Mesher;
+use super::kit::{EYE_HEIGHT_M, Kit, camera};
 use super::rng::Rng;
+use super::texture;
 use super::track::Track;
-use super::{EYE_HEIGHT_M, texture};
 use crate::model::SceneCamera;
+use ground::{BLOCK_M, KERB_M, PAVEMENT_M, blocks, outer};
 use house::Plan;
 
-/// Blocks along x and z.
-const BLOCKS: [usize; 2] = [3, 2];
-const BLOCK_M: f64 = 36.0;
-const STREET_M: f64 = 12.0;
-const PITCH_M: f64 = BLOCK_M + STREET_M;
-const PAVEMENT_M: f64 = 3.0;
-const KERB_M: f64 = 0.12;
 const PERIOD_S: f64 = 120.0;
-
-/// Half the extent of the streets' outer kerbs.
-fn outer() -> DVec2 {
-    dvec2(BLOCKS[0] as f64, BLOCKS[1] as f64) * PITCH_M / 2.0 + DVec2::splat(STREET_M / 2.0)
-}
-
-fn blocks() -> impl Iterator<Item = DVec2> {
-    let middle = |k: usize, count: usize| (k as f64 - (count as f64 - 1.0) / 2.0) * PITCH_M;
-    (0..BLOCKS[0]).flat_map(move |i| (0..BLOCKS[1]).map(move |j| dvec2(middle(i, BLOCKS[0]), middle(j, BLOCKS[1]))))
-}
 
 pub(super) fn build() -> Kit {
     let mut kit = Kit::new(PERIOD_S);
@@ -194,14 +178,4 @@ pub(super) fn eyes() -> Vec<SceneCamera> {
         eyes.push(camera(corner, dvec3(-block.x.signum(), 0.03, -0.35 * block.y.signum())));
     }
     eyes
-}
-
-/// A slab of ground between two corners (x, z).
-fn slab(kit: &mut Kit, name: &str, material: u32, [low, high]: [DVec2; 2], top_m: f64, uv_per_m: f32) {
-    let (centre, half) = ((low + high) / 2.0, (high - low) / 2.0);
-    let mut mesher = Mesher::new();
-    let (w, d) = (half.x as f32, half.y as f32);
-    mesher.uv_per_m(uv_per_m).cuboid(vec3(-w, -0.3, -d), vec3(w, 0.0, d));
-    let mesh = kit.mesh(mesher, material);
-    kit.place(name, mesh, DAffine3::from_translation(dvec3(centre.x, top_m, centre.y)));
 }

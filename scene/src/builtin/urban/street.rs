@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, Vec3, dvec2, dvec3, vec3};
 
-use super::{BLOCK_M, BLOCKS, KERB_M, PAVEMENT_M, PITCH_M, STREET_M, blocks, outer, slab};
+use super::ground::{BLOCK_M, BLOCKS, KERB_M, PAVEMENT_M, PITCH_M, STREET_M, blocks, outer, slab};
 use crate::builtin::kit::Kit;
 use crate::builtin::mesher::Mesher;
 use crate::builtin::rng::Rng;

@@ -20,7 +20,7 @@ use gpu::Gpu;
 use gpu::uniforms::columns;
 use wgpu::util::DeviceExt;
 
-use super::Frame;
+use super::frame::Frame;
 use crate::render::{RenderError, buffer_entry};
 
 /// The planes that a frustum may have: its face, and as many sides and limits as the camera allows.

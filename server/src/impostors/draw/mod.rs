@@ -12,11 +12,13 @@
 
 mod capture;
 pub mod coverage;
+mod frame;
 pub mod graph;
 pub mod spoc;
 
 pub use crate::render::Faces;
 pub use capture::ImpostorCapture;
+pub use frame::Subject;
 
 use camera::Camera;
 use std::time::Instant;
@@ -26,22 +28,9 @@ use gpu::{Gpu, Readback};
 use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
 use crate::targets::{self, Attachments, planes};
 use crate::timer::Timer;
+use frame::Frame;
 use graph::GraphPass;
 use spoc::SpocPass;
-
-/// What of the scene an image shows.
-#[derive(Clone, Copy)]
-pub struct Subject<'a> {
-    /// Which objects, by their ids.
-    pub objects: &'a dyn Fn(u16) -> bool,
-    /// Which sides of their triangles.
-    pub faces: Faces,
-}
-
-impl Subject<'_> {
-    /// Everything, as a camera sees it.
-    pub const ALL: Subject<'static> = Subject { objects: &|_| true, faces: Faces::Front };
-}
 
 /// Makes depth images of any camera.
 pub struct ImpostorDrawer {
@@ -179,28 +168,5 @@ impl ImpostorDrawer {
         };
         self.pipelines.push(((kind, faces), built));
         Ok(())
-    }
-}
-
-/// An image on its way to the GPU.
-struct Frame<'a> {
-    encoder: wgpu::CommandEncoder,
-    timer: Option<Timer>,
-    attachments: Attachments,
-    scene: &'a SceneRenderer,
-    pipelines: &'a Pipelines,
-    subject: Subject<'a>,
-}
-
-impl Frame<'_> {
-    fn draw_pinhole(&mut self, camera: &camera::Pinhole) {
-        let view = self.scene.view_group(camera);
-        let writes = self.timer.as_ref().map(|timer| timer.writes(0));
-        let mut pass = self.attachments.begin(&mut self.encoder, 0, [0.0; 3], writes);
-        self.scene.begin(&mut pass, (camera.width_px, camera.height_px), &view);
-        for run in self.scene.visible_runs(camera, self.subject.objects) {
-            self.scene.set_run(&mut pass, self.pipelines, &run);
-            self.scene.draw_run(&mut pass, &run);
-        }
     }
 }

@@ -38,7 +38,7 @@ use camera::Spoc;
 use gpu::Gpu;
 use wgpu::util::DeviceExt;
 
-use super::Frame;
+use super::frame::Frame;
 use crate::render::{Layouts, RenderError, Run, SceneRenderer, buffer_entry};
 
 /// The most pieces that an edge is cut into.

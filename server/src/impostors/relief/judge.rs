@@ -7,9 +7,12 @@ use impostor::{Impostor, Method, Ray, Side, Steps};
 use rayon::prelude::*;
 use scene::{Scene, Snapshot};
 
-use super::{DISTANCE_RADII, End, PAST_HALF, SIDE_PX, camera, impostor, picture, relief, turned_back};
+use super::key::End;
+use super::picture::{DISTANCE_RADII, SIDE_PX, camera, impostor, picture, relief, turned_back};
 use crate::imager::{Imager, ImagerError};
 
+/// A viewer may be so far in the other half of space before an object is shown by the other image: the sine of ten degrees.
+const PAST_HALF: f64 = 0.17;
 /// Images serve a shape where at most this share of the pixels that show it are wrong, over all views.
 const MOST_WRONG: f64 = 0.03;
 /// The side of the images that are judged, in pixels: the finest. Coarser ones are looked at from further away.

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use protocol::{Held, PatchId};
 
-use super::{End, Key};
+use super::key::{End, Key};
 
 /// The reliefs that a client holds.
 #[derive(Debug, Clone, Default)]

@@ -15,73 +15,32 @@
 
 mod judge;
 mod kept;
+mod key;
+mod picture;
 mod serve;
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use camera::{Bounds, Camera, Spoc};
-use glam::{DAffine3, DVec3};
-use impostor::{Impostor, Sample};
-use protocol::image::octahedral_normal;
+use camera::{Bounds, Spoc};
+use glam::DVec3;
 use protocol::{DepthImage, ObjectPose};
 use scene::{Scene, Snapshot};
 
 use super::decide::effect_of_mesh;
-use super::{Drawn, Faces, Shot};
 use crate::imager::{Imager, ImagerError};
 pub use kept::KeptReliefs;
+pub use key::{End, Key};
+use picture::{DISTANCE_RADII, RING_RADII, SIDE_PX, camera, relief, turned_back};
 pub use serve::serve;
 
 /// Fewer objects of a shape are not worth images of it from all sides.
 const LEAST_OBJECTS: usize = 8;
 /// Shapes that are looked at: those of the most objects.
 const MOST_SHAPES: usize = 32;
-/// The sides of images, in pixels: powers of two between these.
-const SIDE_PX: [u32; 2] = [32, 256];
 /// An object that is shown so stays it until it is nearer by this factor, so that who walks to and fro is not sent it again and again.
 const SLACK: f64 = 1.25;
-/// Images are taken from this many radii away.
-const DISTANCE_RADII: f64 = 3.0;
-/// From how far beside they see, see [`Spoc::around`]. Straight sides, as of a barrel, lie a quarter of a right angle to its rays then, and the image still has
-/// four tenths of its width for what faces it.
-const RING_RADII: f64 = 2.0;
-/// The sine of the least angle between a camera ray and a surface that is kept: ten degrees, where a sample's footprint is six times as
-/// long as wide.
-const LEAST_FACING: f64 = 0.17;
-/// A viewer may be so far in the other half of space before an object is shown by the other image: the sine of ten degrees.
-const PAST_HALF: f64 = 0.17;
-
-/// One of the two images of a shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Key {
-    /// The shape: its mesh.
-    pub mesh: u32,
-    /// Which end of the shape's axis it is taken from.
-    pub end: End,
-}
-
-/// An end of an axis of a shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum End {
-    /// Where the axis points.
-    Upper,
-    /// The other one.
-    Lower,
-}
-
-impl End {
-    const BOTH: [End; 2] = [End::Upper, End::Lower];
-
-    fn sign(self) -> f64 {
-        match self {
-            End::Upper => 1.0,
-            End::Lower => -1.0,
-        }
-    }
-}
-
 /// What a viewer should be shown by one image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wanted {
@@ -225,57 +184,4 @@ fn side_px(bounds: &Bounds, eye: Eye, slack: f64) -> Option<u32> {
     let need_px = f64::from(most) * DISTANCE_RADII * radius_m / focal_px / output_px_m;
     let fits = output_px_m > 0.0 && need_px <= f64::from(most) * slack;
     fits.then(|| (need_px.ceil() as u32).clamp(least, most).next_power_of_two().min(most))
-}
-
-/// Looks at an object from where its axis points.
-fn camera(scene: &Scene, snapshot: &Snapshot, object: u16, axis_mesh: DVec3, side_px: u32) -> Option<Camera> {
-    let bounds = scene.bounds_of(snapshot, object)?;
-    let radius_m = bounds.min.distance(bounds.max) / 2.0;
-    let axis_world = (snapshot.world_from_mesh[usize::from(object)].matrix3 * axis_mesh).normalize_or_zero();
-    let eye_world = bounds.middle() + axis_world * DISTANCE_RADII * radius_m;
-    Spoc::around(&bounds, eye_world, (side_px, side_px), RING_RADII * radius_m).map(Camera::Spoc)
-}
-
-/// What a camera sees of one object, untinted.
-fn picture(
-    imager: &mut dyn Imager,
-    snapshot: &Snapshot,
-    object: u16,
-    camera: &Camera,
-) -> Result<Option<DepthImage>, ImagerError> {
-    imager.impostor(snapshot, &Shot { camera, drawn: &Drawn::Only(object), faces: Faces::Front, is_tinted: false })
-}
-
-/// A picture without what its camera's rays graze: there one sample would stand for a long piece of surface, before and behind itself.
-fn relief(
-    imager: &mut dyn Imager,
-    snapshot: &Snapshot,
-    object: u16,
-    camera: &Camera,
-) -> Result<Option<DepthImage>, ImagerError> {
-    let Some(mut image) = picture(imager, snapshot, object, camera)? else { return Ok(None) };
-    let Some(impostor) = impostor(&image) else { return Ok(None) };
-    let facing: Vec<f64> = impostor.sample_shapes().map(|shape| shape.facing).collect();
-    let (width_px, _) = image.mask.size_px();
-    let at = |(x, y): (u32, u32)| facing[(y * width_px + x) as usize];
-    let keep: Vec<bool> = image.mask.occupied().map(|pixel| at(pixel) >= LEAST_FACING).collect();
-    image.retain(&keep);
-    Ok(Some(image))
-}
-
-/// A depth image as rays meet it; `None` of an empty one.
-fn impostor(image: &DepthImage) -> Option<Impostor> {
-    let (width_px, height_px) = image.mask.size_px();
-    let mut samples = vec![Sample::EMPTY; width_px as usize * height_px as usize];
-    for (index, (x, y)) in image.mask.occupied().enumerate() {
-        let normal_world = octahedral_normal(image.normal[index]).as_dvec3();
-        let w = image.depth_scale.w(image.depth[index]).into();
-        samples[(y * width_px + x) as usize] = Sample { w, normal_world };
-    }
-    Impostor::new(image.camera.clone(), &samples).ok()
-}
-
-/// A direction of the world in an object's space, unit length.
-fn turned_back(world_from_object: &DAffine3, direction_world: DVec3) -> DVec3 {
-    (world_from_object.matrix3.inverse() * direction_world).normalize_or_zero()
 }

@@ -5,8 +5,8 @@ use scene::{Scene, Snapshot};
 
 use super::{Eye, KeptReliefs, Reliefs, Wanted};
 use crate::account::{Account, Surroundings};
-use crate::frame::StageError;
 use crate::imager::Imager;
+use crate::stage_error::StageError;
 
 /// Sends a client the reliefs that it should be shown objects by, places and withdraws objects. Without an eye it is shown nothing so.
 pub fn serve(

@@ -1,0 +1,64 @@
+//! One client, as the stage serves it.
+
+use protocol::message::Draws;
+use protocol::session::DEFAULT_BUDGET_BYTES;
+
+use crate::account::Account;
+use crate::impostors::Kept;
+use crate::impostors::relief::KeptReliefs;
+use crate::pace::Pace;
+use crate::plan::Focus;
+use crate::{lights, rest};
+
+/// See the module.
+#[derive(Debug)]
+pub struct Client {
+    /// What it holds.
+    pub account: Account,
+    /// The last look at it; `None` before any, and where it begins anew.
+    pub focus: Option<Focus>,
+    /// What moving costs it.
+    pub pace: Pace,
+    /// Whether it was sent a picture, coarse as it may be.
+    pub has_picture: bool,
+    /// The impostors it was sent.
+    pub impostors: Kept,
+    /// The reliefs it was sent.
+    pub reliefs: KeptReliefs,
+    /// What it was sent of lights.
+    pub lights: lights::Kept,
+    /// What it was sent of its own view at rest.
+    pub rest: rest::Kept,
+    /// What it draws, and so has a use for.
+    pub draws: Draws,
+    /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
+    pub budget_bytes: u64,
+}
+
+impl Default for Client {
+    fn default() -> Client {
+        Client {
+            account: Account::default(),
+            focus: None,
+            pace: Pace::default(),
+            has_picture: false,
+            impostors: Kept::default(),
+            reliefs: KeptReliefs::default(),
+            lights: lights::Kept::default(),
+            rest: rest::Kept::default(),
+            draws: Draws::default(),
+            budget_bytes: DEFAULT_BUDGET_BYTES,
+        }
+    }
+}
+
+impl Client {
+    /// The client's copy is broken: the next update starts anew.
+    pub fn start_anew(&mut self) {
+        self.account.start_anew();
+        self.lights = lights::Kept::default();
+        self.rest = rest::Kept::default();
+        self.focus = None;
+        self.has_picture = false;
+    }
+}

@@ -1,0 +1,35 @@
+//! What a client was sent of its view at rest.
+
+use camera::Pinhole;
+use protocol::held::PatchId;
+
+/// Rows of a view that are to be sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strip {
+    /// The whole view.
+    pub view: Pinhole,
+    /// These rows of it, from the same eye.
+    pub camera: Pinhole,
+}
+
+/// See the module.
+#[derive(Debug, Default)]
+pub struct Kept {
+    pub(super) camera: Option<Pinhole>,
+    pub(super) rows: u32,
+    patches: Vec<PatchId>,
+}
+
+impl Kept {
+    /// Rows were sent, in one patch or several.
+    pub fn sent(&mut self, strip: &Strip, patches: &[PatchId]) {
+        self.camera = Some(strip.view);
+        self.rows += strip.camera.height_px;
+        self.patches.extend(patches);
+    }
+
+    /// Forgets the rows of any other view than `view`, and says which patches they were.
+    pub fn drop_others(&mut self, view: Option<&Pinhole>) -> Vec<PatchId> {
+        if self.camera.as_ref() == view { Vec::new() } else { std::mem::take(self).patches }
+    }
+}
