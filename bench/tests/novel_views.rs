@@ -47,3 +47,31 @@ fn three_pictures_are_replayed_and_every_byte_counts() {
     assert!(report.figures.iter().any(|figure| figure.file.ends_with(".png") && out.join(&figure.file).is_file()));
     std::fs::remove_dir_all(out).expect("was written");
 }
+
+#[test]
+fn a_motion_is_a_row_a_part_with_sheets_and_a_line_each() {
+    let out = std::env::temp_dir().join(format!("vantage-motions-{}", std::process::id()));
+    let line = ["--motion", "rest", "--image-size", "64", "--images", "1", "--no-video"];
+    let report = report_of(&line, &out);
+    assert!(!report.has_failures(), "{:?}", report.rows);
+    let motion =
+        |row: &vantage_bench::report::Row| row.parameters.get("motion").and_then(|m| m.as_str()).map(str::to_owned);
+    let parts: Vec<_> = report.rows.iter().filter_map(motion).collect();
+    assert_eq!(parts, ["rest, moving", "rest, after 0.5 s", "rest, after 1 s", "rest, at the end"]);
+    for row in &report.rows {
+        for measure in ["flip", "flip_covered", "flip_band", "flip_16x", "flip_16x_covered", "flip_16x_band"] {
+            let figure = row.figure(&format!("error.{measure}.mean"));
+            assert!(figure.is_some_and(|flip| flip > 0.0 && flip < 0.5), "{measure}: {figure:?}");
+        }
+    }
+    let [moving, at_rest] = [0, 2].map(|part: usize| &report.rows[part]);
+    let off_deg = |row: &vantage_bench::report::Row| row.figure("error.predicted_off_deg.worst");
+    assert!(off_deg(moving).is_some_and(|deg| deg > 0.5), "a start and a stop are not foreseen: {:?}", off_deg(moving));
+    assert!(at_rest.figure("error.flip_band.mean") > at_rest.figure("error.flip_covered.mean"), "outlines are worst");
+    assert!(at_rest.figure("counts.bytes_after_1_s_of_rest").is_some());
+    let csv = std::fs::read_to_string(out.join("motions.csv")).expect("a line each");
+    assert_eq!(csv.lines().count(), 5, "{csv}");
+    let sheets = report.figures.iter().filter(|figure| figure.file.ends_with(".png"));
+    assert!(sheets.clone().count() >= 4 && sheets.clone().all(|figure| out.join(&figure.file).is_file()));
+    std::fs::remove_dir_all(out).expect("was written");
+}

@@ -34,6 +34,12 @@ pub fn measure(bench: &Bench<'_>, scene: &str, report: &mut Report) {
     }
     bench.progress.step();
     moving_table::show(report, &label, rows);
+    // A line a part of all scenes so far, small enough to keep and to compare.
+    let path = bench.run.out.join("motions.csv");
+    let written = std::fs::write(&path, moving_table::summary(&report.rows).csv());
+    if let Err(error) = written {
+        report.rows.push(Row::failed(&label, "motions.csv", &error.into()));
+    }
 }
 
 /// One motion over every network, ours and video of the same bytes, and ours without delay where a bar asks for it.
@@ -147,7 +153,7 @@ impl Moved<'_> {
         })
     }
 
-    /// A row and two contact sheets for each part.
+    /// A row and contact sheets for each part.
     fn cut(&mut self, seen: Seen<'_>, report: &mut Report, complete: impl Fn(&Part, &mut Row)) -> anyhow::Result<()> {
         let Seen { who, method, network, pairs, scores } = seen;
         let antialias = self.bench.arguments.antialias;
@@ -155,14 +161,17 @@ impl Moved<'_> {
             let frames = part.frames(CLIENT_HZ);
             let places: Vec<usize> = (0..scores.len()).filter(|&at| frames.contains(&pairs[at].frame)).collect();
             let of_part: Vec<FrameRow> = places.iter().map(|&at| scores[at].clone()).collect();
-            let Some(kept) = sheets::middle_and_worst(&of_part, antialias) else { continue };
+            let kept = sheets::median_and_worst(&of_part, antialias);
+            if kept.is_empty() {
+                continue;
+            }
             let mut row = row(self.replay, network, &method, &of_part);
             row.parameters.set("motion", part.name.clone());
             if antialias {
                 row.parameters.set("antialias", true);
             }
             complete(part, &mut row);
-            for (at, which) in kept.into_iter().zip(["median", "worst"]) {
+            for (at, which) in kept {
                 let pair = &pairs[places[at]];
                 let caption = format!(
                     "{}, {}, {method}, {}, {which} frame ({}): {}.",

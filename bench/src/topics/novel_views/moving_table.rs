@@ -40,6 +40,11 @@ pub fn describe(report: &mut Report, arguments: &Arguments) {
         report.settings.set("held_at_s", time_s);
     }
     report.notes.push(
+        "Motions are scored in neighbouring frames: two of ten, more of a flick, and those that are named at rest. In motions.csv is a line \
+         for each part."
+            .to_owned(),
+    );
+    report.notes.push(
         "predicted_off: where the server's predictor expected the eye, by the poses it had heard over this network, against where it was in \
          the middle of the time for which what was made for it is shown."
             .to_owned(),
@@ -112,6 +117,45 @@ fn table(rows: &[PartRow]) -> Table {
             figure("counts.mbit_s", 2, 1.0),
             figure("counts.bytes_after_1_s_of_rest", 0, 1.0),
         ]);
+    }
+    table
+}
+
+/// The figures that are kept: a name a path.
+const SUMMARY: [(&str, &str); 21] = [
+    ("flip", "error.flip.mean"),
+    ("flip_covered", "error.flip_covered.mean"),
+    ("flip_covered_p95", "error.flip_covered.p95"),
+    ("flip_covered_worst", "error.flip_covered.worst"),
+    ("flip_band", "error.flip_band.mean"),
+    ("flip_band_worst", "error.flip_band.worst"),
+    ("flip_16x_covered", "error.flip_16x_covered.mean"),
+    ("flip_16x_covered_worst", "error.flip_16x_covered.worst"),
+    ("flip_16x_band", "error.flip_16x_band.mean"),
+    ("psnr_db", "error.psnr_db.mean"),
+    ("holes_share", "error.holes_share.mean"),
+    ("holes_share_worst", "error.holes_share.worst"),
+    ("false_cover_share", "error.false_cover_share.mean"),
+    ("flicker", "error.flicker.mean"),
+    ("predicted_off_m", "error.predicted_off_m.mean"),
+    ("predicted_off_deg", "error.predicted_off_deg.mean"),
+    ("predicted_off_deg_p95", "error.predicted_off_deg.p95"),
+    ("mbit_s", "counts.mbit_s"),
+    ("bytes_after_1_s_of_rest", "counts.bytes_after_1_s_of_rest"),
+    ("samples_held", "counts.samples_held"),
+    ("frames", "counts.frames"),
+];
+
+/// A line a part of a motion, with the figures that are compared between one state of the program and another.
+pub fn summary(rows: &[Row]) -> Table {
+    let mut table =
+        Table::new(["scene", "motion", "network", "system"].into_iter().chain(SUMMARY.map(|(name, _)| name)));
+    for row in rows {
+        let parameter =
+            |name: &str| row.parameters.get(name).and_then(|value| value.as_str()).unwrap_or_default().to_owned();
+        let figure = |(_, path): (&str, &str)| row.figure(path).map_or(String::new(), |value| format!("{value:.6}"));
+        let named = [row.scene.clone(), parameter("motion"), parameter("network"), row.method.clone()];
+        table.row(named.into_iter().chain(SUMMARY.map(figure)));
     }
     table
 }

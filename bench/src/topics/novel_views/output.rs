@@ -32,7 +32,9 @@ pub fn describe(report: &mut Report, bench: &Bench<'_>) {
     report.settings.set("antialias", arguments.antialias);
     report.settings.set("video_margin_deg", MARGIN_RAD.to_degrees().round());
     report.notes = NOTES.iter().map(|&note| note.to_owned()).collect();
-    if !arguments.motion.is_empty() {
+    if arguments.motion.is_empty() {
+        report.notes.push("Rows of fewer frames are of two neighbours of every ten pictures.".to_owned());
+    } else {
         super::moving_table::describe(report, arguments);
     }
     if arguments.protocol.is_some() {
@@ -54,7 +56,6 @@ const NOTES: &[&str] = &[
     "Round trip: from a pose's sending to the first picture that uses what it brought, mean; video has that of the run beside it.",
     "flip_band: over the pixels within two of where, in the truth, one object or surface ends before another. 16x: against the truth with \
      sixteen samples a pixel, averaged in linear light.",
-    "Rows of fewer frames are of two neighbours of every ten pictures.",
     "On the virtual clock, where coding takes no time, samples are coded by the dense profile.",
 ];
 

@@ -1,4 +1,4 @@
-//! Contact sheets: what was seen in the middle and in the worst frame of each part of a motion.
+//! Contact sheets: what was seen in the median and in the worst frame of each part of a motion.
 
 use super::truths::Pair;
 use crate::compare::flip::error_picture;
@@ -30,11 +30,16 @@ fn band_alone(picture: &Picture, band: &[bool]) -> Picture {
     Picture { rgb, covered: None, ..*picture }
 }
 
-/// Places of the middle frame and of the worst one, by FLIP over covered pixels against the truth that counts.
-pub fn middle_and_worst(scores: &[FrameRow], antialias: bool) -> Option<[usize; 2]> {
+/// Places of the median frame and of the worst one, by FLIP over covered pixels against the truth that counts; one where all are alike, as
+/// at rest.
+pub fn median_and_worst(scores: &[FrameRow], antialias: bool) -> Vec<(usize, &'static str)> {
     let measure = if antialias { "flip_16x_covered" } else { "flip_covered" };
     let error = |index: usize| scores[index].measure(measure).unwrap_or(0.0);
     let mut order: Vec<usize> = (0..scores.len()).collect();
     order.sort_by(|&a, &b| error(a).total_cmp(&error(b)));
-    Some([*order.get(order.len() / 2)?, *order.last()?])
+    match (order.get(order.len() / 2), order.first(), order.last()) {
+        (Some(_), Some(&best), Some(&worst)) if error(best) == error(worst) => vec![(worst, "every")],
+        (Some(&median), _, Some(&worst)) => vec![(median, "median"), (worst, "worst")],
+        _ => Vec::new(),
+    }
 }
