@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
+use crate::anticipate::{self, Around};
 use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::discretize::placement::{self, Budget, Placement};
@@ -24,7 +25,7 @@ use crate::impostors::relief::{self, Eye, KeptReliefs, Reliefs};
 use crate::impostors::{Kept, Needs};
 use crate::lights::{self, Serving};
 use crate::pace::Pace;
-use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
+use crate::plan::{Focus, Plan, Reason, Rules, half_view, own_view, plan, precision_within, region_views};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
 use crate::viewer::Viewer;
@@ -38,6 +39,8 @@ const COARSE_SIDE: f64 = 0.5;
 const LIGHTS_SHARE: u64 = 4;
 /// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
 const IMAGES_A_LIGHT: u64 = 2;
+/// Views that are looked at ahead in a turn at most, while none of them shows anything new: other sessions may be waiting by then.
+const LOOKS_AHEAD: usize = 4;
 /// Places on the region's rim that probes are taken from.
 const PLACES_ON_RIM: usize = 12;
 
@@ -89,6 +92,8 @@ pub struct Client {
     pub lights: lights::Kept,
     /// What it was sent of its own view at rest.
     pub rest: rest::Kept,
+    /// What it was looked ahead for.
+    pub ahead: anticipate::Kept,
     /// What it draws, and so has a use for.
     pub draws: Draws,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
@@ -106,6 +111,7 @@ impl Default for Client {
             reliefs: KeptReliefs::default(),
             lights: lights::Kept::default(),
             rest: rest::Kept::default(),
+            ahead: anticipate::Kept::default(),
             draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
@@ -118,6 +124,7 @@ impl Client {
         self.account.start_anew();
         self.lights = lights::Kept::default();
         self.rest = rest::Kept::default();
+        self.ahead = anticipate::Kept::default();
         self.focus = None;
         self.has_picture = false;
     }
@@ -207,6 +214,29 @@ impl Stage {
         if strip.is_none() && plan.is_none() {
             return Ok(None);
         }
+        self.with_surroundings(now_s, |stage, snapshot, now| match (strip, plan) {
+            (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
+            (None, Some(plan)) => stage.look(&plan, snapshot, now, client, viewer),
+            (None, None) => Ok(None),
+        })
+    }
+
+    /// Makes what a client that lacks nothing will need next, or nothing where that is held too. To be asked when nobody needs anything.
+    pub fn anticipate(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
+        let Some(focus) = client.focus.filter(|_| anticipate::may(&self.rules, client, viewer, now_s)) else {
+            return Ok(None);
+        };
+        let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
+        let own = own_view(&focus.coverage, &rules);
+        self.with_surroundings(now_s, |stage, snapshot, now| stage.look_ahead(&own, snapshot, now, client, viewer))
+    }
+
+    /// Does something with what the scene is at a time.
+    fn with_surroundings<T>(
+        &mut self,
+        now_s: f64,
+        act: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> T,
+    ) -> T {
         let snapshot = self.snapshot(now_s);
         let lighting = self.imager.lighting(&snapshot);
         let moving = self.moving_objects(&snapshot);
@@ -220,13 +250,9 @@ impl Stage {
             moving: &moving,
             deforms: &deforms,
         };
-        let made = match (strip, plan) {
-            (Some(strip), _) => self.rest(&strip, &snapshot, &now, client, viewer),
-            (None, Some(plan)) => self.look(&plan, &snapshot, &now, client, viewer),
-            (None, None) => Ok(None),
-        };
+        let result = act(self, &snapshot, &now);
         (self.materials, self.deforms) = (materials, deforms);
-        made
+        result
     }
 
     /// Where to look, with images as large as the client's memory and its path are.
@@ -288,6 +314,9 @@ impl Stage {
         client.account.expire(Purpose::Eye)?;
         client.account.evict((self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize)?;
         let counts = client.account.counts();
+        if counts.evicted > 0 {
+            client.ahead.evicted();
+        }
         let looks = client.focus.map_or(0, |focus| focus.looks) + 1;
         // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
         let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
@@ -333,6 +362,65 @@ impl Stage {
         Ok(update.map(|update| Made { reason: Reason::Rest, update, coding, counts, pixels, lights }))
     }
 
+    /// Looks for what a viewer who lacks nothing will see next, until something is found.
+    fn look_ahead(
+        &mut self,
+        own: &Pinhole,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: &Viewer,
+    ) -> Result<Option<Made>, StageError> {
+        client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
+        client.account.begin(now)?;
+        self.imager.leave_out(client.account.shown_by_reliefs());
+        let around = self.around(viewer, own, snapshot)?;
+        let revision = Revision {
+            purpose: Purpose::Eye,
+            rules: AccountRules { outlines_stand_in: true, ..self.account_rules },
+            peers: &[],
+            trims: true,
+            supersedes: false,
+            looks_again: true,
+            least_px: 0.0,
+            is_seen: false,
+            precision: precision_within(&self.rules, viewer.view, 0.0),
+        };
+        let mut pixels = 0;
+        for _ in 0..LOOKS_AHEAD {
+            let Some(part) = anticipate::next(&self.rules, client, viewer, own, &around) else {
+                client.ahead.ended(viewer);
+                break;
+            };
+            let captures = self.imager.captures(snapshot, &[part.camera], Discretization::Conventional)?;
+            for capture in &captures {
+                revise(&mut *self.imager, &mut client.account, capture, &revision, now)?;
+            }
+            client.ahead.looked(&part);
+            pixels += u64::from(part.camera.width_px) * u64::from(part.camera.height_px);
+            if !client.account.counts().is_still() {
+                break;
+            }
+        }
+        let mut counts = client.account.counts();
+        counts.ahead = counts.added;
+        let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
+        let coding = self.coding.coding(viewer.bytes_per_s);
+        let lights = LightWork::default();
+        Ok(update.map(|update| Made { reason: Reason::Ahead, update, coding, counts, pixels, lights }))
+    }
+
+    /// What a viewer who stands still will turn about, or where he stands.
+    fn around(&mut self, viewer: &Viewer, own: &Pinhole, snapshot: &Snapshot) -> Result<Around, StageError> {
+        if let Some(object) = Around::object(viewer, self.scene.bounds.centre(), self.scene.walk) {
+            return Ok(object);
+        }
+        let (ahead, behind) = anticipate::ways(own);
+        let probes = self.imager.captures(snapshot, &[ahead, behind], Discretization::Conventional)?;
+        let free_m: Vec<f64> = probes.iter().map(anticipate::free_m).collect();
+        Ok(Around::Place { free_m: [free_m[0], free_m[1]] })
+    }
+
     /// Takes back what was sent of a view at rest that the viewer has left.
     fn drop_rest(&self, now: &Surroundings<'_>, client: &mut Client, viewer: &Viewer) -> Result<(), StageError> {
         for patch in rest::outdated(&self.rules, client, viewer, now.time_s) {
@@ -375,6 +463,7 @@ impl Stage {
             // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
             supersedes: is_passing && rules.refines && trims,
             looks_again: !is_passing,
+            is_seen: true,
             least_px: if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 },
             precision: plan.precision,
         };

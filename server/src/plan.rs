@@ -61,6 +61,8 @@ pub struct Rules {
     pub animated: bool,
     /// Whether a viewer who stands still is sent his own view, see [`crate::rest`].
     pub rests: bool,
+    /// Whether what a viewer will need next is sent while nobody needs anything, see [`crate::anticipate`].
+    pub anticipates: bool,
     /// How far a sample may be shifted on the screen by the coding of its depth.
     pub parallax_error_px: f64,
 }
@@ -95,11 +97,13 @@ pub enum Reason {
     Settling,
     /// No look at what is lacking: the viewer stands still and gets his own view, see [`crate::rest`].
     Rest,
+    /// Nothing lacks: what will be needed next, see [`crate::anticipate`].
+    Ahead,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 7] = [
+    pub const ALL: [Reason; 8] = [
         Reason::First,
         Reason::Moved,
         Reason::Turned,
@@ -107,6 +111,7 @@ impl Reason {
         Reason::Animated,
         Reason::Settling,
         Reason::Rest,
+        Reason::Ahead,
     ];
 
     /// Whether the next look will be from elsewhere or at another time, as far as one knows.
@@ -124,6 +129,7 @@ impl Reason {
             Reason::Animated => "animated",
             Reason::Settling => "settling",
             Reason::Rest => "rest",
+            Reason::Ahead => "ahead",
         }
     }
 }
@@ -181,18 +187,20 @@ impl Plan {
 
 /// Where to look now, or `None` where nothing can be lacking since the last look.
 pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) -> Option<Plan> {
-    let predicted = viewer.predict(now_s, rules.update_interval_s, rules.max_radius_m());
+    let predicted = viewer.predict(now_s, rules.update_interval_s, 0.0, rules.max_radius_m());
     let wanted = wanted_coverage(rules, viewer, &predicted, now_s);
     let reason = reason(rules, last, &wanted)?;
     let all = region_views(&wanted, rules);
     let (views, refining) = match reason {
-        Reason::First | Reason::Resized | Reason::Settling | Reason::Rest => (still_views(all, &wanted), usize::MAX),
+        Reason::First | Reason::Resized | Reason::Settling | Reason::Rest | Reason::Ahead => {
+            (still_views(all, &wanted), usize::MAX)
+        }
         Reason::Moved | Reason::Turned | Reason::Animated => {
             let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
             let ahead = (!predicted.is_still()).then(|| {
                 let later =
-                    viewer.predict(now_s + rules.update_interval_s, rules.update_interval_s, rules.max_radius_m());
+                    viewer.predict(now_s, rules.update_interval_s, rules.update_interval_s, rules.max_radius_m());
                 Pinhole { world_from_eye: later.world_from_eye, ..all[0] }
             });
             let rim = region_views(&wanted, &rim)[1 + in_turn];
@@ -284,6 +292,11 @@ pub fn half_view(view: ViewSize) -> DVec2 {
     DVec2::new(half_y * f64::from(view.width_px) / f64::from(view.height_px), half_y)
 }
 
+/// The view of who stands still, as it was looked at last.
+pub fn own_view(coverage: &Coverage, rules: &Rules) -> Pinhole {
+    still_views(region_views(coverage, &Rules { images: 1, ..*rules }), coverage)[0]
+}
+
 /// The same views, of which the own one is no wider than the output needs, but no denser than the output either: denser samples
 /// only alias.
 fn still_views(mut views: Vec<Pinhole>, coverage: &Coverage) -> Vec<Pinhole> {
@@ -322,6 +335,7 @@ pub fn region_views(coverage: &Coverage, rules: &Rules) -> Vec<Pinhole> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use camera::Motion;
     use glam::DQuat;
 
     const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.047 };
@@ -333,6 +347,7 @@ mod tests {
         margin_m: 0.25,
         animated: false,
         rests: false,
+        anticipates: false,
         parallax_error_px: PARALLAX_ERROR_PX,
     };
 
@@ -368,13 +383,13 @@ mod tests {
         let start = viewer.world_from_eye;
         let mut pose = start;
         pose.translation.x += 0.1;
-        viewer.hear(1, 1.0, pose, DVec3::X, 1.0);
+        viewer.hear(1, 1.0, pose, Motion::along(DVec3::X), 1.0);
         let moved = plan(&RULES, &viewer, 1.0, Some(&last)).expect("a look");
         assert_eq!((moved.reason, moved.views.len()), (Reason::Moved, 3));
         let step_m = |view: usize| moved.views[view].world_from_eye.translation.x - pose.translation.x;
         assert!((step_m(0) - 0.05).abs() < 1e-9 && (step_m(1) - 0.15).abs() < 1e-9, "half an interval, and one more");
         let turned = Rigid { rotation: DQuat::from_rotation_y(0.05) * start.rotation, ..start };
-        viewer.hear(2, 9.0, turned, DVec3::ZERO, 9.0);
+        viewer.hear(2, 9.0, turned, Motion::STILL, 9.0);
         assert_eq!(plan(&RULES, &viewer, 9.0, Some(&last)).map(|plan| plan.reason), Some(Reason::Turned));
     }
 

@@ -73,6 +73,7 @@ impl Shared {
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
             rests: config.rest && !scene.is_animated(),
+            anticipates: config.anticipation && !scene.is_animated(),
             parallax_error_px: plan::PARALLAX_ERROR_PX,
         };
         let stats = Arc::new(Stats::default());
@@ -251,8 +252,7 @@ impl Connection<'_> {
             ServerEvent::View(view) => viewer.view = view,
             ServerEvent::Pose => {
                 if let Some(pose) = self.session.pose() {
-                    let velocity_world = glam::Vec3::from(pose.velocity_world).as_dvec3();
-                    viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, velocity_world, pose.received_at_s);
+                    viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, pose.motion, pose.received_at_s);
                 }
             }
             ServerEvent::Acked { .. } => {

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use glam::DVec3;
 use gpu::Gpu;
 use protocol::message::ViewSize;
@@ -63,6 +63,7 @@ impl Session {
             margin_m: 0.25,
             animated: scene.is_animated(),
             rests: false,
+            anticipates: false,
             parallax_error_px: PARALLAX_ERROR_PX,
         };
         Session::starting(scene, Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z), rules)
@@ -88,6 +89,7 @@ impl Session {
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
             rests: rests && !scene.is_animated(),
+            anticipates: false,
             parallax_error_px: PARALLAX_ERROR_PX,
         };
         let start = start_pose(&scene);
@@ -147,10 +149,15 @@ impl Session {
         (0..count).filter_map(|_| self.tick()).map(|made| made.counts).collect()
     }
 
-    /// The viewer is somewhere, and says how fast it goes.
+    /// The viewer is somewhere, and says how fast it goes along a line.
     pub fn hear(&mut self, pose: Rigid, velocity_world: DVec3) {
+        self.hear_motion(pose, Motion::along(velocity_world));
+    }
+
+    /// The viewer is somewhere, and says how it moves on.
+    pub fn hear_motion(&mut self, pose: Rigid, motion: Motion) {
         self.seq += 1;
-        self.viewer.hear(self.seq, self.now_s, pose, velocity_world, self.now_s);
+        self.viewer.hear(self.seq, self.now_s, pose, motion, self.now_s);
     }
 
     /// The viewer stands somewhere and looks along -z.

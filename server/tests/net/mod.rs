@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use camera::{Camera, Pinhole, Rigid};
+use camera::{Camera, Motion, Pinhole, Rigid};
 use futures_util::{SinkExt, StreamExt};
 use glam::{DAffine3, DVec3};
 use protocol::message::{Clock, ViewSize, Welcome};
@@ -234,7 +234,7 @@ impl Client {
             let mut pose = start;
             pose.translation.x += 2.0 * (self.now_s() - begun_s);
             let now_s = self.now_s();
-            self.session.set_pose(pose, [2.0, 0.0, 0.0], now_s);
+            self.session.set_pose(pose, Motion::along(DVec3::X * 2.0), now_s);
             self.run(0.03, |_| false).await?;
         }
         Ok(())
