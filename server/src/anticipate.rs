@@ -39,8 +39,8 @@ const RINGS_RAD: [f64; 5] = [0.0, 0.35, -0.35, 0.7, -0.7];
 const STEEPEST_COS: f64 = 0.95;
 /// A view that is at most this part of a step away from one that was looked at needs no look.
 const NEAR: f64 = 0.6;
-/// Places along the way of who walks, in steps of a second of walking: ahead, then behind.
-const PLACES_M: [f64; 6] = [1.4, -1.4, 2.8, 4.2, -2.8, 5.6];
+/// Places along the way of who walks, every half second of walking near by: ahead, then behind. Negative ones lie behind.
+const PLACES_M: [f64; 6] = [0.7, 1.4, -0.7, 2.1, -1.4, 2.8];
 /// Width and field of a view of a way: at 3 m a walker is 0.5 m wide.
 const WAY_PX: u32 = 16;
 const WAY_FIELD_RAD: f64 = 0.17;

@@ -1,5 +1,7 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
+mod ahead;
+
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,7 +17,7 @@ use thiserror::Error;
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
-use crate::anticipate::{self, Around};
+use crate::anticipate;
 use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::discretize::placement::{self, Budget, Placement};
@@ -25,7 +27,7 @@ use crate::impostors::relief::{self, Eye, KeptReliefs, Reliefs};
 use crate::impostors::{Kept, Needs};
 use crate::lights::{self, Serving};
 use crate::pace::Pace;
-use crate::plan::{Focus, Plan, Reason, Rules, half_view, own_view, plan, precision_within, region_views};
+use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
 use crate::viewer::Viewer;
@@ -39,8 +41,6 @@ const COARSE_SIDE: f64 = 0.5;
 const LIGHTS_SHARE: u64 = 4;
 /// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
 const IMAGES_A_LIGHT: u64 = 2;
-/// Views that are looked at ahead in a turn at most, while none of them shows anything new: other sessions may be waiting by then.
-const LOOKS_AHEAD: usize = 4;
 /// Places on the region's rim that probes are taken from.
 const PLACES_ON_RIM: usize = 12;
 
@@ -221,16 +221,6 @@ impl Stage {
         })
     }
 
-    /// Makes what a client that lacks nothing will need next, or nothing where that is held too. To be asked when nobody needs anything.
-    pub fn anticipate(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
-        let Some(focus) = client.focus.filter(|_| anticipate::may(&self.rules, client, viewer, now_s)) else {
-            return Ok(None);
-        };
-        let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
-        let own = own_view(&focus.coverage, &rules);
-        self.with_surroundings(now_s, |stage, snapshot, now| stage.look_ahead(&own, snapshot, now, client, viewer))
-    }
-
     /// Does something with what the scene is at a time.
     fn with_surroundings<T>(
         &mut self,
@@ -360,65 +350,6 @@ impl Stage {
         let pixels = u64::from(strip.camera.width_px) * u64::from(strip.camera.height_px);
         let lights = LightWork::default();
         Ok(update.map(|update| Made { reason: Reason::Rest, update, coding, counts, pixels, lights }))
-    }
-
-    /// Looks for what a viewer who lacks nothing will see next, until something is found.
-    fn look_ahead(
-        &mut self,
-        own: &Pinhole,
-        snapshot: &Arc<Snapshot>,
-        now: &Surroundings<'_>,
-        client: &mut Client,
-        viewer: &Viewer,
-    ) -> Result<Option<Made>, StageError> {
-        client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
-        client.account.begin(now)?;
-        self.imager.leave_out(client.account.shown_by_reliefs());
-        let around = self.around(viewer, own, snapshot)?;
-        let revision = Revision {
-            purpose: Purpose::Eye,
-            rules: AccountRules { outlines_stand_in: true, ..self.account_rules },
-            peers: &[],
-            trims: true,
-            supersedes: false,
-            looks_again: true,
-            least_px: 0.0,
-            is_seen: false,
-            precision: precision_within(&self.rules, viewer.view, 0.0),
-        };
-        let mut pixels = 0;
-        for _ in 0..LOOKS_AHEAD {
-            let Some(part) = anticipate::next(&self.rules, client, viewer, own, &around) else {
-                client.ahead.ended(viewer);
-                break;
-            };
-            let captures = self.imager.captures(snapshot, &[part.camera], Discretization::Conventional)?;
-            for capture in &captures {
-                revise(&mut *self.imager, &mut client.account, capture, &revision, now)?;
-            }
-            client.ahead.looked(&part);
-            pixels += u64::from(part.camera.width_px) * u64::from(part.camera.height_px);
-            if !client.account.counts().is_still() {
-                break;
-            }
-        }
-        let mut counts = client.account.counts();
-        counts.ahead = counts.added;
-        let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
-        let coding = self.coding.coding(viewer.bytes_per_s);
-        let lights = LightWork::default();
-        Ok(update.map(|update| Made { reason: Reason::Ahead, update, coding, counts, pixels, lights }))
-    }
-
-    /// What a viewer who stands still will turn about, or where he stands.
-    fn around(&mut self, viewer: &Viewer, own: &Pinhole, snapshot: &Snapshot) -> Result<Around, StageError> {
-        if let Some(object) = Around::object(viewer, self.scene.bounds.centre(), self.scene.walk) {
-            return Ok(object);
-        }
-        let (ahead, behind) = anticipate::ways(own);
-        let probes = self.imager.captures(snapshot, &[ahead, behind], Discretization::Conventional)?;
-        let free_m: Vec<f64> = probes.iter().map(anticipate::free_m).collect();
-        Ok(Around::Place { free_m: [free_m[0], free_m[1]] })
     }
 
     /// Takes back what was sent of a view at rest that the viewer has left.

@@ -41,6 +41,8 @@ pub const PARALLAX_ERROR_PX: f64 = 0.1;
 /// How much wider than the view the own image of a viewer who stands still is on each side: what rounding needs, so that its
 /// pixels lie where the viewer looks. Images from the rim keep the turn's margin.
 const STILL_MARGIN_RAD: f64 = 0.01;
+/// From one view on the way of who turns to the next: as far as an image reaches past the view on both sides.
+const WAY_STEP_RAD: f64 = 2.0 * TURN_MARGIN_RAD;
 /// A view that turned by less than this did not turn: two pixels of a view of 640.
 const LEAST_TURN_RAD: f64 = 0.004;
 
@@ -198,17 +200,30 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
         Reason::Moved | Reason::Turned | Reason::Animated => {
             let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
-            let ahead = (!predicted.is_still()).then(|| {
-                let later =
-                    viewer.predict(now_s, rules.update_interval_s, rules.update_interval_s, rules.max_radius_m());
-                Pinhole { world_from_eye: later.world_from_eye, ..all[0] }
-            });
-            let rim = region_views(&wanted, &rim)[1 + in_turn];
-            let on_way = 1 + usize::from(ahead.is_some());
-            ([Some(all[0]), ahead, Some(rim)].into_iter().flatten().take(rules.images).collect(), on_way)
+            let mut views = vec![all[0]];
+            views.extend(
+                way(rules, viewer, &predicted, now_s).map(|world_from_eye| Pinhole { world_from_eye, ..all[0] }),
+            );
+            let on_way = views.len();
+            views.push(region_views(&wanted, &rim)[1 + in_turn]);
+            views.truncate(rules.images);
+            (views, on_way)
         }
     };
     Some(Plan { reason, coverage: wanted, views, refining, precision: precision(rules, &wanted) })
+}
+
+/// Where a viewer who moves will be from now on: an interval further, and between, as far as images are left, where he turns so fast that
+/// views an interval apart would leave a gap.
+fn way(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s: f64) -> impl Iterator<Item = Rigid> {
+    let turn_rad = predicted.turn_rad_s * rules.update_interval_s;
+    let most = rules.images.saturating_sub(2).max(1);
+    let steps = if predicted.is_still() { 0 } else { ((turn_rad / WAY_STEP_RAD).ceil() as usize).clamp(1, most) };
+    let (viewer, rules) = (*viewer, *rules);
+    (1..=steps).map(move |step| {
+        let further_s = rules.update_interval_s * step as f64 / steps as f64;
+        viewer.predict(now_s, rules.update_interval_s, further_s, rules.max_radius_m()).world_from_eye
+    })
 }
 
 /// A sample is seen from elsewhere than where it was taken.
@@ -230,7 +245,9 @@ fn wanted_coverage(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s
     let (error, half_interval_s) = (viewer.expected_error(predicted), rules.update_interval_s / 2.0);
     let away_m = predicted.speed_m_s * half_interval_s + error.distance_m;
     let radius_m = (away_m + rules.margin_m).min(rules.max_radius_m());
-    let turn_rad = TURN_MARGIN_RAD + predicted.turn_rad_s * half_interval_s + error.turn_rad;
+    // Views along an arc follow its turn; one that turns on the spot sees by a wider field what they would.
+    let turned_rad = if predicted.is_on_arc { 0.0 } else { predicted.turn_rad_s * half_interval_s };
+    let turn_rad = TURN_MARGIN_RAD + turned_rad + error.turn_rad;
     let (image_size_px, half_field) = field(rules, half_view(viewer.view), turn_rad);
     Coverage {
         world_from_eye: predicted.world_from_eye,
@@ -391,6 +408,26 @@ mod tests {
         let turned = Rigid { rotation: DQuat::from_rotation_y(0.05) * start.rotation, ..start };
         viewer.hear(2, 9.0, turned, Motion::STILL, 9.0);
         assert_eq!(plan(&RULES, &viewer, 9.0, Some(&last)).map(|plan| plan.reason), Some(Reason::Turned));
+    }
+
+    #[test]
+    fn who_turns_fast_is_looked_for_all_along_the_arc() {
+        let (pivot, mut viewer) = (DVec3::ZERO, viewer());
+        let last = settled(first(&viewer, 0.0));
+        let eye = Rigid::look_at(DVec3::new(0.0, 1.0, 5.0), pivot);
+        for (deg_per_s, views) in [(60.0, 3), (144.0, 4), (360.0, 4)] {
+            let motion = Motion::about(pivot, eye.translation, DVec3::Y * f64::to_radians(deg_per_s));
+            viewer.hear(viewer.pose_seq + 1, f64::from(viewer.pose_seq as u32), eye, motion, 1.0);
+            let plan = plan(&RULES, &viewer, 1.0, Some(&last)).expect("a look");
+            assert_eq!(plan.views.len(), views, "{deg_per_s}");
+            for view in &plan.views[..plan.refining] {
+                let distance_m = view.world_from_eye.translation.distance(pivot);
+                assert!((distance_m - eye.translation.length()).abs() < 1e-5, "on the circle");
+            }
+            let (a, b) = (&plan.views[0].world_from_eye, &plan.views[plan.refining - 1].world_from_eye);
+            let turned_deg = a.rotation.angle_between(b.rotation).to_degrees();
+            assert!((turned_deg - deg_per_s * RULES.update_interval_s).abs() < 1e-3, "{turned_deg}");
+        }
     }
 
     #[test]

@@ -92,6 +92,8 @@ pub struct Prediction {
     pub speed_m_s: f64,
     /// Radians a second; 0 for a viewer that does not turn.
     pub turn_rad_s: f64,
+    /// Whether the view turns along with the path.
+    pub is_on_arc: bool,
 }
 
 impl Prediction {
@@ -200,7 +202,12 @@ impl Viewer {
     pub fn predict(&self, now_s: f64, update_interval_s: f64, further_s: f64, max_step_m: f64) -> Prediction {
         let silent_s = (now_s - self.heard_at_s).max(0.0);
         if silent_s > STILL_AFTER_S || self.motion.is_still() {
-            return Prediction { world_from_eye: self.world_from_eye, speed_m_s: 0.0, turn_rad_s: 0.0 };
+            return Prediction {
+                world_from_eye: self.world_from_eye,
+                speed_m_s: 0.0,
+                turn_rad_s: 0.0,
+                is_on_arc: false,
+            };
         }
         let ahead_s = self.round_trip_s + silent_s.min(update_interval_s) + update_interval_s / 2.0 + further_s;
         let is_trusted = self.motion.path == Path::Arc || self.error.is_some_and(|error| error.distance_m < max_step_m);
@@ -212,6 +219,7 @@ impl Viewer {
             world_from_eye: self.motion.pose_after(&self.world_from_eye, ahead_s),
             speed_m_s: self.motion.speed_m_s(ahead_s),
             turn_rad_s: self.motion.turn_rad_s(ahead_s),
+            is_on_arc: self.motion.path == Path::Arc,
         }
     }
 }

@@ -15,7 +15,7 @@ use vantage_server::account::Counts;
 use vantage_server::discretize::Discretization;
 use vantage_server::frame::{Client, Made, Stage};
 use vantage_server::imager::GpuImager;
-use vantage_server::plan::{PARALLAX_ERROR_PX, Rules};
+use vantage_server::plan::{PARALLAX_ERROR_PX, Reason, Rules};
 use vantage_server::start::{near_m, start_pose};
 use vantage_server::viewer::Viewer;
 
@@ -79,6 +79,15 @@ impl Session {
         Session::with_rests(name, true)
     }
 
+    /// A viewer where a built-in scene begins, who is sent what he will need next while he needs nothing.
+    pub fn anticipating(name: &str) -> Session {
+        let mut session = Session::with_rests(name, false);
+        let rules = Rules { anticipates: true, ..session.rules };
+        let imager = Box::new(GpuImager::new(&session.gpu, &session.scene, &Config::default()).expect("it uploads"));
+        session.stage = Stage::new(session.scene.clone(), rules, Discretization::default(), imager);
+        Session { rules, ..session }
+    }
+
     fn with_rests(name: &str, rests: bool) -> Session {
         let scene = scene::builtin::load(name).expect("a built-in scene");
         let rules = Rules {
@@ -123,6 +132,8 @@ impl Session {
     /// One update, where there is one, and an interval's time.
     pub fn tick(&mut self) -> Option<Made> {
         let made = self.stage.update(&self.viewer, &mut self.client, self.now_s).expect("an update");
+        let made =
+            made.or_else(|| self.stage.anticipate(&self.viewer, &mut self.client, self.now_s).expect("an update"));
         self.now_s += INTERVAL_S;
         if let Some(made) = &made {
             self.take(made);
@@ -134,6 +145,9 @@ impl Session {
         let encoded = encode_update(&made.update, made.coding);
         self.light_bytes += encoded.bytes_of(made.lights.edits.clone());
         let bytes = encoded.bytes;
+        if made.reason == Reason::Ahead {
+            self.client.ahead.sent(bytes.len(), made.pixels);
+        }
         self.sent_bytes += bytes.len();
         let update = decode_update(&bytes, &Limits::default()).expect("a sound update");
         assert_finite(&update, self.rules.near_m);
