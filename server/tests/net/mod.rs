@@ -121,7 +121,8 @@ fn noise(view: &Pinhole) -> Capture {
 
 /// A server that looks twice, in images of 32x32.
 pub fn config() -> Config {
-    Config { port: 0, images: 2, image_size_px: 32, update_hz: 20.0, web: "/nowhere".into(), ..Config::default() }
+    let web = "/nowhere".into();
+    Config { port: 0, images: 2, image_size_px: 32, update_hz: 20.0, web, anticipation: false, ..Config::default() }
 }
 
 pub async fn start(config: Config, scene: Scene, delay: Duration) -> Running {
