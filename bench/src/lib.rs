@@ -3,6 +3,7 @@
 //! - [`compare`]: scores of a picture against the truth (FLIP, SSIM, PSNR, flicker, holes), for one frame or a folder.
 //! - [`load`]: many clients of one server.
 //! - [`poses`]: the eye, frame by frame; [`motion`]: ways to move that need no file.
+//! - [`prediction`]: how far off a viewer is expected to be, by how it moves.
 //! - [`raytrace`]: the truth of reflections, refractions and ambient occlusion.
 //! - [`report`]: the frame of every report: rows of figures with their bars, written as JSON, CSV, SVG plots and one page.
 //! - [`topic`]: what a topic is; [`topics`] holds them, one file each.
@@ -18,6 +19,7 @@ pub mod load;
 pub mod motion;
 pub mod options;
 pub mod poses;
+pub mod prediction;
 pub mod raytrace;
 pub mod render;
 pub mod report;

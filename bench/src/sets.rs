@@ -51,6 +51,7 @@ pub fn rules(scene: &Scene, plan: &SetPlan) -> Rules {
         margin_m: region_radius_m(scene),
         animated: scene.is_animated(),
         rests: false,
+        anticipates: false,
         parallax_error_px: server::plan::PARALLAX_ERROR_PX,
     }
 }

@@ -15,6 +15,7 @@
 mod bounds;
 mod convex;
 mod graph;
+mod motion;
 mod parallel;
 mod pinhole;
 mod rigid;
@@ -27,6 +28,7 @@ pub use graph::{
     ClipFromOffset, CorridorMap, CorridorMapError, FaceDescription, FloorGrid, Frustum, FrustumDescription, FrustumId,
     GraphCamera, GraphDescription, GraphError, Heading, RayPiece, RootDescription, SegmentPiece, Storey, split_behind,
 };
+pub use motion::{Motion, Path};
 pub use parallel::parallel_views;
 pub use pinhole::{ImagePoint, Pinhole};
 pub use rigid::Rigid;

@@ -4,7 +4,7 @@
 //! under the virtual clock the time at which it counts as sent (server) or delivered (client, whose link model adds the way
 //! up), so that nothing depends on how fast the machine is.
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use serde::{Deserialize, Serialize};
 
 use crate::held::Update;
@@ -69,8 +69,8 @@ pub enum ClientMessage {
         sampled_at_s: f64,
         /// The eye.
         world_from_eye: Rigid,
-        /// Metres a second, for prediction.
-        velocity_world: [f32; 3],
+        /// How it moves on, for prediction.
+        motion: Motion,
     },
     /// An update was decoded and is held.
     Ack {

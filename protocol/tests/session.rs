@@ -6,7 +6,7 @@ mod common;
 
 use std::collections::VecDeque;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use common::{cast, patch};
 use glam::DVec3;
 use network::{Link, LinkModel};
@@ -177,7 +177,7 @@ fn pose(x_m: f64) -> Rigid {
 fn poses_go_up_updates_come_down_and_are_acknowledged() {
     let mut pair = Pair::new("rtt=40,jitter=20,mbit=20");
     pair.run(3.0, |pair| {
-        pair.client.set_pose(pose(pair.now_s), [1.0, 0.0, 0.0], pair.now_s);
+        pair.client.set_pose(pose(pair.now_s), Motion::along(DVec3::X), pair.now_s);
         if ((pair.now_s * 1000.0).round() as u64).is_multiple_of(100) && pair.server.can_send_update() {
             let edits = add(pair);
             pair.send(edits);
@@ -200,11 +200,11 @@ fn poses_go_up_updates_come_down_and_are_acknowledged() {
 #[test]
 fn rest_costs_next_to_nothing() {
     let mut pair = Pair::new("rtt=40");
-    pair.client.set_pose(pose(1.0), [0.0; 3], 0.0);
+    pair.client.set_pose(pose(1.0), Motion::STILL, 0.0);
     pair.run(10.0, |_| {});
     let (bytes, poses) = (pair.bytes, pair.server.pose().unwrap().seq);
     let seconds = 60.0;
-    pair.run(seconds, |pair| pair.client.set_pose(pose(1.0), [0.0; 3], pair.now_s));
+    pair.run(seconds, |pair| pair.client.set_pose(pose(1.0), Motion::STILL, pair.now_s));
     let per_s = (pair.bytes[0] + pair.bytes[1] - bytes[0] - bytes[1]) as f64 / seconds;
     assert!(per_s <= 50.0, "{per_s} bytes a second at rest");
     assert_eq!(pair.server.pose().unwrap().seq, poses, "a pose that stays is not sent again");
@@ -321,7 +321,7 @@ fn refusal(messages: &[Vec<u8>]) -> SessionError {
 #[test]
 fn hostile_clients_are_refused_by_name() {
     let pose =
-        |seq, x_m| ClientMessage::Pose { seq, sampled_at_s: 0.0, world_from_eye: pose(x_m), velocity_world: [0.0; 3] };
+        |seq, x_m| ClientMessage::Pose { seq, sampled_at_s: 0.0, world_from_eye: pose(x_m), motion: Motion::STILL };
     let other =
         ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW, budget_bytes: 0, draws: Draws::default() };
     assert_eq!(refusal(&[message(0.0, other)]), SessionError::Version { ours: VERSION, theirs: 99 });
@@ -347,6 +347,10 @@ fn hostile_clients_are_refused_by_name() {
     let advance = message(0.0, ClientMessage::Advance { to_s: 1.0 });
     assert!(matches!(refusal(&[hello(), advance]), SessionError::Unexpected(_)));
     assert!(matches!(refusal(&[hello(), message(0.0, pose(1, f64::NAN))]), SessionError::Range(_)));
+    for motion in [Motion::along(DVec3::X * f64::INFINITY), Motion { fades_in_s: Some(0.0), ..Motion::STILL }] {
+        let pose = ClientMessage::Pose { seq: 1, sampled_at_s: 0.0, world_from_eye: Rigid::IDENTITY, motion };
+        assert!(matches!(refusal(&[hello(), message(0.0, pose)]), SessionError::Range(_)));
+    }
     assert!(matches!(
         refusal(&[hello(), message(0.0, pose(1, 0.0)), message(0.0, pose(1, 1.0))]),
         SessionError::Range(_)
@@ -431,7 +435,7 @@ fn virtual_run(link: &str, batch: usize) -> Vec<(u64, f64, f64)> {
     let mut tick = 0_u32;
     for frame in 1..=60_u32 {
         let now_s = f64::from(frame) / 30.0;
-        client.set_pose(pose(now_s), [1.0, 0.0, 0.0], now_s);
+        client.set_pose(pose(now_s), Motion::along(DVec3::X), now_s);
         if (frame as usize).is_multiple_of(batch) {
             client.advance(now_s);
         }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use common::{cast, fragments, patch};
 use glam::DVec3;
 use proptest::prelude::*;
@@ -37,7 +37,7 @@ fn client_messages() -> Vec<ClientMessage> {
             seq: 7,
             sampled_at_s: 1.25,
             world_from_eye: Rigid::look_at(DVec3::ONE, DVec3::ZERO),
-            velocity_world: [0.1, 0.0, -3.0],
+            motion: Motion { fades_in_s: Some(0.2), ..Motion::about(DVec3::X, DVec3::ONE, DVec3::Y) },
         },
         ClientMessage::Ack { number: u64::MAX, digest: 1, bytes_received: 2 },
         ClientMessage::Restart,

@@ -8,7 +8,7 @@ use crate::impostors::Kept;
 use crate::impostors::relief::KeptReliefs;
 use crate::pace::Pace;
 use crate::plan::Focus;
-use crate::{lights, rest};
+use crate::{anticipate, lights, rest};
 
 /// See the module.
 #[derive(Debug)]
@@ -29,6 +29,8 @@ pub struct Client {
     pub lights: lights::Kept,
     /// What it was sent of its own view at rest.
     pub rest: rest::Kept,
+    /// What it was looked ahead for.
+    pub ahead: anticipate::Kept,
     /// What it draws, and so has a use for.
     pub draws: Draws,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
@@ -46,6 +48,7 @@ impl Default for Client {
             reliefs: KeptReliefs::default(),
             lights: lights::Kept::default(),
             rest: rest::Kept::default(),
+            ahead: anticipate::Kept::default(),
             draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
@@ -58,6 +61,7 @@ impl Client {
         self.account.start_anew();
         self.lights = lights::Kept::default();
         self.rest = rest::Kept::default();
+        self.ahead = anticipate::Kept::default();
         self.focus = None;
         self.has_picture = false;
     }

@@ -26,6 +26,8 @@ pub struct Config {
     pub relief: bool,
     /// Whether a viewer who stands still in a still scene is sent his own view, see [`crate::rest`].
     pub rest: bool,
+    /// Whether what a viewer will need next is sent while nobody needs anything, see [`crate::anticipate`].
+    pub anticipation: bool,
     /// Images a set, 1 to [`Config::MAX_IMAGES`].
     pub images: usize,
     /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
@@ -62,6 +64,7 @@ impl Default for Config {
             placement: Placement::default(),
             relief: true,
             rest: true,
+            anticipation: true,
             images: 4,
             image_size_px: 512,
             coding: CodingRule::default(),

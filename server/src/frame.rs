@@ -1,5 +1,7 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
+mod ahead;
+
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -141,6 +143,19 @@ impl Stage {
         if strip.is_none() && plan.is_none() {
             return Ok(None);
         }
+        self.with_surroundings(now_s, |stage, snapshot, now| match (strip, plan) {
+            (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
+            (None, Some(plan)) => stage.look(&plan, snapshot, now, client, viewer),
+            (None, None) => Ok(None),
+        })
+    }
+
+    /// Does something with what the scene is at a time.
+    fn with_surroundings<T>(
+        &mut self,
+        now_s: f64,
+        act: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> T,
+    ) -> T {
         let snapshot = self.snapshot(now_s);
         let lighting = self.imager.lighting(&snapshot);
         let moving = self.moving_objects(&snapshot);
@@ -154,13 +169,9 @@ impl Stage {
             moving: &moving,
             deforms: &deforms,
         };
-        let made = match (strip, plan) {
-            (Some(strip), _) => self.rest(&strip, &snapshot, &now, client, viewer),
-            (None, Some(plan)) => self.look(&plan, &snapshot, &now, client, viewer),
-            (None, None) => Ok(None),
-        };
+        let result = act(self, &snapshot, &now);
         (self.materials, self.deforms) = (materials, deforms);
-        made
+        result
     }
 
     /// Where to look, with images as large as the client's memory and its path are.
@@ -222,6 +233,9 @@ impl Stage {
         client.account.expire(Purpose::Eye)?;
         client.account.evict((self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize)?;
         let counts = client.account.counts();
+        if counts.evicted > 0 {
+            client.ahead.evicted();
+        }
         let looks = client.focus.map_or(0, |focus| focus.looks) + 1;
         // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
         let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
@@ -309,6 +323,7 @@ impl Stage {
             // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
             supersedes: is_passing && rules.refines && trims,
             looks_again: !is_passing,
+            is_seen: true,
             least_px: if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 },
             precision: plan.precision,
         };

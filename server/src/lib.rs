@@ -14,6 +14,7 @@
 
 pub mod access;
 pub mod account;
+pub mod anticipate;
 pub mod app;
 pub mod client;
 pub mod coding;

@@ -45,6 +45,10 @@ pub struct Options {
     /// Whether a viewer who stands still in a still scene is sent his own view, pixel by pixel
     #[arg(long, value_enum, default_value_t)]
     pub rest: RestName,
+    /// Whether what a viewer will need next is sent while nobody needs anything: the other sides of what he turns, the places that he may
+    /// walk to
+    #[arg(long, value_enum, default_value_t)]
+    pub anticipation: AnticipationName,
     /// Images a set
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
     pub images: u64,
@@ -98,6 +102,16 @@ pub enum RestName {
     #[default]
     Exact,
     /// What was sampled for other views has to do.
+    Off,
+}
+
+/// `--anticipation`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum AnticipationName {
+    /// Until all that is in reach is held, or most of the client's budget is full.
+    #[default]
+    On,
+    /// Who stands still is sent nothing.
     Off,
 }
 
@@ -205,6 +219,7 @@ impl Options {
             placement: self.placement,
             relief: self.relief == ReliefName::Auto,
             rest: self.rest == RestName::Exact,
+            anticipation: self.anticipation == AnticipationName::On,
             images: self.images as usize,
             image_size_px: self.image_size,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },

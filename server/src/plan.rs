@@ -41,6 +41,8 @@ pub const PARALLAX_ERROR_PX: f64 = 0.1;
 /// How much wider than the view the own image of a viewer who stands still is on each side: what rounding needs, so that its
 /// pixels lie where the viewer looks. Images from the rim keep the turn's margin.
 const STILL_MARGIN_RAD: f64 = 0.01;
+/// From one view on the way of who turns to the next: as far as an image reaches past the view on both sides.
+const WAY_STEP_RAD: f64 = 2.0 * TURN_MARGIN_RAD;
 /// A view that turned by less than this did not turn: two pixels of a view of 640.
 const LEAST_TURN_RAD: f64 = 0.004;
 
@@ -61,6 +63,8 @@ pub struct Rules {
     pub animated: bool,
     /// Whether a viewer who stands still is sent his own view, see [`crate::rest`].
     pub rests: bool,
+    /// Whether what a viewer will need next is sent while nobody needs anything, see [`crate::anticipate`].
+    pub anticipates: bool,
     /// How far a sample may be shifted on the screen by the coding of its depth.
     pub parallax_error_px: f64,
 }
@@ -95,11 +99,13 @@ pub enum Reason {
     Settling,
     /// No look at what is lacking: the viewer stands still and gets his own view, see [`crate::rest`].
     Rest,
+    /// Nothing lacks: what will be needed next, see [`crate::anticipate`].
+    Ahead,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 7] = [
+    pub const ALL: [Reason; 8] = [
         Reason::First,
         Reason::Moved,
         Reason::Turned,
@@ -107,6 +113,7 @@ impl Reason {
         Reason::Animated,
         Reason::Settling,
         Reason::Rest,
+        Reason::Ahead,
     ];
 
     /// Whether the next look will be from elsewhere or at another time, as far as one knows.
@@ -124,6 +131,7 @@ impl Reason {
             Reason::Animated => "animated",
             Reason::Settling => "settling",
             Reason::Rest => "rest",
+            Reason::Ahead => "ahead",
         }
     }
 }
@@ -181,26 +189,41 @@ impl Plan {
 
 /// Where to look now, or `None` where nothing can be lacking since the last look.
 pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) -> Option<Plan> {
-    let predicted = viewer.predict(now_s, rules.update_interval_s, rules.max_radius_m());
+    let predicted = viewer.predict(now_s, rules.update_interval_s, 0.0, rules.max_radius_m());
     let wanted = wanted_coverage(rules, viewer, &predicted, now_s);
     let reason = reason(rules, last, &wanted)?;
     let all = region_views(&wanted, rules);
     let (views, refining) = match reason {
-        Reason::First | Reason::Resized | Reason::Settling | Reason::Rest => (still_views(all, &wanted), usize::MAX),
+        Reason::First | Reason::Resized | Reason::Settling | Reason::Rest | Reason::Ahead => {
+            (still_views(all, &wanted), usize::MAX)
+        }
         Reason::Moved | Reason::Turned | Reason::Animated => {
             let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
-            let ahead = (!predicted.is_still()).then(|| {
-                let later =
-                    viewer.predict(now_s + rules.update_interval_s, rules.update_interval_s, rules.max_radius_m());
-                Pinhole { world_from_eye: later.world_from_eye, ..all[0] }
-            });
-            let rim = region_views(&wanted, &rim)[1 + in_turn];
-            let on_way = 1 + usize::from(ahead.is_some());
-            ([Some(all[0]), ahead, Some(rim)].into_iter().flatten().take(rules.images).collect(), on_way)
+            let mut views = vec![all[0]];
+            views.extend(
+                way(rules, viewer, &predicted, now_s).map(|world_from_eye| Pinhole { world_from_eye, ..all[0] }),
+            );
+            let on_way = views.len();
+            views.push(region_views(&wanted, &rim)[1 + in_turn]);
+            views.truncate(rules.images);
+            (views, on_way)
         }
     };
     Some(Plan { reason, coverage: wanted, views, refining, precision: precision(rules, &wanted) })
+}
+
+/// Where a viewer who moves will be from now on: an interval further, and between, as far as images are left, where he turns so fast that
+/// views an interval apart would leave a gap.
+fn way(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s: f64) -> impl Iterator<Item = Rigid> {
+    let turn_rad = predicted.turn_rad_s * rules.update_interval_s;
+    let most = rules.images.saturating_sub(2).max(1);
+    let steps = if predicted.is_still() { 0 } else { ((turn_rad / WAY_STEP_RAD).ceil() as usize).clamp(1, most) };
+    let (viewer, rules) = (*viewer, *rules);
+    (1..=steps).map(move |step| {
+        let further_s = rules.update_interval_s * step as f64 / steps as f64;
+        viewer.predict(now_s, rules.update_interval_s, further_s, rules.max_radius_m()).world_from_eye
+    })
 }
 
 /// A sample is seen from elsewhere than where it was taken.
@@ -222,7 +245,9 @@ fn wanted_coverage(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s
     let (error, half_interval_s) = (viewer.expected_error(predicted), rules.update_interval_s / 2.0);
     let away_m = predicted.speed_m_s * half_interval_s + error.distance_m;
     let radius_m = (away_m + rules.margin_m).min(rules.max_radius_m());
-    let turn_rad = TURN_MARGIN_RAD + predicted.turn_rad_s * half_interval_s + error.turn_rad;
+    // Views along an arc follow its turn; one that turns on the spot sees by a wider field what they would.
+    let turned_rad = if predicted.is_on_arc { 0.0 } else { predicted.turn_rad_s * half_interval_s };
+    let turn_rad = TURN_MARGIN_RAD + turned_rad + error.turn_rad;
     let (image_size_px, half_field) = field(rules, half_view(viewer.view), turn_rad);
     Coverage {
         world_from_eye: predicted.world_from_eye,
@@ -284,6 +309,11 @@ pub fn half_view(view: ViewSize) -> DVec2 {
     DVec2::new(half_y * f64::from(view.width_px) / f64::from(view.height_px), half_y)
 }
 
+/// The view of who stands still, as it was looked at last.
+pub fn own_view(coverage: &Coverage, rules: &Rules) -> Pinhole {
+    still_views(region_views(coverage, &Rules { images: 1, ..*rules }), coverage)[0]
+}
+
 /// The same views, of which the own one is no wider than the output needs, but no denser than the output either: denser samples
 /// only alias.
 fn still_views(mut views: Vec<Pinhole>, coverage: &Coverage) -> Vec<Pinhole> {
@@ -322,6 +352,7 @@ pub fn region_views(coverage: &Coverage, rules: &Rules) -> Vec<Pinhole> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use camera::Motion;
     use glam::DQuat;
 
     const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.047 };
@@ -333,6 +364,7 @@ mod tests {
         margin_m: 0.25,
         animated: false,
         rests: false,
+        anticipates: false,
         parallax_error_px: PARALLAX_ERROR_PX,
     };
 
@@ -368,14 +400,34 @@ mod tests {
         let start = viewer.world_from_eye;
         let mut pose = start;
         pose.translation.x += 0.1;
-        viewer.hear(1, 1.0, pose, DVec3::X, 1.0);
+        viewer.hear(1, 1.0, pose, Motion::along(DVec3::X), 1.0);
         let moved = plan(&RULES, &viewer, 1.0, Some(&last)).expect("a look");
         assert_eq!((moved.reason, moved.views.len()), (Reason::Moved, 3));
         let step_m = |view: usize| moved.views[view].world_from_eye.translation.x - pose.translation.x;
         assert!((step_m(0) - 0.05).abs() < 1e-9 && (step_m(1) - 0.15).abs() < 1e-9, "half an interval, and one more");
         let turned = Rigid { rotation: DQuat::from_rotation_y(0.05) * start.rotation, ..start };
-        viewer.hear(2, 9.0, turned, DVec3::ZERO, 9.0);
+        viewer.hear(2, 9.0, turned, Motion::STILL, 9.0);
         assert_eq!(plan(&RULES, &viewer, 9.0, Some(&last)).map(|plan| plan.reason), Some(Reason::Turned));
+    }
+
+    #[test]
+    fn who_turns_fast_is_looked_for_all_along_the_arc() {
+        let (pivot, mut viewer) = (DVec3::ZERO, viewer());
+        let last = settled(first(&viewer, 0.0));
+        let eye = Rigid::look_at(DVec3::new(0.0, 1.0, 5.0), pivot);
+        for (deg_per_s, views) in [(60.0, 3), (144.0, 4), (360.0, 4)] {
+            let motion = Motion::about(pivot, eye.translation, DVec3::Y * f64::to_radians(deg_per_s));
+            viewer.hear(viewer.pose_seq + 1, f64::from(viewer.pose_seq as u32), eye, motion, 1.0);
+            let plan = plan(&RULES, &viewer, 1.0, Some(&last)).expect("a look");
+            assert_eq!(plan.views.len(), views, "{deg_per_s}");
+            for view in &plan.views[..plan.refining] {
+                let distance_m = view.world_from_eye.translation.distance(pivot);
+                assert!((distance_m - eye.translation.length()).abs() < 1e-5, "on the circle");
+            }
+            let (a, b) = (&plan.views[0].world_from_eye, &plan.views[plan.refining - 1].world_from_eye);
+            let turned_deg = a.rotation.angle_between(b.rotation).to_degrees();
+            assert!((turned_deg - deg_per_s * RULES.update_interval_s).abs() < 1e-3, "{turned_deg}");
+        }
     }
 
     #[test]

@@ -25,6 +25,8 @@ pub struct Revision<'a> {
     pub supersedes: bool,
     /// Whether the copy is looked at again once something was trimmed: what lacks behind it can wait where there will be another look.
     pub looks_again: bool,
+    /// Whether the viewer sees it: what is sent for later counts as never seen, and goes first where there is no room.
+    pub is_seen: bool,
     /// A view that lacks fewer pixels than this is sent nothing.
     pub least_px: f64,
     /// How finely depth is stored.
@@ -61,7 +63,12 @@ pub fn revise(
         copy = imager.copy_view(account, purpose, view)?;
         (_, lacking, superseded) = judge(account, &copy);
     }
-    account.mark_seen(&copy);
+    if revision.is_seen {
+        account.mark_seen(&copy);
+    }
     account.add(purpose, capture, &lacking, revision.precision, now)?;
+    if !revision.is_seen {
+        account.mark_added_unseen();
+    }
     Ok(account.supersede(&superseded)?)
 }

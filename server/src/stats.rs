@@ -21,6 +21,8 @@ pub struct Stats {
     pub sent_bytes: AtomicU64,
     /// What lights took.
     pub lights: LightStats,
+    /// What was sent for later.
+    pub ahead: AheadStats,
     looks: [AtomicU64; Reason::ALL.len()],
 }
 
@@ -47,8 +49,26 @@ impl Stats {
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
             "looks": looks,
             "lights": self.lights.json(),
+            "ahead": { "samples": self.ahead.samples.load(Ordering::Relaxed), "bytes": self.ahead.bytes.load(Ordering::Relaxed) },
             "resident_bytes": resident_bytes(),
         })
+    }
+}
+
+/// What was sent before anybody needed it, see [`crate::anticipate`].
+#[derive(Debug, Default)]
+pub struct AheadStats {
+    /// Samples.
+    pub samples: AtomicU64,
+    /// Bytes of updates.
+    pub bytes: AtomicU64,
+}
+
+impl AheadStats {
+    /// Counts an update.
+    pub fn count(&self, samples: usize, bytes: usize) {
+        self.samples.fetch_add(samples as u64, Ordering::Relaxed);
+        self.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 }
 

@@ -1,10 +1,9 @@
 //! What the server knows of a viewer, and where it will be: the first input of the plan.
 //!
-//! A client sends its pose only while it moves, so silence means that it stands still. Positions are predicted with the
-//! velocity that the client states, turns with the one that two poses imply. How far off that is, is measured: one prediction
-//! at a time waits for the pose that it was made for.
+//! A client sends its pose only while it moves, so silence means that it stands still. It says how it moves on ([`Motion`]); how far
+//! off that leads is measured: one prediction at a time waits for the pose that it was made for.
 
-use camera::Rigid;
+use camera::{Motion, Path, Rigid};
 use glam::{DQuat, DVec3};
 use protocol::message::ViewSize;
 
@@ -19,9 +18,14 @@ const ERROR_HALF_LIFE_S: f64 = 1.0;
 /// A viewer who came this many times further than its velocities, before and after, explain was put there: no error of prediction.
 const JUMP: f64 = 4.0;
 
-/// Faster turns than this are jumps (a viewer that was put somewhere else), not motion to extrapolate: about twice the
-/// fastest deliberate head turn.
-const MAX_TURN_RAD_S: f64 = 8.0;
+/// No view is predicted further round than this: past a half turn what is seen is nothing that was seen, and an error in the rate of
+/// turn is as large as the view.
+const MAX_PREDICTED_TURN_RAD: f64 = std::f64::consts::PI;
+
+/// Who looks past a point by less than this turns about it: half of a view's usual width.
+const FACING_RAD: f64 = 0.5;
+/// A point that moved in the eye's space by more than this share of its distance is no longer what a viewer turns about.
+const LEFT_SHARE: f64 = 0.25;
 
 /// What is known of a viewer, at one end of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,10 +34,10 @@ pub struct Viewer {
     pub view: ViewSize,
     /// The newest pose heard, or where the scene begins before any.
     pub world_from_eye: Rigid,
-    /// Metres a second, as the client states it.
-    pub velocity_world: DVec3,
-    /// Axis times radians a second, from the last two poses.
-    pub turn_world: DVec3,
+    /// How it moves on, as the client states it.
+    pub motion: Motion,
+    /// What it turned about last; `None` where it never did, or has left it.
+    pub pivot: Option<Pivot>,
     /// Number of the newest pose, 0 before any.
     pub pose_seq: u64,
     /// Server time when the pose was heard.
@@ -59,14 +63,24 @@ pub struct PredictionError {
     pub turn_rad: f64,
 }
 
+/// What a viewer turns about: an object, seen from all sides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pivot {
+    /// The point of the axis that was nearest to the eye.
+    pub pivot_world: DVec3,
+    /// Unit length.
+    pub axis_world: DVec3,
+    /// The same point in the eye's own space, where it stays.
+    pivot_eye: DVec3,
+}
+
 /// A prediction in the making: from what is known at a time, on the client's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Forecast {
     made_at_s: f64,
     due_at_s: f64,
     world_from_eye: Rigid,
-    velocity_world: DVec3,
-    turn_world: DVec3,
+    motion: Motion,
 }
 
 /// Where a viewer will be, and how fast it goes.
@@ -78,6 +92,8 @@ pub struct Prediction {
     pub speed_m_s: f64,
     /// Radians a second; 0 for a viewer that does not turn.
     pub turn_rad_s: f64,
+    /// Whether the view turns along with the path.
+    pub is_on_arc: bool,
 }
 
 impl Prediction {
@@ -93,8 +109,8 @@ impl Viewer {
         Viewer {
             view,
             world_from_eye: start_world_from_eye,
-            velocity_world: DVec3::ZERO,
-            turn_world: DVec3::ZERO,
+            motion: Motion::STILL,
+            pivot: None,
             pose_seq: 0,
             heard_at_s: now_s,
             sampled_at_s: f64::NEG_INFINITY,
@@ -106,21 +122,15 @@ impl Viewer {
     }
 
     /// Takes in a pose; the newest number wins.
-    pub fn hear(&mut self, seq: u64, sampled_at_s: f64, world_from_eye: Rigid, velocity_world: DVec3, now_s: f64) {
+    pub fn hear(&mut self, seq: u64, sampled_at_s: f64, world_from_eye: Rigid, motion: Motion, now_s: f64) {
         if seq <= self.pose_seq {
             return;
         }
-        let step_s = sampled_at_s - self.sampled_at_s;
-        self.turn_world = if step_s > 0.0 && step_s < STILL_AFTER_S {
-            turn_between(self.world_from_eye.rotation, world_from_eye.rotation) / step_s
-        } else {
-            DVec3::ZERO
-        };
-        if self.turn_world.length() > MAX_TURN_RAD_S {
-            self.turn_world = DVec3::ZERO;
-        }
         self.world_from_eye = world_from_eye;
-        self.velocity_world = if velocity_world.is_finite() { velocity_world } else { DVec3::ZERO };
+        self.motion = if motion.is_valid() { motion } else { Motion::STILL };
+        if !self.motion.is_still() {
+            self.pivot = self.pivot_after();
+        }
         self.pose_seq = seq;
         self.heard_at_s = now_s;
         self.sampled_at_s = sampled_at_s;
@@ -130,10 +140,26 @@ impl Viewer {
                 made_at_s: sampled_at_s,
                 due_at_s: sampled_at_s + self.round_trip_s + JUDGED_AHEAD_S,
                 world_from_eye: self.world_from_eye,
-                velocity_world: self.velocity_world,
-                turn_world: self.turn_world,
+                motion: self.motion,
             });
         }
+    }
+
+    /// What a viewer who moves turns about: a point that he faces, for as long as it stays where it is in the eye's own space. Who walks round a
+    /// corner turns about a point beside him.
+    fn pivot_after(&self) -> Option<Pivot> {
+        let eye_from_world = self.world_from_eye.inverse();
+        if let Some(pivot_world) = self.motion.pivot_world(self.world_from_eye.translation) {
+            let axis_world = self.motion.turn_world.as_dvec3().normalize();
+            let forward = self.world_from_eye.transform_vector(DVec3::Z).reject_from_normalized(axis_world);
+            let faces = forward.angle_between(pivot_world - self.world_from_eye.translation) < FACING_RAD;
+            let pivot_eye = eye_from_world.transform_point(pivot_world);
+            return faces.then_some(Pivot { pivot_world, axis_world, pivot_eye });
+        }
+        self.pivot.filter(|pivot| {
+            let now_eye = eye_from_world.transform_point(pivot.pivot_world);
+            now_eye.distance(pivot.pivot_eye) < LEFT_SHARE * pivot.pivot_eye.length()
+        })
     }
 
     /// Lays the forecast that is due beside the newest pose. One that is long overdue was of a viewer who then stood still.
@@ -141,14 +167,13 @@ impl Viewer {
         let Some(forecast) = self.forecast else { return };
         let ahead_s = self.sampled_at_s - forecast.made_at_s;
         let way_m = self.world_from_eye.translation.distance(forecast.world_from_eye.translation);
-        let fastest_m_s = self.velocity_world.length() + forecast.velocity_world.length();
+        let fastest_m_s = self.motion.speed_m_s(0.0) + forecast.motion.speed_m_s(0.0);
         if ahead_s > 2.0 * (forecast.due_at_s - forecast.made_at_s) || way_m > JUMP * fastest_m_s * ahead_s {
             return;
         }
-        let expected = forecast.world_from_eye.translation + forecast.velocity_world * ahead_s;
-        let rotation = DQuat::from_scaled_axis(forecast.turn_world * ahead_s) * forecast.world_from_eye.rotation;
-        let distance_m = expected.distance(self.world_from_eye.translation);
-        let turn_rad = turn_between(rotation.normalize(), self.world_from_eye.rotation).length();
+        let expected = forecast.motion.pose_after(&forecast.world_from_eye, ahead_s);
+        let distance_m = expected.translation.distance(self.world_from_eye.translation);
+        let turn_rad = turn_between(expected.rotation, self.world_from_eye.rotation).length();
         let kept = 0.5_f64.powf(ahead_s / ERROR_HALF_LIFE_S);
         let old = self.error.unwrap_or(PredictionError { distance_m: 0.0, turn_rad: 0.0 });
         self.error = Some(PredictionError {
@@ -159,8 +184,7 @@ impl Viewer {
 
     /// For how long the viewer has stood still, in seconds; 0 while it moves.
     pub fn rested_s(&self, now_s: f64) -> f64 {
-        let stopped = self.velocity_world == DVec3::ZERO && self.turn_world == DVec3::ZERO;
-        (now_s - self.heard_at_s - if stopped { 0.0 } else { STILL_AFTER_S }).max(0.0)
+        (now_s - self.heard_at_s - if self.motion.is_still() { 0.0 } else { STILL_AFTER_S }).max(0.0)
     }
 
     /// How far off a prediction may be: as far as lately, or as far as the viewer comes in a round trip where none was judged yet.
@@ -171,30 +195,34 @@ impl Viewer {
         })
     }
 
-    /// Where the viewer will be in the middle of the time for which an update made `now_s` is shown: the pose was half a
-    /// round trip old when it was heard, the update takes the other half, and is then shown for an interval. No further
-    /// than `max_step_m` from the last pose.
-    pub fn predict(&self, now_s: f64, update_interval_s: f64, max_step_m: f64) -> Prediction {
+    /// Where the viewer will be in the middle of the time for which an update made `now_s` is shown, and `further_s` later: the pose was
+    /// half a round trip old when it was heard, the update takes the other half, and is then shown for an interval. Along a line no
+    /// further than `max_step_m` from the last pose, unless predictions lately came true: somebody may have been put there. An arc takes
+    /// three poses to be told, and is followed as far as it leads.
+    pub fn predict(&self, now_s: f64, update_interval_s: f64, further_s: f64, max_step_m: f64) -> Prediction {
         let silent_s = (now_s - self.heard_at_s).max(0.0);
-        if silent_s > STILL_AFTER_S {
-            return Prediction { world_from_eye: self.world_from_eye, speed_m_s: 0.0, turn_rad_s: 0.0 };
+        if silent_s > STILL_AFTER_S || self.motion.is_still() {
+            return Prediction {
+                world_from_eye: self.world_from_eye,
+                speed_m_s: 0.0,
+                turn_rad_s: 0.0,
+                is_on_arc: false,
+            };
         }
-        let ahead_s = self.round_trip_s + silent_s.min(update_interval_s) + update_interval_s / 2.0;
-        let step = (self.velocity_world * ahead_s).clamp_length_max(max_step_m);
-        let turn = (self.turn_world * ahead_s).clamp_length_max(MAX_PREDICTED_TURN_RAD);
+        let ahead_s = self.round_trip_s + silent_s.min(update_interval_s) + update_interval_s / 2.0 + further_s;
+        let is_trusted = self.motion.path == Path::Arc || self.error.is_some_and(|error| error.distance_m < max_step_m);
+        let farthest_m = if is_trusted { f64::INFINITY } else { max_step_m };
+        let ahead_s = ahead_s
+            .min(farthest_m / self.motion.speed_m_s(0.0))
+            .min(MAX_PREDICTED_TURN_RAD / self.motion.turn_rad_s(0.0));
         Prediction {
-            world_from_eye: Rigid {
-                rotation: (DQuat::from_scaled_axis(turn) * self.world_from_eye.rotation).normalize(),
-                translation: self.world_from_eye.translation + step,
-            },
-            speed_m_s: self.velocity_world.length(),
-            turn_rad_s: self.turn_world.length(),
+            world_from_eye: self.motion.pose_after(&self.world_from_eye, ahead_s),
+            speed_m_s: self.motion.speed_m_s(ahead_s),
+            turn_rad_s: self.motion.turn_rad_s(ahead_s),
+            is_on_arc: self.motion.path == Path::Arc,
         }
     }
 }
-
-/// Extrapolating a turn further than this is a guess: heads turn by less than half a radian in one go.
-const MAX_PREDICTED_TURN_RAD: f64 = 0.5;
 
 /// The shortest turn from one orientation to another: axis times angle, in world space.
 fn turn_between(world_from_a: DQuat, world_from_b: DQuat) -> DVec3 {
@@ -205,6 +233,8 @@ fn turn_between(world_from_a: DQuat, world_from_b: DQuat) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use glam::{DVec2, Vec3};
+
     use super::*;
 
     const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
@@ -213,22 +243,22 @@ mod tests {
         let mut viewer = Viewer::at_start(VIEW, Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z), 0.0);
         viewer.round_trip_s = 0.1;
         let pose = Rigid::look_along(DVec3::new(1.0, 0.0, 0.0), DVec3::NEG_Z);
-        viewer.hear(1, 5.0, pose, DVec3::new(2.0, 0.0, 0.0), 1.0);
+        viewer.hear(1, 5.0, pose, Motion::along(DVec3::new(2.0, 0.0, 0.0)), 1.0);
         viewer
     }
 
     #[test]
     fn a_walker_is_expected_ahead_by_the_round_trip_and_half_an_interval() {
-        let predicted = walker().predict(1.0, 0.2, 10.0);
+        let predicted = walker().predict(1.0, 0.2, 0.0, 10.0);
         assert!((predicted.world_from_eye.translation - DVec3::new(1.0 + 2.0 * 0.2, 0.0, 0.0)).length() < 1e-12);
         assert!((predicted.speed_m_s - 2.0).abs() < 1e-12);
     }
 
     #[test]
     fn prediction_is_clamped_and_silence_means_standing_still() {
-        let far = walker().predict(1.0, 0.2, 0.1).world_from_eye.translation.x;
+        let far = walker().predict(1.0, 0.2, 0.0, 0.1).world_from_eye.translation.x;
         assert!((far - 1.1).abs() < 1e-12);
-        let later = walker().predict(1.0 + STILL_AFTER_S + 0.01, 0.2, 10.0);
+        let later = walker().predict(1.0 + STILL_AFTER_S + 0.01, 0.2, 0.0, 10.0);
         assert!(later.is_still());
         assert_eq!(later.world_from_eye.translation, DVec3::X);
     }
@@ -241,7 +271,13 @@ mod tests {
                 let t_s = f64::from(step) * 0.05;
                 let pose = Rigid::look_along(DVec3::new(x(t_s), 0.0, 0.0), DVec3::NEG_Z);
                 let velocity = DVec3::new(speed(t_s), 0.0, 0.0);
-                viewer.hear(first + u64::from(step as u32), 10.0 * first as f64 + t_s, pose, velocity, 2.0);
+                viewer.hear(
+                    first + u64::from(step as u32),
+                    10.0 * first as f64 + t_s,
+                    pose,
+                    Motion::along(velocity),
+                    2.0,
+                );
             }
             viewer.error.map(|error| error.distance_m)
         };
@@ -257,16 +293,47 @@ mod tests {
     }
 
     #[test]
+    fn an_orbit_is_followed_along_its_arc_and_hardly_errs() {
+        let (rate, radius_m) = (144_f64.to_radians(), 5.0);
+        let at = |t_s: f64| {
+            let angle = rate * t_s;
+            Rigid::look_at(DVec3::new(angle.sin(), 0.2, angle.cos()) * radius_m, DVec3::Y)
+        };
+        let mut viewer = walker();
+        for step in 0..60_u32 {
+            let t_s = f64::from(step) / 60.0;
+            let motion = Motion::about(DVec3::ZERO, at(t_s).translation, DVec3::Y * rate);
+            viewer.hear(2 + u64::from(step), 100.0 + t_s, at(t_s), motion, 100.05 + t_s);
+        }
+        let heard_s = 59.0 / 60.0;
+        let predicted = viewer.predict(100.05 + heard_s, 0.1, 0.1, 0.5).world_from_eye;
+        let truth = at(heard_s + 0.1 + 0.05 + 0.1);
+        assert!(predicted.translation.distance(truth.translation) < 1e-5, "farther than a step of 0.5 m");
+        assert!(predicted.rotation.angle_between(truth.rotation) < 1e-5);
+        let error = viewer.error.expect("judged");
+        assert!(error.distance_m < 1e-5 && error.turn_rad < 1e-5, "{error:?}");
+        let pivot = viewer.pivot.expect("it turns about a point");
+        assert!(DVec2::new(pivot.pivot_world.x, pivot.pivot_world.z).length() < 1e-5 && pivot.axis_world.y > 0.999);
+        viewer.hear(100, 102.0, at(1.0), Motion::STILL, 102.0);
+        viewer.hear(101, 102.1, at(1.0), Motion::along(DVec3::X), 102.1);
+        assert!(viewer.pivot.is_some(), "who stops, or turns it by hand, is still before it");
+        let away = Rigid { translation: at(1.0).translation * 1.5, ..at(1.0) };
+        viewer.hear(102, 102.2, away, Motion::along(DVec3::X), 102.2);
+        assert_eq!(viewer.pivot, None, "who walks has left it");
+    }
+
+    #[test]
     fn a_steady_turn_goes_on_and_an_old_pose_is_ignored() {
         let mut viewer = walker();
         let turned =
             Rigid { rotation: DQuat::from_rotation_y(0.1) * viewer.world_from_eye.rotation, ..viewer.world_from_eye };
-        viewer.hear(2, 5.1, turned, DVec3::ZERO, 1.1);
-        let predicted = viewer.predict(1.1, 0.1, 10.0);
+        let turn = Motion { turn_world: Vec3::Y, ..Motion::STILL };
+        viewer.hear(2, 5.1, turned, turn, 1.1);
+        let predicted = viewer.predict(1.1, 0.1, 0.0, 10.0);
         let angle = predicted.world_from_eye.rotation.angle_between(turned.rotation);
         assert!((angle - 1.0 * (0.1 + 0.05)).abs() < 1e-9, "{angle}");
         let before = viewer;
-        viewer.hear(1, 9.0, Rigid::IDENTITY, DVec3::ONE, 2.0);
+        viewer.hear(1, 9.0, Rigid::IDENTITY, Motion::along(DVec3::ONE), 2.0);
         assert_eq!(viewer, before);
     }
 }

@@ -2,8 +2,8 @@
 //! served in turn: each has at most one place in the queue, and where to look is planned when its turn comes, from its newest
 //! pose. While one session's update is encoded, the next one's is made.
 
-use std::sync::Arc;
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use protocol::wire::{self, EncodedUpdate};
@@ -23,8 +23,18 @@ const ENCODER_QUEUE: usize = 1;
 /// Where a session's viewer is when its turn comes, and what time it is then.
 pub type Look = Box<dyn FnOnce() -> (Viewer, f64) + Send>;
 
+/// What a turn is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wish {
+    /// What the viewer lacks now.
+    Now,
+    /// What it will need next, if nobody else waits by then; see [`crate::anticipate`].
+    Next,
+}
+
 /// One session's place in the queue.
 struct Turn {
+    wish: Wish,
     look: Look,
     client: Box<Client>,
     reply: oneshot::Sender<Served>,
@@ -62,6 +72,7 @@ pub struct WorkerGone;
 /// Asks for updates. Dropping it ends both threads once the queue is empty.
 pub struct Worker {
     turns: mpsc::SyncSender<Turn>,
+    waiting: Arc<AtomicUsize>,
     failure: watch::Receiver<Option<String>>,
 }
 
@@ -71,22 +82,30 @@ impl Worker {
         let (turns, queue) = mpsc::sync_channel(sessions);
         let (updates, encoder_queue) = mpsc::sync_channel(ENCODER_QUEUE);
         let (failed, failure) = watch::channel(None);
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let left = waiting.clone();
         std::thread::Builder::new().name("encode".into()).spawn(move || encode_updates(&encoder_queue, &stats))?;
         std::thread::Builder::new().name("images".into()).spawn(move || {
-            if let Err(error) = make_updates(stage, &queue, &updates) {
+            if let Err(error) = make_updates(stage, &queue, &left, &updates) {
                 tracing::error!("no more images: {error}");
                 failed.send_replace(Some(error.to_string()));
             }
         })?;
-        Ok(Worker { turns, failure })
+        Ok(Worker { turns, waiting, failure })
     }
 
     /// Takes a place in the queue. A session must have at most one.
-    pub async fn serve(&self, client: Box<Client>, look: Look) -> Result<Served, WorkerGone> {
+    pub async fn serve(&self, client: Box<Client>, wish: Wish, look: Look) -> Result<Served, WorkerGone> {
         let (reply, served) = oneshot::channel();
+        self.waiting.fetch_add(1, Ordering::Relaxed);
         // The queue has a place for every session, so it is full only if one has two.
-        self.turns.try_send(Turn { look, client, reply }).map_err(|_| WorkerGone)?;
+        self.turns.try_send(Turn { wish, look, client, reply }).map_err(|_| WorkerGone)?;
         served.await.map_err(|_| WorkerGone)
+    }
+
+    /// Whether no session waits for a turn, or has one.
+    pub fn is_idle(&self) -> bool {
+        self.waiting.load(Ordering::Relaxed) == 0
     }
 
     /// Why there are no more images, once that is so.
@@ -106,28 +125,49 @@ struct Unencoded {
 fn make_updates(
     mut stage: Stage,
     queue: &mpsc::Receiver<Turn>,
+    waiting: &AtomicUsize,
     encoder: &mpsc::SyncSender<Unencoded>,
 ) -> Result<(), StageError> {
-    while let Ok(Turn { look, mut client, reply }) = queue.recv() {
-        if reply.is_closed() {
-            continue; // The client left while it waited.
-        }
-        let (viewer, now_s) = look();
-        let started = Instant::now();
-        match stage.update(&viewer, &mut client, now_s) {
-            Ok(None) => drop(reply.send(Served { client, update: None })),
-            Ok(Some(made)) => {
-                let look = started.elapsed();
-                if encoder.send(Unencoded { made, look, client, reply }).is_err() {
-                    return Ok(());
-                }
-            }
-            // The session ends when its place in the queue is dropped unanswered.
-            Err(StageError::Held(error)) => tracing::error!("an update that the client could not hold: {error}"),
-            Err(error) => return Err(error),
+    while let Ok(turn) = queue.recv() {
+        let goes_on = make_update(&mut stage, turn, waiting, encoder);
+        waiting.fetch_sub(1, Ordering::Relaxed);
+        if !goes_on? {
+            break;
         }
     }
     Ok(())
+}
+
+/// Serves a turn; whether there is still an encoder.
+fn make_update(
+    stage: &mut Stage,
+    turn: Turn,
+    waiting: &AtomicUsize,
+    encoder: &mpsc::SyncSender<Unencoded>,
+) -> Result<bool, StageError> {
+    let Turn { wish, look, mut client, reply } = turn;
+    if reply.is_closed() {
+        return Ok(true); // The client left while it waited.
+    }
+    let (viewer, now_s) = look();
+    let started = Instant::now();
+    let made = match stage.update(&viewer, &mut client, now_s) {
+        // Its own turn counts as one that waits.
+        Ok(None) if wish == Wish::Next && waiting.load(Ordering::Relaxed) <= 1 => {
+            stage.anticipate(&viewer, &mut client, now_s)
+        }
+        made => made,
+    };
+    match made {
+        Ok(None) => drop(reply.send(Served { client, update: None })),
+        Ok(Some(made)) => {
+            return Ok(encoder.send(Unencoded { made, look: started.elapsed(), client, reply }).is_ok());
+        }
+        // The session ends when its place in the queue is dropped unanswered.
+        Err(StageError::Held(error)) => tracing::error!("an update that the client could not hold: {error}"),
+        Err(error) => return Err(error),
+    }
+    Ok(true)
 }
 
 fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
@@ -140,6 +180,9 @@ fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
         stats.lights.count(&counts.lights, light_bytes, lights.took);
         if reason.is_passing() {
             client.pace.made(update.bytes.len(), pixels);
+        } else if reason == Reason::Ahead {
+            client.ahead.sent(update.bytes.len(), pixels);
+            stats.ahead.count(counts.ahead, update.bytes.len());
         }
         // A client that left meanwhile needs no answer.
         drop(reply.send(Served {

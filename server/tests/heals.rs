@@ -5,7 +5,7 @@ mod common;
 
 use std::collections::VecDeque;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use common::session::{INTERVAL_S, Session, VIEW};
 use common::{moving_ball, swing};
 use glam::DVec3;
@@ -107,7 +107,7 @@ impl Pair {
         // Along the wall and towards it, so that every update sends something and replaces something.
         let velocity = DVec3::new(0.6, 0.0, -0.2);
         let pose = Rigid::look_along(DVec3::new(-3.0, 0.0, 1.0) + velocity * now_s, DVec3::NEG_Z);
-        self.client.set_pose(pose, velocity.as_vec3().to_array(), now_s);
+        self.client.set_pose(pose, Motion::along(velocity), now_s);
         while let Some(bytes) = self.up.arrived(now_s) {
             self.server.handle(&bytes, now_s).expect("a sound message");
         }
@@ -132,8 +132,7 @@ impl Pair {
             match event {
                 ServerEvent::Pose => {
                     let pose = self.server.pose().expect("a pose");
-                    let velocity = pose.velocity_world.map(f64::from).into();
-                    self.stage.viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, velocity, now_s);
+                    self.stage.viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, pose.motion, now_s);
                 }
                 ServerEvent::Restart => {
                     self.restarts += 1;

@@ -4,6 +4,8 @@ mod net;
 
 use std::time::Duration;
 
+use camera::Motion;
+use glam::DVec3;
 use net::{Client, config, request, room, start};
 use protocol::message::Clock;
 use vantage_server::Config;
@@ -108,7 +110,7 @@ async fn the_same_trace_on_the_virtual_clock_gives_the_same_bytes() {
             let t_s = f64::from(step) / 30.0;
             let mut pose = client.start_eye();
             pose.translation.x += 1.5 * t_s;
-            client.session.set_pose(pose, [1.5, 0.0, 0.0], t_s);
+            client.session.set_pose(pose, Motion::along(DVec3::X * 1.5), t_s);
             client.advance(t_s).await.expect("a step");
         }
         assert!(client.updates.len() > 20, "one update a tick: {}", client.updates.len());

@@ -338,7 +338,7 @@ impl App {
         let size = (screen.canvas.client_width(), screen.canvas.client_height());
         controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), FOV_Y_RAD);
         controls.advance(dt_s);
-        self.viewer.set_pose(controls.pose(), now_s);
+        self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
     }
 
     /// Draws where something changed.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use camera::Trace;
+use camera::{Motion, Trace};
 use futures_util::{SinkExt, StreamExt};
 use protocol::Held;
 use protocol::limits::Limits;
@@ -231,7 +231,7 @@ impl Client {
         let now_s = self.now_s();
         let Some(path) = &self.path else { return };
         let before = self.session.pose_seq();
-        self.session.set_pose(path.at(now_s), path.velocity_world(now_s).as_vec3().to_array(), now_s);
+        self.session.set_pose(path.at(now_s), Motion::along(path.velocity_world(now_s)), now_s);
         if self.session.pose_seq() > before {
             self.sent.push_back((self.session.pose_seq(), now_s));
         }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 
 use super::SessionError;
 use crate::limits::Limits;
@@ -91,7 +91,7 @@ enum State {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct EyePose {
     world_from_eye: Rigid,
-    velocity_world: [f32; 3],
+    motion: Motion,
     sampled_at_s: f64,
 }
 
@@ -317,12 +317,12 @@ impl ClientSession {
     }
 
     /// Where the eye is now, and how it moves. Sent only when that changed, and at most 60 times a second: the newest wins.
-    pub fn set_pose(&mut self, world_from_eye: Rigid, velocity_world: [f32; 3], now_s: f64) {
-        let same = |pose: &EyePose| pose.world_from_eye == world_from_eye && pose.velocity_world == velocity_world;
+    pub fn set_pose(&mut self, world_from_eye: Rigid, motion: Motion, now_s: f64) {
+        let same = |pose: &EyePose| pose.world_from_eye == world_from_eye && pose.motion == motion;
         if self.pose_waiting.as_ref().or(self.pose_sent.as_ref()).is_some_and(same) {
             return;
         }
-        self.pose_waiting = Some(EyePose { world_from_eye, velocity_world, sampled_at_s: now_s });
+        self.pose_waiting = Some(EyePose { world_from_eye, motion, sampled_at_s: now_s });
         self.send_waiting_pose(now_s);
     }
 
@@ -336,8 +336,8 @@ impl ClientSession {
         self.pose_seq += 1;
         self.busy_at_s = now_s;
         self.pose_sent = Some(pose);
-        let EyePose { world_from_eye, velocity_world, sampled_at_s } = pose;
-        self.send(ClientMessage::Pose { seq: self.pose_seq, sampled_at_s, world_from_eye, velocity_world }, now_s);
+        let EyePose { world_from_eye, motion, sampled_at_s } = pose;
+        self.send(ClientMessage::Pose { seq: self.pose_seq, sampled_at_s, world_from_eye, motion }, now_s);
     }
 
     /// An update given out by [`ClientEvent::Update`] is decoded and held: acknowledges it and all before it.

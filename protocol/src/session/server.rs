@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use thiserror::Error;
 
 use super::SessionError;
@@ -14,8 +14,6 @@ use crate::wire::{self, EncodedUpdate, Envelope};
 
 /// Largest output side that is believed.
 const MAX_VIEW_PX: u32 = 16384;
-/// Fastest motion that is believed, in metres a second; scenes of planetary scale fit.
-const MAX_SPEED_M_PER_S: f32 = 1e7;
 /// The longest step of virtual time in one message.
 const MAX_ADVANCE_S: f64 = 60.0;
 /// Messages of the future that a virtual session keeps: a minute of poses, acks and pings.
@@ -99,8 +97,8 @@ pub struct ClientPose {
     pub received_at_s: f64,
     /// The eye.
     pub world_from_eye: Rigid,
-    /// Metres a second.
-    pub velocity_world: [f32; 3],
+    /// How it moves on.
+    pub motion: Motion,
 }
 
 /// Why an update was not sent: the caller's fault, or the session is over.
@@ -274,15 +272,14 @@ impl ServerSession {
                 self.view = Some(view);
                 self.events.push_back(ServerEvent::View(view));
             }
-            ClientMessage::Pose { seq, sampled_at_s, world_from_eye, velocity_world } => {
-                let slow = velocity_world.iter().all(|speed| speed.abs() <= MAX_SPEED_M_PER_S);
-                if !world_from_eye.is_valid() || !sampled_at_s.is_finite() || !slow {
+            ClientMessage::Pose { seq, sampled_at_s, world_from_eye, motion } => {
+                if !world_from_eye.is_valid() || !sampled_at_s.is_finite() || !motion.is_valid() {
                     return Err(SessionError::Range("a value of a pose"));
                 }
                 if self.pose.is_some_and(|pose| seq <= pose.seq) {
                     return Err(SessionError::Range("the number of a pose"));
                 }
-                let pose = ClientPose { seq, sampled_at_s, received_at_s: now_s, world_from_eye, velocity_world };
+                let pose = ClientPose { seq, sampled_at_s, received_at_s: now_s, world_from_eye, motion };
                 // One event stands for all poses since the last poll: the newest counts.
                 if !self.events.contains(&ServerEvent::Pose) {
                     self.events.push_back(ServerEvent::Pose);

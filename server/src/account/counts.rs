@@ -20,6 +20,8 @@ pub struct Counts {
     pub impostor: usize,
     /// Of a viewer's own view at rest: not part of what was added.
     pub rest: usize,
+    /// Of those added, for what will be needed next.
+    pub ahead: usize,
     /// First hits looked at: what sending each view anew would have cost.
     pub anew: usize,
     /// Of what lights see: not part of the others.

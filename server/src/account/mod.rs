@@ -318,6 +318,14 @@ impl Account {
         }
     }
 
+    /// Marks what this update added last as never seen.
+    pub fn mark_added_unseen(&mut self) {
+        let look = self.look;
+        if let Some(record) = self.records.get_mut(&PatchId(self.last_patch)).filter(|record| record.added == look) {
+            record.forget_seen();
+        }
+    }
+
     /// Ends the update; `None` where there is nothing to say: nothing changed, and no animated scene moved on.
     pub fn seal(&mut self, scene_time_s: f64, pose_seq: u64, animated: bool) -> Result<Option<Update>, HeldError> {
         let draft = std::mem::take(&mut self.draft);

@@ -78,6 +78,11 @@ impl Record {
         }
     }
 
+    /// No sample was ever shown.
+    pub fn forget_seen(&mut self) {
+        self.samples.iter_mut().for_each(|sample| sample.seen = 0);
+    }
+
     /// Halves an extent, once a look; the new extent's code, or `None` where it stays as it is.
     pub fn trim(&mut self, x: u16, y: u16, look: u32) -> Option<u8> {
         let sample = self.sample_mut(x, y)?;

@@ -149,6 +149,7 @@ impl Serving<'_> {
                 trims: looks.is_multiple_of(TRIM_EVERY),
                 supersedes: false,
                 looks_again: false,
+                is_seen: true,
                 least_px: self.rules.least_missing * capture.ids.len() as f64,
                 precision,
             };

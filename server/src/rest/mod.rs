@@ -61,7 +61,7 @@ pub fn outdated(rules: &Rules, client: &mut Client, viewer: &Viewer, now_s: f64)
 
 #[cfg(test)]
 mod tests {
-    use camera::Rigid;
+    use camera::{Motion, Rigid};
     use glam::DVec3;
     use protocol::message::ViewSize;
 
@@ -77,12 +77,13 @@ mod tests {
         margin_m: 0.25,
         animated: false,
         rests: true,
+        anticipates: false,
         parallax_error_px: 0.1,
     };
 
     fn viewer() -> Viewer {
         let mut viewer = Viewer::at_start(VIEW, Rigid::IDENTITY, 0.0);
-        viewer.hear(1, 1.0, Rigid::look_along(DVec3::X, DVec3::NEG_Z), DVec3::ZERO, 1.0);
+        viewer.hear(1, 1.0, Rigid::look_along(DVec3::X, DVec3::NEG_Z), Motion::STILL, 1.0);
         viewer
     }
 
@@ -110,7 +111,7 @@ mod tests {
         }
         assert_eq!(first_rows, [(0.0, 30), (30.0, 30), (60.0, 20)]);
         assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), [], "they are of use");
-        viewer.hear(2, 2.0, Rigid::IDENTITY, DVec3::X, 2.0);
+        viewer.hear(2, 2.0, Rigid::IDENTITY, Motion::along(DVec3::X), 2.0);
         assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), [PatchId(1), PatchId(2), PatchId(3)]);
         assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), []);
     }
@@ -126,7 +127,7 @@ mod tests {
         let poor = Client { budget_bytes: BUDGET_SHARE * HELD_BYTES_PER_PX * 8000 - BUDGET_SHARE, ..client };
         assert!(lacking(&RULES, &poor, &viewer, 2.0).is_none(), "no room");
         let mut walker = viewer;
-        walker.hear(2, 1.1, Rigid::IDENTITY, DVec3::X, 1.1);
+        walker.hear(2, 1.1, Rigid::IDENTITY, Motion::along(DVec3::X), 1.1);
         assert!(lacking(&RULES, &self::client(&walker), &walker, 1.3).is_none(), "moves");
         assert!(lacking(&RULES, &self::client(&walker), &walker, 2.0).is_some(), "silence means standing still");
     }

@@ -28,8 +28,8 @@ use crate::imager::Imager;
 use crate::plan::{self, Rules};
 use crate::stats::Stats;
 use crate::viewer::Viewer;
-use crate::worker::{Made, Served, Worker, WorkerGone};
-use crate::{rest, start};
+use crate::worker::{Made, Served, Wish, Worker, WorkerGone};
+use crate::{anticipate, rest, start};
 use outlet::{Outlet, WriteEnd};
 
 /// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
@@ -74,6 +74,7 @@ impl Shared {
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
             rests: config.rest && !scene.is_animated(),
+            anticipates: config.anticipation && !scene.is_animated(),
             parallax_error_px: plan::PARALLAX_ERROR_PX,
         };
         let stats = Arc::new(Stats::default());
@@ -252,8 +253,7 @@ impl Connection<'_> {
             ServerEvent::View(view) => viewer.view = view,
             ServerEvent::Pose => {
                 if let Some(pose) = self.session.pose() {
-                    let velocity_world = glam::Vec3::from(pose.velocity_world).as_dvec3();
-                    viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, velocity_world, pose.received_at_s);
+                    viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, pose.motion, pose.received_at_s);
                 }
             }
             ServerEvent::Acked { .. } => {
@@ -275,14 +275,19 @@ impl Connection<'_> {
         *self.viewer.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether a turn at the worker would bring anything now.
-    fn wants_turn(&self, now_s: f64) -> bool {
+    /// What a turn at the worker would be for now; `None` where it would bring nothing. What will be needed next waits for all that is
+    /// in flight, and in real time for all other sessions too.
+    fn wish(&self, now_s: f64) -> Option<Wish> {
         let (rules, viewer) = (&self.shared.rules, self.viewer());
-        self.session.can_send_update()
-            && self.client.as_ref().is_some_and(|client| {
-                plan::plan(rules, &viewer, now_s, client.focus.as_ref()).is_some()
-                    || rest::lacking(rules, client, &viewer, now_s).is_some()
-            })
+        let client = self.client.as_ref().filter(|_| self.session.can_send_update())?;
+        let lacks = plan::plan(rules, &viewer, now_s, client.focus.as_ref()).is_some()
+            || rest::lacking(rules, client, &viewer, now_s).is_some();
+        if lacks {
+            return Some(Wish::Now);
+        }
+        let nobody_waits = self.shared.config.clock == Clock::Virtual || self.shared.worker.is_idle();
+        let is_spare = nobody_waits && self.session.in_flight_and_window_bytes().0 == 0;
+        (is_spare && anticipate::may(rules, client, &viewer, now_s)).then_some(Wish::Next)
     }
 
     /// Takes the client's account back from the worker and sends what was made.

@@ -52,11 +52,11 @@ impl Connection<'_> {
 
     async fn tick(&mut self, tick_s: f64) -> Result<(), End> {
         self.run_until(tick_s)?;
-        if self.wants_turn(tick_s)
+        if let Some(wish) = self.wish(tick_s)
             && let Some(client) = self.client.take()
         {
             let viewer = self.viewer();
-            let served = self.shared.worker.serve(client, Box::new(move || (viewer, tick_s))).await?;
+            let served = self.shared.worker.serve(client, wish, Box::new(move || (viewer, tick_s))).await?;
             self.served(served, tick_s);
         }
         self.transmit().await

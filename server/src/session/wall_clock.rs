@@ -12,7 +12,7 @@ use futures_util::StreamExt;
 
 use super::{Connection, End, stop_asked};
 use crate::viewer::Viewer;
-use crate::worker::{Served, WorkerGone};
+use crate::worker::{Served, Wish, WorkerGone};
 
 /// A session that waits for nothing else looks at its deadlines this often.
 const IDLE: Duration = Duration::from_secs(1);
@@ -33,7 +33,7 @@ impl<'a> Connection<'a> {
             }
             if turn.is_none() && now_s >= next_tick_s {
                 next_tick_s = f64::max(next_tick_s + interval_s, now_s);
-                turn = self.wants_turn(now_s).then(|| self.take_turn()).flatten();
+                turn = self.wish(now_s).and_then(|wish| self.take_turn(wish));
             }
             if outgoing.is_none() {
                 outgoing = self.session.poll_transmit(now_s);
@@ -58,7 +58,7 @@ impl<'a> Connection<'a> {
     }
 
     /// Queues for a turn, which will look at the newest pose when it comes.
-    fn take_turn(&mut self) -> Option<Turn<'a>> {
+    fn take_turn(&mut self, wish: Wish) -> Option<Turn<'a>> {
         let (shared, viewer) = (self.shared, self.viewer.clone());
         let started = shared.started;
         let look = Box::new(move || -> (Viewer, f64) {
@@ -66,7 +66,7 @@ impl<'a> Connection<'a> {
             (viewer, started.elapsed().as_secs_f64())
         });
         let client = self.client.take()?;
-        Some(Box::pin(shared.worker.serve(client, look)))
+        Some(Box::pin(shared.worker.serve(client, wish, look)))
     }
 
     fn until(&self, at_s: f64) -> Duration {

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use glam::DVec3;
 use gpu::Gpu;
 use protocol::message::ViewSize;
@@ -16,7 +16,7 @@ use vantage_server::client::Client;
 use vantage_server::discretize::Discretization;
 use vantage_server::frame::{Made, Stage};
 use vantage_server::imager::GpuImager;
-use vantage_server::plan::{PARALLAX_ERROR_PX, Rules};
+use vantage_server::plan::{PARALLAX_ERROR_PX, Reason, Rules};
 use vantage_server::start::{near_m, start_pose};
 use vantage_server::viewer::Viewer;
 
@@ -64,6 +64,7 @@ impl Session {
             margin_m: 0.25,
             animated: scene.is_animated(),
             rests: false,
+            anticipates: false,
             parallax_error_px: PARALLAX_ERROR_PX,
         };
         Session::starting(scene, Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z), rules)
@@ -79,6 +80,15 @@ impl Session {
         Session::with_rests(name, true)
     }
 
+    /// A viewer where a built-in scene begins, who is sent what he will need next while he needs nothing.
+    pub fn anticipating(name: &str) -> Session {
+        let mut session = Session::with_rests(name, false);
+        let rules = Rules { anticipates: true, ..session.rules };
+        let imager = Box::new(GpuImager::new(&session.gpu, &session.scene, &Config::default()).expect("it uploads"));
+        session.stage = Stage::new(session.scene.clone(), rules, Discretization::default(), imager);
+        Session { rules, ..session }
+    }
+
     fn with_rests(name: &str, rests: bool) -> Session {
         let scene = scene::builtin::load(name).expect("a built-in scene");
         let rules = Rules {
@@ -89,6 +99,7 @@ impl Session {
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
             rests: rests && !scene.is_animated(),
+            anticipates: false,
             parallax_error_px: PARALLAX_ERROR_PX,
         };
         let start = start_pose(&scene);
@@ -122,6 +133,8 @@ impl Session {
     /// One update, where there is one, and an interval's time.
     pub fn tick(&mut self) -> Option<Made> {
         let made = self.stage.update(&self.viewer, &mut self.client, self.now_s).expect("an update");
+        let made =
+            made.or_else(|| self.stage.anticipate(&self.viewer, &mut self.client, self.now_s).expect("an update"));
         self.now_s += INTERVAL_S;
         if let Some(made) = &made {
             self.take(made);
@@ -133,6 +146,9 @@ impl Session {
         let encoded = encode_update(&made.update, made.coding);
         self.light_bytes += encoded.bytes_of(made.lights.edits.clone());
         let bytes = encoded.bytes;
+        if made.reason == Reason::Ahead {
+            self.client.ahead.sent(bytes.len(), made.pixels);
+        }
         self.sent_bytes += bytes.len();
         let update = decode_update(&bytes, &Limits::default()).expect("a sound update");
         assert_finite(&update, self.rules.near_m);
@@ -148,10 +164,15 @@ impl Session {
         (0..count).filter_map(|_| self.tick()).map(|made| made.counts).collect()
     }
 
-    /// The viewer is somewhere, and says how fast it goes.
+    /// The viewer is somewhere, and says how fast it goes along a line.
     pub fn hear(&mut self, pose: Rigid, velocity_world: DVec3) {
+        self.hear_motion(pose, Motion::along(velocity_world));
+    }
+
+    /// The viewer is somewhere, and says how it moves on.
+    pub fn hear_motion(&mut self, pose: Rigid, motion: Motion) {
         self.seq += 1;
-        self.viewer.hear(self.seq, self.now_s, pose, velocity_world, self.now_s);
+        self.viewer.hear(self.seq, self.now_s, pose, motion, self.now_s);
     }
 
     /// The viewer stands somewhere and looks along -z.

@@ -55,6 +55,21 @@ impl Witness {
         let wrong = (0..truth.ids.len()).filter(|&index| !is_shown(&truth, &copy, index)).count();
         wrong as f64 / truth.ids.len() as f64
     }
+
+    /// The share of the pixels that show a surface in truth for which a copy holds nothing at all.
+    pub fn holes_share(&mut self, held: &Held, world_from_eye: Rigid) -> f64 {
+        let size_px = (VIEW.width_px, VIEW.height_px);
+        let camera = Pinhole::symmetric(world_from_eye, size_px, VIEW.fov_y_rad, self.near_m);
+        let truth = self.truth(&camera, held.scene_time_s);
+        let mut surfaces = self.addresses.new_surfaces();
+        surfaces.rebuild(held);
+        let copy = self.addresses.view(&surfaces, &camera).expect("a view");
+        let covered = (0..truth.ids.len()).filter(|&index| truth.ids[index][0] != 0);
+        let (count, holes) = covered.fold((0, 0), |(count, holes), index| {
+            (count + 1, holes + usize::from(copy.texels[index].address().is_none()))
+        });
+        f64::from(holes as u32) / f64::from(count.max(1))
+    }
 }
 
 fn is_shown(truth: &Capture, copy: &AddressView, index: usize) -> bool {

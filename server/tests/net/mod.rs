@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use camera::{Camera, Pinhole, Rigid};
+use camera::{Camera, Motion, Pinhole, Rigid};
 use futures_util::{SinkExt, StreamExt};
 use glam::{DAffine3, DVec3};
 use protocol::message::{Clock, ViewSize, Welcome};
@@ -121,7 +121,8 @@ fn noise(view: &Pinhole) -> Capture {
 
 /// A server that looks twice, in images of 32x32.
 pub fn config() -> Config {
-    Config { port: 0, images: 2, image_size_px: 32, update_hz: 20.0, web: "/nowhere".into(), ..Config::default() }
+    let web = "/nowhere".into();
+    Config { port: 0, images: 2, image_size_px: 32, update_hz: 20.0, web, anticipation: false, ..Config::default() }
 }
 
 pub async fn start(config: Config, scene: Scene, delay: Duration) -> Running {
@@ -234,7 +235,7 @@ impl Client {
             let mut pose = start;
             pose.translation.x += 2.0 * (self.now_s() - begun_s);
             let now_s = self.now_s();
-            self.session.set_pose(pose, [2.0, 0.0, 0.0], now_s);
+            self.session.set_pose(pose, Motion::along(DVec3::X * 2.0), now_s);
             self.run(0.03, |_| false).await?;
         }
         Ok(())

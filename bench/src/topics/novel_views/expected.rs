@@ -2,6 +2,7 @@
 //! trace over the emulated network.
 
 use camera::Rigid;
+use client::receive::viewer::MotionEstimator;
 use network::{Link, LinkModel};
 use protocol::message::ViewSize;
 use server::viewer::Viewer;
@@ -23,24 +24,22 @@ pub fn expected_eyes(replay: &Replay, link: Link) -> Vec<(f64, Rigid)> {
     let mut viewer = Viewer::at_start(view, replay.trace.at(0.0), -REST_S);
     viewer.round_trip_s = link.rtt_s;
     let first_pose = -(REST_S * CLIENT_HZ) as i64;
+    let mut estimator = MotionEstimator::default();
     let poses: Vec<_> = (first_pose..replay.trace.poses.len() as i64)
         .map(|index| {
             let t_s = index as f64 / CLIENT_HZ;
             let world_from_eye = replay.trace.at(t_s);
-            let before = replay.trace.at(t_s - 1.0 / CLIENT_HZ);
-            let velocity = (world_from_eye.translation - before.translation) * CLIENT_HZ;
-            (up.deliver(t_s, POSE_BYTES), t_s, world_from_eye, velocity)
+            (up.deliver(t_s, POSE_BYTES), t_s, world_from_eye, estimator.see(world_from_eye, t_s))
         })
         .collect();
     let mut heard = poses.iter().zip(1_u64..).peekable();
     let ticks = -((REST_S / 2.0 * SERVER_HZ) as i64)..=(replay.trace.duration_s() * SERVER_HZ) as i64;
     let mut eyes = Vec::new();
     for tick_s in ticks.map(|tick| tick as f64 / SERVER_HZ) {
-        while let Some((&(at_s, t_s, world_from_eye, velocity), seq)) = heard.next_if(|((at_s, ..), _)| *at_s <= tick_s)
-        {
-            viewer.hear(seq, t_s, world_from_eye, velocity, at_s);
+        while let Some((&(at_s, t_s, world_from_eye, motion), seq)) = heard.next_if(|((at_s, ..), _)| *at_s <= tick_s) {
+            viewer.hear(seq, t_s, world_from_eye, motion, at_s);
         }
-        eyes.push((tick_s, viewer.predict(tick_s, 1.0 / SERVER_HZ, f64::INFINITY).world_from_eye));
+        eyes.push((tick_s, viewer.predict(tick_s, 1.0 / SERVER_HZ, 0.0, f64::INFINITY).world_from_eye));
     }
     // Before the trace begins one picture is enough: the viewer rests.
     let first = eyes.iter().rposition(|(tick_s, _)| *tick_s <= -link.rtt_s - link.jitter_s).unwrap_or(0);

@@ -7,6 +7,7 @@ use std::time::Instant;
 use camera::{Pinhole, Rigid, Trace};
 use client::draw::impostors::Impostors;
 use client::receive::follow::Follow;
+use client::receive::viewer::MotionEstimator;
 use glam::{DQuat, DVec3};
 use gpu::Gpu;
 use protocol::message::ViewSize;
@@ -178,6 +179,7 @@ pub struct Walker {
     /// Its images for rays.
     pub impostors: Impostors,
     tick: u64,
+    motion: MotionEstimator,
     last: Option<Rigid>,
 }
 
@@ -199,6 +201,7 @@ impl Walker {
             set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },
             impostors: Impostors::new(gpu),
             tick: 0,
+            motion: MotionEstimator::default(),
             last: None,
         })
     }
@@ -206,9 +209,9 @@ impl Walker {
     /// One tick with the eye at `pose`, at scene time `now_s`.
     pub fn tick(&mut self, pose: Rigid, now_s: f64) -> anyhow::Result<Tick> {
         self.tick += 1;
-        let velocity = self.last.map_or(DVec3::ZERO, |last| (pose.translation - last.translation) * UPDATE_HZ);
+        let motion = self.motion.see(pose, now_s);
         if self.last != Some(pose) {
-            self.viewer.hear(self.tick, now_s, pose, velocity, now_s);
+            self.viewer.hear(self.tick, now_s, pose, motion, now_s);
         }
         self.last = Some(pose);
         let started = Instant::now();

@@ -9,11 +9,11 @@
 
 mod clocks;
 mod decoder;
+mod motion;
 #[cfg(test)]
 mod tests;
 
-use camera::Rigid;
-use glam::DVec3;
+use camera::{Motion, Rigid};
 use protocol::message::{Clock, Draws, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SessionError};
 use protocol::{Held, Limits};
@@ -24,9 +24,7 @@ use crate::receive::stats::{Mean, Rate, StageMs, Stats};
 
 pub use clocks::{RoundTrips, SceneClock};
 pub use decoder::{DecodeWorker, Decoded, Decoder, answer};
-
-/// A pose older than this says nothing about the velocity now.
-const VELOCITY_WITHIN_S: f64 = 0.5;
+pub use motion::MotionEstimator;
 
 /// What a socket reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,7 +77,7 @@ pub struct Viewer {
     welcome: Option<Welcome>,
     scene_clock: Option<SceneClock>,
     trips: RoundTrips,
-    last_pose: Option<(Rigid, f64)>,
+    motion: MotionEstimator,
     advanced_to_s: f64,
     bytes: u64,
     updates: u64,
@@ -118,7 +116,7 @@ impl Viewer {
             welcome: None,
             scene_clock: None,
             trips: RoundTrips::default(),
-            last_pose: None,
+            motion: MotionEstimator::default(),
             advanced_to_s: f64::NEG_INFINITY,
             bytes: 0,
             updates: 0,
@@ -206,7 +204,7 @@ impl Viewer {
                     self.scene_clock = Some(SceneClock::new(welcome.scene_time_s, now_s));
                     self.welcome = Some(*welcome);
                     // The server learns the pose anew.
-                    self.last_pose = None;
+                    self.motion = MotionEstimator::default();
                 }
                 ClientEvent::Update(update) => self.decoder.push(self.session_number, update),
                 ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
@@ -247,17 +245,16 @@ impl Viewer {
         }
     }
 
-    /// Where the eye is now. Call it once a frame, moved or not.
+    /// Where the eye is now; how it moves is told from its last poses. Call it once a frame, moved or not.
     pub fn set_pose(&mut self, world_from_eye: Rigid, now_s: f64) {
-        let velocity = match self.last_pose {
-            Some((before, at_s)) if now_s > at_s && now_s - at_s < VELOCITY_WITHIN_S => {
-                (world_from_eye.translation - before.translation) / (now_s - at_s)
-            }
-            _ => DVec3::ZERO,
-        };
-        self.last_pose = Some((world_from_eye, now_s));
+        self.set_steered_pose(world_from_eye, None, now_s);
+    }
+
+    /// The same of an eye that is known to move in a way, as controls may know.
+    pub fn set_steered_pose(&mut self, world_from_eye: Rigid, known: Option<Motion>, now_s: f64) {
+        let seen = self.motion.see(world_from_eye, now_s);
         let Some(session) = self.session.as_mut().filter(|session| session.is_open()) else { return };
-        session.set_pose(world_from_eye, velocity.as_vec3().to_array(), now_s);
+        session.set_pose(world_from_eye, known.filter(Motion::is_valid).unwrap_or(seen), now_s);
         self.trips.sent(session.pose_seq(), now_s);
     }
 

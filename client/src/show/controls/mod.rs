@@ -16,7 +16,7 @@
 
 mod touch;
 
-use camera::Rigid;
+use camera::{Motion, Rigid};
 use glam::{DVec2, DVec3};
 
 pub use touch::Drag;
@@ -241,6 +241,29 @@ impl Controls {
         }
         self.travel(travel);
         self.velocity != DVec3::ZERO || asked != DVec3::ZERO
+    }
+
+    /// How the eye moves on, where keys alone say so; what a pointer does next nobody knows.
+    pub fn motion(&self) -> Option<Motion> {
+        let asked = self.asked_velocity();
+        let rate = if asked == DVec3::ZERO { self.velocity } else { asked };
+        if rate == DVec3::ZERO || self.pointers.is_any_down() {
+            return None;
+        }
+        let motion = match self.mode {
+            Mode::Walk => {
+                let (right, ahead) = self.ground_axes();
+                Motion::along((right * rate.x + DVec3::Y * rate.y + ahead * rate.z) * self.speed_m_s)
+            }
+            Mode::Orbit => {
+                let turn = (DVec3::Y * rate.x - self.right() * rate.y) * TURNING_SPEED_RAD_S;
+                let round = Motion::about(self.anchor_world, self.pose().translation, turn);
+                let nearer = self.forward() * (rate.z * ZOOM_SPEED_PER_S * self.distance_m);
+                Motion { velocity_world: round.velocity_world + nearer.as_vec3(), ..round }
+            }
+        };
+        // Keys that are held are approached by the same law as speeds fade once they are let go.
+        Some(Motion { fades_in_s: (asked == DVec3::ZERO).then_some(SMOOTHING_S as f32), ..motion })
     }
 
     /// Right, up and forward that the held keys ask for, 1 at full speed.

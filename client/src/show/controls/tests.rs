@@ -192,3 +192,30 @@ fn shift_is_faster() {
     }
     assert!((5.0 - fast.pose().translation.z) > 3.0 * (5.0 - slow.pose().translation.z));
 }
+
+#[test]
+fn the_motion_that_keys_say_is_where_the_eye_goes() {
+    for mut controls in [walking(), orbiting()] {
+        assert_eq!(controls.motion(), None, "at rest");
+        for (pressed, down) in [(Key::Right, true), (Key::Up, true), (Key::Right, false), (Key::Up, false)] {
+            controls.handle(key(pressed, down));
+            // Held keys have come up to speed by then.
+            if down {
+                (0..10).for_each(|_| _ = controls.advance(0.1));
+            }
+            if (pressed, down) == (Key::Right, false) {
+                continue; // From both keys to one: neither even nor fading.
+            }
+            let expected = controls.motion().expect("keys move it").pose_after(&controls.pose(), 0.1);
+            let before = controls.pose();
+            controls.advance(0.1);
+            let pose = controls.pose();
+            let (off_m, way_m) =
+                (pose.translation.distance(expected.translation), pose.translation.distance(before.translation));
+            assert!(off_m < 0.05 * way_m, "{:?} {pressed:?} {down}: {off_m} of {way_m}", controls.mode());
+            assert!(pose.rotation.angle_between(expected.rotation) < 0.01);
+        }
+        controls.handle(Input::PointerDown { id: 1, drag: Drag::Look, at_px: DVec2::ZERO });
+        assert_eq!(controls.motion(), None, "a pointer may do anything");
+    }
+}

@@ -73,6 +73,10 @@ impl Pointers {
         }
     }
 
+    pub fn is_any_down(&self) -> bool {
+        !self.down.is_empty()
+    }
+
     fn middle_and_spread(&self) -> Option<(DVec2, f64)> {
         let [a, b] = self.down.as_slice() else { return None };
         Some(((a.at_px + b.at_px) / 2.0, a.at_px.distance(b.at_px).max(NEAREST_FINGERS_PX)))

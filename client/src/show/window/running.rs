@@ -55,7 +55,7 @@ impl Running<'_> {
         if let Some(controls) = &mut self.controls {
             controls.set_view(glam::DVec2::new(f64::from(size_px.0), f64::from(size_px.1)), options.fov_y_rad);
             moving = controls.advance(dt_s);
-            self.viewer.set_pose(controls.pose(), now_s);
+            self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
         }
         let changed = self.turn();
         let pose = self.controls.as_ref().map(Controls::pose);
