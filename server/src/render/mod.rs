@@ -163,7 +163,7 @@ impl SceneRenderer {
     }
 
     /// Keeps normals finely from now on: of everything, or only of what reflects.
-    pub(crate) fn keep_fine_normals(&mut self, of_everything: bool) {
+    pub(crate) fn keep_fine_normals(&self, of_everything: bool) {
         let kept = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
             fine_normal: surface.fine_normal | u32::from(of_everything),
             ..*surface
