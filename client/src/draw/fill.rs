@@ -8,8 +8,9 @@ use wgpu::BindingResource;
 use crate::draw::fullscreen::{Binding, FullscreenPass};
 use crate::draw::lit::Lit;
 
-/// Holes up to about so many pixels wide are filled: 2 to the number of levels.
-pub(crate) const LEVELS: usize = 6;
+/// Holes up to about 16 pixels wide are filled: 2 to the number of levels is 16 where a pixel has one sample (the last level is left out then), and
+/// 32 samples where it has 2 x 2.
+pub(crate) const LEVELS: usize = 5;
 
 /// Level 1 (half the size) and up.
 #[derive(Debug)]

@@ -9,7 +9,6 @@
 @group(0) @binding(4) var level_3: texture_2d<f32>;
 @group(0) @binding(5) var level_4: texture_2d<f32>;
 @group(0) @binding(6) var level_5: texture_2d<f32>;
-@group(0) @binding(7) var level_6: texture_2d<f32>;
 
 // A hole is filled at the first level whose neighbourhood is covered by more than this: beside the straight edge of a
 // surface before the sky it stays below a half at every level, so that nothing grows into the sky.
@@ -42,11 +41,9 @@ fn filled(pixel: vec2f) -> vec4f {
     if value.a <= ENCLOSED {
         value = level_at(level_4, pixel, 16.0);
     }
-    if value.a <= ENCLOSED {
+    // As many pixels of the picture, where each has several samples.
+    if value.a <= ENCLOSED && present.samples > 1u {
         value = level_at(level_5, pixel, 32.0);
-    }
-    if value.a <= ENCLOSED {
-        value = level_at(level_6, pixel, 64.0);
     }
     return value;
 }
