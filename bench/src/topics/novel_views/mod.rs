@@ -73,6 +73,10 @@ impl Topic for NovelViews {
             arguments.protocol.is_none() || (run.trace.is_none() && run.size_px.is_none()),
             "a protocol has traces and a size of its own: leave out --trace and --size"
         );
+        ensure!(
+            arguments.motion.is_empty() || run.trace.is_none(),
+            "motions are traces of their own: leave out --trace"
+        );
         let gpu = run.gpu(report)?.clone();
         let scenes = match arguments.protocol {
             Some(Protocol::Quasar2025) if !run.names_scenes() => setup::QUASAR_2025.map(str::to_owned).to_vec(),
