@@ -84,7 +84,8 @@ mod tests {
         let frames: Vec<f64> = (0..180).map(|frame| f64::from(frame) / 60.0).collect();
         // The mean error that is allowed, in metres and in degrees, at 20, 100 and 200 ms.
         type Bars = [(f64, f64); 3];
-        let motions: [(&str, fn(f64) -> Rigid, Bars); 5] = [
+        type PoseAt = fn(f64) -> Rigid;
+        let motions: [(&str, PoseAt, Bars); 5] = [
             ("line", line, [(0.003, 0.001); 3]),
             ("orbit", orbit, [(0.02, 0.2), (0.04, 0.4), (0.06, 0.6)]),
             ("flick", flick, [(0.03, 0.4), (0.06, 0.8), (0.1, 1.2)]),

@@ -128,13 +128,13 @@ async fn a_still_viewer_in_a_still_scene_costs_next_to_nothing() {
     let running = start(Config { clock: Clock::Virtual, ..config() }, room(false), Duration::ZERO).await;
     let mut client = Client::connect(&running, Clock::Virtual).await;
     client.advance(5.0).await.expect("a step");
-    assert_eq!(client.updates.len(), 1);
+    assert_eq!(client.updates.len(), 2, "a first set, and the viewer's own view");
     let before = client.session.bytes_received_and_sent();
     for step in 1..=60 {
         client.advance(5.0 + f64::from(step)).await.expect("a step");
     }
     let after = client.session.bytes_received_and_sent();
-    assert_eq!(client.updates.len(), 1);
+    assert_eq!(client.updates.len(), 2);
     // Advance and Advanced, which pace the test, are counted too.
     let bytes_per_s = ((after.0 - before.0) + (after.1 - before.1)) as f64 / 60.0;
     assert!(bytes_per_s <= 60.0, "{bytes_per_s} bytes a second");
