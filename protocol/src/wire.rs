@@ -1,4 +1,4 @@
-//! The wire format: with [`graph`], the only file that names the serializer.
+//! The wire format: with `graph`, the only file that names the serializer.
 //!
 //! Every websocket message is binary and begins with an envelope of nine bytes: its kind, and `at_s` (f64), its time on the
 //! sender's clock. Then:
