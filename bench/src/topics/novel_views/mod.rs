@@ -5,7 +5,7 @@
 //! the socket counts (`live`). Beside it stand video at several bit rates, the same bytes among them (`video`), and, under
 //! `--protocol quasar-2025`, the figures of other systems on the same scenes and traces ([`peers`], [`setup`]).
 //!
-//! With `--motion` the traces are made by [`crate::motion`], and each part of a motion is a row ([`moving`]).
+//! With `--motion` the traces are made by [`crate::motion`], and each part of a motion is a row (`moving`).
 
 mod arguments;
 mod bench;
