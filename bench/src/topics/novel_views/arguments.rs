@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     pub(super) protocol: Option<Protocol>,
     /// Instead of along a trace, move as people do: orbit, flick, walk, turn, rest, or all; may be given several times.
-    #[arg(long, value_name = "MOTION", value_parser = motions, conflicts_with_all = ["protocol", "trace", "frames"])]
+    #[arg(long, value_name = "MOTION", value_parser = motions, conflicts_with_all = ["protocol", "frames"])]
     pub(super) motion: Vec<Motions>,
     /// What a round of the motion orbit takes, in seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = crate::motion::ORBIT_S, value_parser = options::seconds)]
