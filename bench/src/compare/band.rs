@@ -109,6 +109,8 @@ mod tests {
         assert_eq!(columns(steep, |_| 0), [] as [usize; 0], "a plane at any angle");
         let crease = |x: usize| 1.0 - 0.04 * (x as f64 - 11.3).abs();
         assert_eq!(columns(crease, |_| 0), [] as [usize; 0], "two planes that meet");
+        let foot = |x: usize| 0.5 + 0.1 * (x as f64 - 11.3).max(0.0);
+        assert_eq!(columns(foot, |_| 0), [] as [usize; 0], "a wall that begins in a floor");
         let ball = |x: usize| 1.0 + 0.1 * (1.0 - ((x as f64 - 11.5) / 12.0).powi(2)).max(0.0).sqrt();
         assert_eq!(columns(ball, |_| 0), [] as [usize; 0], "a surface that bends");
         let step = |x: usize| if x < 10 { 0.5 } else { 0.7 };
