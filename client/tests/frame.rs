@@ -7,6 +7,7 @@ use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::HeldSurfaces;
+use vantage_client::draw::antialiasing::Antialias;
 use vantage_client::draw::frame::{FrameRenderer, MARK, Options};
 use vantage_client::draw::rest::RestView;
 
@@ -162,7 +163,7 @@ fn mixed(a: [u8; 3], b: [u8; 3], share: f32) -> [u8; 3] {
 }
 
 fn antialiased() -> Options {
-    Options { fill: false, antialias: true, smoothing: surface::Smoothing::None, ..Options::default() }
+    Options { fill: false, antialias: Antialias::On, smoothing: surface::Smoothing::None, ..Options::default() }
 }
 
 fn near(a: [u8; 3], b: [u8; 3]) -> bool {
@@ -176,7 +177,7 @@ fn an_edge_through_a_pixel_is_a_mix_in_linear_light() {
     let mut beside = camera();
     beside.centre_px.y += 0.5;
     let row = SIDE / 4;
-    let stairs = show_from(&beside, &held, PLAIN, Options { antialias: false, ..antialiased() });
+    let stairs = show_from(&beside, &held, PLAIN, Options { antialias: Antialias::Off, ..antialiased() });
     assert!([[200, 100, 50], BACKGROUND].contains(&stairs.at(20, row)));
     let smooth = show_from(&beside, &held, PLAIN, antialiased());
     let half = mixed([200, 100, 50], BACKGROUND, 0.5);

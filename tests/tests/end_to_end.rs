@@ -6,6 +6,7 @@
 use anyhow::{Context, ensure};
 use bench::raytrace::{self, Effects, RayTruth};
 use camera::{Pinhole, Rigid};
+use client::draw::antialiasing::Antialias;
 use glam::DVec3;
 use libtest_mimic::{Arguments, Failed, Trial};
 use network::Link;
@@ -110,7 +111,7 @@ fn exact_at_rest(scene: Scene, antialias: bool) -> anyhow::Result<()> {
     let shown = system.view(trace(way), |options| {
         options.link = Some(Link { rtt_s: 0.1, ..Link::default() });
         options.drawn = |frame| [20, 80, 109].contains(&frame);
-        options.picture.frame.antialias = antialias;
+        options.picture.frame.antialias = if antialias { Antialias::On } else { Antialias::Off };
     })?;
     ensure!(shown.len() == 3, "three frames, {} pictures", shown.len());
     ensure!(shown[1].picture == shown[2].picture, "the picture changes at rest");

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use camera::Rigid;
+use client::draw::antialiasing::Antialias;
 use client::draw::frame;
 use client::draw::occlusion::{self, Occlusion};
 use client::draw::picture::PictureOptions;
@@ -129,9 +130,10 @@ fn wishes() -> Result<Wishes, String> {
         Some(other) => return Err(format!("?renderer={other}: use webgpu or webgl2")),
     };
     let antialias = match query.get("antialias").as_deref() {
-        None => true,
-        Some("off") => false,
-        Some(other) => return Err(format!("?antialias={other}: use off, or nothing")),
+        None => Antialias::Measured,
+        Some("on") => Antialias::On,
+        Some("off") => Antialias::Off,
+        Some(other) => return Err(format!("?antialias={other}: use on or off")),
     };
     let occlusion = match query.get("occlusion").as_deref() {
         None => Occlusion::None,

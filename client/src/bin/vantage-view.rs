@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use client::draw::antialiasing::Antialias;
 use client::draw::frame;
 use client::draw::occlusion::{self, Occlusion};
 use client::draw::picture::PictureOptions;
@@ -51,9 +52,10 @@ struct Arguments {
     /// Show what no sample covers in magenta
     #[arg(long)]
     mark_uncovered: bool,
-    /// Several samples a pixel, so that outlines are smooth
-    #[arg(long, value_enum, default_value_t)]
-    antialias: AntialiasName,
+    /// Several samples a pixel, so that outlines are smooth: always, as long as frames come in time, or never [default: measured, on without a
+    /// window]
+    #[arg(long, value_enum)]
+    antialias: Option<AntialiasName>,
     /// Darken what little ambient light reaches
     #[arg(long, value_enum, default_value_t)]
     occlusion: OcclusionName,
@@ -133,11 +135,12 @@ enum ClockName {
     Virtual,
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum AntialiasName {
     /// Four while the view changes, all that a pixel shows at rest.
-    #[default]
     On,
+    /// The same, but one while the view changes where frames do not come in time.
+    Measured,
     /// One.
     Off,
 }
@@ -165,6 +168,16 @@ enum ShadowsName {
 }
 
 impl Arguments {
+    fn antialias(&self) -> Antialias {
+        match self.antialias {
+            Some(AntialiasName::On) => Antialias::On,
+            Some(AntialiasName::Measured) => Antialias::Measured,
+            Some(AntialiasName::Off) => Antialias::Off,
+            None if self.headless => Antialias::On,
+            None => Antialias::Measured,
+        }
+    }
+
     fn picture(&self) -> PictureOptions {
         let corners = match self.corners {
             CornersName::Averaged => Corners::Averaged,
@@ -173,7 +186,7 @@ impl Arguments {
         };
         let frame = frame::Options {
             fill: !self.no_fill,
-            antialias: self.antialias == AntialiasName::On,
+            antialias: self.antialias(),
             mark_uncovered: self.mark_uncovered,
             ..frame::Options::default()
         };

@@ -7,6 +7,7 @@ use protocol::{Held, Update};
 use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
+use crate::draw::antialiasing::{Antialias, FrameTimes};
 use crate::draw::coverage::{self, Coverage};
 use crate::draw::fill::{FillPass, LEVELS, Pyramid};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
@@ -33,7 +34,7 @@ pub struct Options {
     /// Fill holes of a few pixels from around them, the farther surface first.
     pub fill: bool,
     /// Draw four samples a pixel, averaged in linear light once they are lit; at rest, all that a pixel shows.
-    pub antialias: bool,
+    pub antialias: Antialias,
     /// Show every pixel without a surface as [`MARK`].
     pub mark_uncovered: bool,
     /// Write 1 to the output's alpha where there is a surface and 0 elsewhere, for who reads the picture back; otherwise
@@ -52,7 +53,7 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             fill: true,
-            antialias: false,
+            antialias: Antialias::Off,
             mark_uncovered: false,
             coverage_in_alpha: false,
             smoothing: Smoothing::default(),
@@ -98,6 +99,9 @@ pub struct FrameRenderer {
     parts: Option<PartsPass>,
     coverage: Coverage,
     targets: Option<Targets>,
+    /// Of a pixel along each side, in the last frame.
+    samples: u32,
+    times: FrameTimes,
     output_format: TextureFormat,
 }
 
@@ -127,6 +131,8 @@ impl FrameRenderer {
             parts: None,
             coverage: Coverage::new(gpu)?,
             targets: None,
+            samples: 1,
+            times: FrameTimes::default(),
             output_format,
         })
     }
@@ -186,7 +192,8 @@ impl FrameRenderer {
     ) {
         let shown = shown.into();
         let at_rest = shown.rows_of(camera);
-        let drawn = drawn_camera(&self.gpu, camera, &at_rest, options);
+        self.samples = self.samples_for(camera, &at_rest, options.antialias);
+        let drawn = drawn_camera(camera, self.samples);
         let targets = self.targets.take().filter(|targets| targets.size_px() == (drawn.width_px, drawn.height_px));
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (drawn.width_px, drawn.height_px)));
         if !at_rest.are_all() {
@@ -211,7 +218,7 @@ impl FrameRenderer {
         let Shown { surfaces, held, .. } = shown;
         let targets = self.targets.take().expect("surfaces are drawn first");
         let at_rest = shown.rows_of(camera);
-        let drawn = drawn_camera(&self.gpu, camera, &at_rest, options);
+        let drawn = drawn_camera(camera, self.samples);
         if let Some(occlusion) = &mut self.occlusion {
             occlusion.encode(encoder, (surfaces, held), &drawn, &targets.gbuffer);
         }
@@ -239,7 +246,7 @@ impl FrameRenderer {
                 parts.add(encoder, &targets.lit, &targets.gbuffer, layer + 1 == layers);
             }
         }
-        let present = self.present_uniform(held, options, drawn.width_px / camera.width_px);
+        let present = self.present_uniform(held, options, self.samples);
         match &self.parts {
             Some(parts) if layers > 0 => parts.show(encoder, &present, output),
             _ => self.show(encoder, &targets, &present, output, options.fill),
@@ -251,6 +258,9 @@ impl FrameRenderer {
     /// Tells that the commands of the last [`FrameRenderer::draw`] were submitted.
     pub fn submitted(&mut self) {
         self.coverage.submitted();
+        if self.samples > 1 {
+            self.times.submitted(&self.gpu);
+        }
     }
 
     /// Share of pixels without a surface, of the newest frame that was counted; `None` before the first. A client alone
@@ -283,6 +293,15 @@ impl FrameRenderer {
     /// What the surfaces looked like in the last frame, before light.
     pub fn gbuffer(&self) -> Option<&GBuffer> {
         self.targets.as_ref().map(|targets| &targets.gbuffer)
+    }
+
+    /// Samples of a pixel along each side: one where its parts are there already, the picture is too large, or frames are to come in time and did not.
+    fn samples_for(&self, camera: &Pinhole, at_rest: &RowsOf<'_>, antialias: Antialias) -> u32 {
+        let (width_px, height_px) = (SAMPLES * camera.width_px, SAMPLES * camera.height_px);
+        let fits = width_px.max(height_px) <= self.gpu.device.limits().max_texture_dimension_2d
+            && u64::from(width_px) * u64::from(height_px) <= MOST_SAMPLES;
+        let comes_in_time = antialias == Antialias::On || !self.times.is_too_slow();
+        if antialias.is_wanted() && comes_in_time && fits && !at_rest.are_all() { SAMPLES } else { 1 }
     }
 
     fn present_uniform(&self, held: &Held, options: Options, samples: u32) -> wgpu::Buffer {
@@ -340,12 +359,8 @@ fn reflect(
     pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
 }
 
-/// The camera that is drawn for a picture: of an antialiased one several samples a pixel, unless its pixels are there in parts.
-fn drawn_camera(gpu: &Gpu, camera: &Pinhole, at_rest: &RowsOf<'_>, options: Options) -> Pinhole {
-    let (width_px, height_px) = (SAMPLES * camera.width_px, SAMPLES * camera.height_px);
-    let fits = width_px.max(height_px) <= gpu.device.limits().max_texture_dimension_2d
-        && u64::from(width_px) * u64::from(height_px) <= MOST_SAMPLES;
-    let samples = if options.antialias && fits && !at_rest.are_all() { SAMPLES } else { 1 };
+/// The camera that is drawn for a picture of several samples a pixel.
+fn drawn_camera(camera: &Pinhole, samples: u32) -> Pinhole {
     Pinhole {
         width_px: samples * camera.width_px,
         height_px: samples * camera.height_px,

@@ -4,8 +4,10 @@
 //! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
 //! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
 //!   [`light_images`]: what casts soft shadows.
+//! - [`antialiasing`]: whether outlines are smooth while the view changes.
 //! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
 
+pub mod antialiasing;
 mod coverage;
 mod fill;
 pub mod frame;

@@ -33,7 +33,7 @@ pub struct PictureOptions {
 impl PictureOptions {
     /// What a server may send for it.
     pub fn draws(&self) -> Draws {
-        Draws { soft_shadows: self.shadow.is_soft(), antialiased: self.frame.antialias }
+        Draws { soft_shadows: self.shadow.is_soft(), antialiased: self.frame.antialias.is_wanted() }
     }
 }
 

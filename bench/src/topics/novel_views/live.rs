@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use client::draw::antialiasing::Antialias;
 use client::draw::frame;
 use client::draw::picture::PictureOptions;
 use client::show::headless::{self, FrameRow, Summary, Way};
@@ -46,6 +47,7 @@ pub struct Operation {
 
 /// How a viewer draws.
 fn picture_options(antialias: bool) -> PictureOptions {
+    let antialias = if antialias { Antialias::On } else { Antialias::Off };
     PictureOptions { frame: frame::Options { antialias, ..frame::Options::default() }, ..PictureOptions::default() }
 }
 
