@@ -12,9 +12,10 @@ export async function freePort() {
   return port;
 }
 
-/** Starts a server and waits until it answers. */
+/** Starts a server and waits until it answers. It looks ahead for nobody: a picture is settled once what is in view is there, and a software renderer is slow
+ * enough without. */
 export async function startServer({ bin, web, port, scene, log }) {
-  const args = [scene, '--port', `${port}`, '--web', web, '--image-size', '256', '--images', '2'];
+  const args = [scene, '--port', `${port}`, '--web', web, '--image-size', '256', '--images', '2', '--anticipation', 'off'];
   const child = spawn(bin, args, { stdio: ['ignore', 'pipe', 'pipe'] });
   for (const stream of [child.stdout, child.stderr]) {
     stream.setEncoding('utf8');
