@@ -180,6 +180,8 @@ fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
         stats.lights.count(&counts.lights, light_bytes, lights.took);
         if reason.is_passing() {
             client.pace.made(update.bytes.len(), pixels);
+        } else if reason == Reason::Rest {
+            client.rest.coded(update.bytes.len());
         } else if reason == Reason::Ahead {
             client.ahead.sent(update.bytes.len(), pixels);
             stats.ahead.count(counts.ahead, update.bytes.len());

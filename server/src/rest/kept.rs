@@ -17,6 +17,8 @@ pub struct Strip {
 pub struct Kept {
     pub(super) camera: Option<Pinhole>,
     pub(super) rows: u32,
+    /// What the rows cost.
+    bytes: usize,
     patches: Vec<PatchId>,
 }
 
@@ -26,6 +28,17 @@ impl Kept {
         self.camera = Some(strip.view);
         self.rows += strip.camera.height_px;
         self.patches.extend(patches);
+    }
+
+    /// What the rows that were [`Kept::sent`] last came to.
+    pub fn coded(&mut self, bytes: usize) {
+        self.bytes += bytes;
+    }
+
+    /// What a pixel cost so far; `None` before any.
+    pub(super) fn bytes_per_px(&self) -> Option<f64> {
+        let pixels = self.camera?.width_px * self.rows;
+        Some(self.bytes as f64 / f64::from(pixels))
     }
 
     /// Forgets the rows of any other view than `view`, and says which patches they were.

@@ -23,8 +23,12 @@ pub use kept::{Kept, Strip};
 const REST_AFTER_S: f64 = 0.15;
 /// Rows of so many samples at a time at most: what the rest of the session waits for at the server.
 const MAX_STRIP_SAMPLES: f64 = (1 << 22) as f64;
-/// What a pixel is expected to cost, in bytes: between 0.5 (houses) and 2 (leaves) were seen.
+/// What a pixel of the first rows is expected to cost, in bytes: between 0.5 (houses) and 2 (leaves) were seen.
 const BYTES_PER_PX: f64 = 1.5;
+/// Bytes at a time that any path is expected to carry. Who moves slowly is sent little, and then the path looks as slow: this much finds out more.
+const LEAST_BYTES: f64 = 16.0 * 1024.0;
+/// Rows may be of much more than those above them: at most so many times as many follow at once.
+const GROWTH: f64 = 8.0;
 /// What a pixel costs a client: ten bytes as it is held, sixteen in textures.
 const HELD_BYTES_PER_PX: u64 = 26;
 /// Part of a client's budget that such a view may take.
@@ -33,11 +37,15 @@ const BUDGET_SHARE: u64 = 2;
 /// The rows that a client lacks of its view at rest; `None` of one that moves, has no picture yet, or has them all.
 pub fn lacking(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> Option<Strip> {
     let view = wanted(rules, client, viewer, now_s)?;
-    let first = if client.rest.camera == Some(view) { client.rest.rows } else { 0 };
+    let kept = Some(&client.rest).filter(|kept| kept.camera == Some(view));
+    let first = kept.map_or(0, |kept| kept.rows);
     let left = view.height_px.checked_sub(first).filter(|&left| left > 0)?;
-    let carried_px = viewer.bytes_per_s.map_or(f64::INFINITY, |path| path * rules.update_interval_s / BYTES_PER_PX);
+    let carried_bytes =
+        viewer.bytes_per_s.map_or(f64::INFINITY, |path| (path * rules.update_interval_s).max(LEAST_BYTES));
+    let carried_px = carried_bytes / kept.and_then(Kept::bytes_per_px).unwrap_or(BYTES_PER_PX);
     let most_px = MAX_STRIP_SAMPLES / if client.draws.antialiased { f64::from(DepthImage::WHOLE) } else { 1.0 };
-    let rows = carried_px.min(most_px) / f64::from(view.width_px);
+    let most_rows = if first == 0 { f64::INFINITY } else { GROWTH * f64::from(first) };
+    let rows = (carried_px.min(most_px) / f64::from(view.width_px)).min(most_rows);
     let height_px = (rows as u32).clamp(1, left);
     let centre_px = view.centre_px - DVec2::new(0.0, f64::from(first));
     Some(Strip { view, camera: Pinhole { height_px, centre_px, ..view } })
@@ -68,7 +76,7 @@ mod tests {
     use super::*;
     use crate::plan::{Coverage, Focus};
 
-    const VIEW: ViewSize = ViewSize { width_px: 100, height_px: 80, fov_y_rad: 1.0 };
+    const VIEW: ViewSize = ViewSize { width_px: 400, height_px: 320, fov_y_rad: 1.0 };
     const RULES: Rules = Rules {
         images: 4,
         image_size_px: 512,
@@ -99,17 +107,35 @@ mod tests {
         Client { focus: Some(Focus { coverage, settled: false, looks: 1 }), ..Client::default() }
     }
 
-    #[test]
-    fn a_view_comes_in_rows_that_the_path_carries_and_then_nothing_more() {
-        let mut viewer = viewer();
-        viewer.bytes_per_s = Some(3000.0 * BYTES_PER_PX / RULES.update_interval_s);
-        let mut client = client(&viewer);
-        let mut first_rows = Vec::new();
-        while let Some(strip) = lacking(&RULES, &client, &viewer, 2.0) {
-            first_rows.push((strip.view.centre_px.y - strip.camera.centre_px.y, strip.camera.height_px));
-            client.rest.sent(&strip, &[PatchId(first_rows.len() as u32)]);
+    /// The first row and the number of rows of every strip, of which each cost so many bytes a pixel.
+    fn strips(client: &mut Client, viewer: &Viewer, bytes_per_px: &[f64]) -> Vec<(f64, u32)> {
+        let mut strips = Vec::new();
+        while let Some(strip) = lacking(&RULES, client, viewer, 2.0) {
+            let pixels = f64::from(VIEW.width_px * strip.camera.height_px);
+            client.rest.sent(&strip, &[PatchId(strips.len() as u32 + 1)]);
+            client.rest.coded((bytes_per_px[strips.len()] * pixels) as usize);
+            strips.push((strip.view.centre_px.y - strip.camera.centre_px.y, strip.camera.height_px));
         }
-        assert_eq!(first_rows, [(0.0, 30), (30.0, 30), (60.0, 20)]);
+        strips
+    }
+
+    #[test]
+    fn rows_are_as_many_as_the_path_carries_by_what_those_before_cost() {
+        let mut viewer = viewer();
+        viewer.bytes_per_s = Some(100.0 * 400.0 * BYTES_PER_PX / RULES.update_interval_s);
+        let dear = strips(&mut client(&viewer), &viewer, &[2.0 * BYTES_PER_PX; 6]);
+        assert_eq!(dear, [(0.0, 100), (100.0, 50), (150.0, 50), (200.0, 50), (250.0, 50), (300.0, 20)]);
+        viewer.bytes_per_s = Some(1.0);
+        let cheap = strips(&mut client(&viewer), &viewer, &[0.01; 3]);
+        assert_eq!(cheap, [(0.0, 27), (27.0, 216), (243.0, 77)], "a path of which little was asked, and rows of sky");
+    }
+
+    #[test]
+    fn a_view_comes_once_and_goes_when_the_viewer_moves_on() {
+        let mut viewer = viewer();
+        viewer.bytes_per_s = Some(150.0 * 400.0 * BYTES_PER_PX / RULES.update_interval_s);
+        let mut client = client(&viewer);
+        assert_eq!(strips(&mut client, &viewer, &[BYTES_PER_PX; 3]), [(0.0, 150), (150.0, 150), (300.0, 20)]);
         assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), [], "they are of use");
         viewer.hear(2, 2.0, Rigid::IDENTITY, Motion::along(DVec3::X), 2.0);
         assert_eq!(outdated(&RULES, &mut client, &viewer, 2.0), [PatchId(1), PatchId(2), PatchId(3)]);
@@ -124,7 +150,7 @@ mod tests {
         assert!(lacking(&RULES, &client, &viewer, 2.0).is_some());
         assert!(lacking(&RULES, &Client::default(), &viewer, 2.0).is_none(), "no picture");
         assert!(lacking(&Rules { rests: false, ..RULES }, &client, &viewer, 2.0).is_none());
-        let poor = Client { budget_bytes: BUDGET_SHARE * HELD_BYTES_PER_PX * 8000 - BUDGET_SHARE, ..client };
+        let poor = Client { budget_bytes: BUDGET_SHARE * HELD_BYTES_PER_PX * 400 * 320 - BUDGET_SHARE, ..client };
         assert!(lacking(&RULES, &poor, &viewer, 2.0).is_none(), "no room");
         let mut walker = viewer;
         walker.hear(2, 1.1, Rigid::IDENTITY, Motion::along(DVec3::X), 1.1);
