@@ -84,6 +84,7 @@ fn single_sample(trim: u8) -> protocol::held::HeldPatch {
         normal: vec![octahedral_code(glam::Vec3::Z)],
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends: Vec::new(),
         colour: vec![[10, 20, 30]],
         object: vec![3],
         material: vec![4],

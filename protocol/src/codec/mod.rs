@@ -6,6 +6,7 @@ mod coding;
 mod colour;
 mod dense;
 mod error;
+mod ends;
 mod fast;
 mod header;
 mod labels;

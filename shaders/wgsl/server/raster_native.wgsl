@@ -19,6 +19,11 @@ fn plain(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_inde
 }
 
 @fragment
+fn object(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> @location(0) u32 {
+    return object_fragment(v, front, triangle);
+}
+
+@fragment
 fn truth(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> TruthTargets {
     return truth_fragment(v, front, triangle);
 }

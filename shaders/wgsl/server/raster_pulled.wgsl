@@ -20,6 +20,11 @@ fn plain(v: Varying, @builtin(front_facing) front: bool) -> ImageTargets {
 }
 
 @fragment
+fn object(v: Varying, @builtin(front_facing) front: bool) -> @location(0) u32 {
+    return object_fragment(v, front, v.triangle);
+}
+
+@fragment
 fn truth(v: Varying, @builtin(front_facing) front: bool) -> TruthTargets {
     return truth_fragment(v, front, v.triangle);
 }

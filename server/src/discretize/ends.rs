@@ -1,0 +1,241 @@
+//! Where surfaces end within a pixel ([`protocol::ends`]), from a finer image of the same view.
+//!
+//! A sample says that its surface is at its pixel's centre. Where the next pixel's centre shows something farther or nothing, the surface
+//! ends between the two, and a finer image, [`SUBPIXELS`] times as fine, tells how far it reaches: the strip between the centres, a pixel wide, has six of
+//! its pixels, and as many as show the surface are covered. Its number of pixels a side is odd, so that each ninth of them is the very ray of a
+//! pixel.
+//!
+//! The finer image is a conventional one: of what a sample lies behind, as non-redundant images peel the scene, nothing is said, and a surface goes on where an
+//! earlier image holds it. Only the part around samples that are to be sent is drawn, objects and depths alone.
+
+use camera::Pinhole;
+use glam::DVec2;
+use gpu::{Gpu, Readback};
+use protocol::Mask;
+use protocol::ends::{self, Ends, SIDES};
+use rayon::prelude::*;
+
+use super::Capture;
+use crate::render::{DEPTH_FORMAT, Faces, Pass, Pipelines, RenderError, SceneRenderer, check_camera};
+
+/// Pixels of the finer image that one pixel is wide.
+pub const SUBPIXELS: u32 = 3;
+/// Pixels around a part, whose surfaces are asked for: those beside its samples.
+const MARGIN_PX: u32 = 1;
+/// Parts are at most so wide and high, so that finer images stay small.
+const MOST_PX: u32 = 1022;
+/// A surface goes on in the next pixel where it falls back by no more than this many footprints ...
+const GAP_FOOTPRINTS: f32 = 1.5;
+/// ... and by so many times what it fell back by to the pixel before: on a plane `w` is linear in the image, and towards an outline a round one falls ever more.
+const BENDS: f32 = 2.5;
+
+/// Objects one higher than their ids; 0 where there is none.
+const OBJECT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+
+/// A part of a view, finer: [`SUBPIXELS`] squared values a pixel, row-major.
+#[derive(Debug, Clone)]
+pub struct Finer {
+    /// The first pixel of the view that it shows; it may lie outside by one.
+    pub first_px: (i32, i32),
+    /// Values a row.
+    pub width: usize,
+    /// One higher than the object's id; 0 where there is none.
+    pub object: Vec<u32>,
+    /// Inverse depths in any unit, the same as the view's: those of captures are `near * w`.
+    pub depth: Vec<f32>,
+}
+
+/// A part of a view: its first pixel and its size.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    first_px: (u32, u32),
+    size_px: (u32, u32),
+}
+
+/// Draws finer images.
+pub struct EndsPass {
+    gpu: Gpu,
+    pipelines: Pipelines,
+    /// Kept for the next part; objects and depths.
+    targets: Option<[wgpu::Texture; 2]>,
+}
+
+impl EndsPass {
+    /// For scenes of `scene`'s kind.
+    pub fn new(scene: &SceneRenderer) -> Result<EndsPass, RenderError> {
+        let formats = &[OBJECT_FORMAT];
+        let pass = Pass { fragment: "object", formats, own_layout: None, constants: &[], faces: Faces::Front };
+        let pipelines = Pipelines::new(scene.gpu(), scene.is_native(), &pass)?;
+        Ok(EndsPass { gpu: scene.gpu().clone(), pipelines, targets: None })
+    }
+
+    /// Tells of the samples of a mask of a capture's where their surfaces end; `scene` is as it was when they were captured. All other samples are said to
+    /// go on.
+    pub fn tell(&mut self, scene: &SceneRenderer, capture: &mut Capture, mask: &Mask) -> Result<(), RenderError> {
+        capture.ends = vec![0; capture.ids.len()];
+        for part in parts(mask) {
+            let finer = self.draw(scene, &capture.camera, part)?;
+            let width = capture.camera.width_px as usize;
+            let rows = part.first_px.1 as usize..(part.first_px.1 + part.size_px.1) as usize;
+            let mut plane = std::mem::take(&mut capture.ends);
+            plane[rows.start * width..rows.end * width].par_chunks_mut(width).zip(rows).for_each(|(row, y)| {
+                for x in part.first_px.0..part.first_px.0 + part.size_px.0 {
+                    if mask.get(x, y as u32) {
+                        row[x as usize] = ends_of(capture, &finer, (x, y as u32));
+                    }
+                }
+            });
+            capture.ends = plane;
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, scene: &SceneRenderer, camera: &Pinhole, part: Part) -> Result<Finer, RenderError> {
+        let first = DVec2::new(part.first_px.0.into(), part.first_px.1.into()) - f64::from(MARGIN_PX);
+        let side = |pixels: u32| (pixels + 2 * MARGIN_PX) * SUBPIXELS;
+        let (width_px, height_px) = (side(part.size_px.0), side(part.size_px.1));
+        let finer = f64::from(SUBPIXELS);
+        let centre_px = (camera.centre_px - first) * finer;
+        let camera = Pinhole { width_px, height_px, focal_px: camera.focal_px * finer, centre_px, ..*camera };
+        check_camera(&self.gpu, &camera)?;
+        let targets = self.take_targets((width_px, height_px));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let view = scene.view_group(&camera);
+        let mut pass = begin(&mut encoder, &targets);
+        scene.draw(&mut pass, &self.pipelines, &camera, &view);
+        drop(pass);
+        let mut readback = Readback::default();
+        let object = readback.texture(&targets[0], 0, (width_px, height_px));
+        // Depth can only be copied whole.
+        let depth = readback.texture(&targets[1], 0, (targets[1].width(), targets[1].height()));
+        let encoded = readback.encode(&self.gpu, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.targets = Some(targets);
+        let mapped = encoded.map().wait(&self.gpu)?;
+        let mut depths = Vec::with_capacity(width_px as usize * height_px as usize);
+        for row in mapped.rows(depth).take(height_px as usize) {
+            gpu::readback::extend_from_bytes(&mut depths, &row[..width_px as usize * 4]);
+        }
+        Ok(Finer {
+            first_px: (first.x as i32, first.y as i32),
+            width: width_px as usize,
+            object: mapped.values(object),
+            depth: depths,
+        })
+    }
+
+    fn take_targets(&mut self, (width, height): (u32, u32)) -> [wgpu::Texture; 2] {
+        let fits = |kept: &[wgpu::Texture; 2]| (kept[0].width(), kept[0].height()) == (width, height);
+        self.targets.take().filter(fits).unwrap_or_else(|| {
+            [OBJECT_FORMAT, DEPTH_FORMAT].map(|format| {
+                self.gpu.device.create_texture(&wgpu::TextureDescriptor {
+                    label: Some("finer"),
+                    size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format,
+                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                    view_formats: &[],
+                })
+            })
+        })
+    }
+}
+
+fn begin<'a>(encoder: &'a mut wgpu::CommandEncoder, targets: &[wgpu::Texture; 2]) -> wgpu::RenderPass<'a> {
+    let [object, depth] = targets.each_ref().map(|target| target.create_view(&wgpu::TextureViewDescriptor::default()));
+    let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("finer"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &object,
+            depth_slice: None,
+            resolve_target: None,
+            ops,
+        })],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    })
+}
+
+/// The parts of a mask that hold samples.
+fn parts(mask: &Mask) -> Vec<Part> {
+    let (width_px, height_px) = mask.size_px();
+    let columns = width_px.div_ceil(MOST_PX);
+    let mut bounds = vec![None; (columns * height_px.div_ceil(MOST_PX)) as usize];
+    for (x, y) in mask.occupied() {
+        let part = &mut bounds[(y / MOST_PX * columns + x / MOST_PX) as usize];
+        let (low, high) = part.unwrap_or(([x, y], [x, y]));
+        *part = Some(([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]));
+    }
+    let part = |(low, high): ([u32; 2], [u32; 2])| Part {
+        first_px: (low[0], low[1]),
+        size_px: (high[0] - low[0] + 1, high[1] - low[1] + 1),
+    };
+    bounds.into_iter().flatten().map(part).collect()
+}
+
+/// Where the surface of the sample at a pixel of a capture ends, as a finer image around it shows.
+pub fn ends_of(capture: &Capture, finer: &Finer, pixel: (u32, u32)) -> Ends {
+    let index = pixel.1 as usize * capture.camera.width_px as usize + pixel.0 as usize;
+    let own = (u32::from(capture.object(index)) + 1, capture.depth[index]);
+    let side = SUBPIXELS as usize;
+    let place = |at: u32, first: i32| (at as i32 - first) as usize * side + side / 2;
+    let centre = place(pixel.1, finer.first_px.1) * finer.width + place(pixel.0, finer.first_px.0);
+    let around = Around { finer, centre, own, footprint: own.1 / capture.camera.focal_px as f32 };
+    // A sample that lies behind something is not seen here.
+    if finer.object[centre] != own.0 || (finer.depth[centre] - own.1).abs() > around.footprint {
+        return 0;
+    }
+    (0..SIDES.len()).fold(0, |all, side| ends::with_level(all, side, around.level(SIDES[side])))
+}
+
+/// What a finer image shows around a sample.
+struct Around<'a> {
+    finer: &'a Finer,
+    /// Place of the sample's own ray.
+    centre: usize,
+    /// Its object, and its inverse depth.
+    own: (u32, f32),
+    footprint: f32,
+}
+
+impl Around<'_> {
+    /// What is seen some finer pixels to the right and down.
+    fn at(&self, right: i32, down: i32) -> (u32, f32) {
+        let place = (self.centre as isize + right as isize + down as isize * self.finer.width as isize) as usize;
+        (self.finer.object[place], self.finer.depth[place])
+    }
+
+    /// The level at a side.
+    fn level(&self, [right, down]: [i32; 2]) -> u16 {
+        let (object, w) = self.own;
+        let step = SUBPIXELS as i32;
+        let next = self.at(step * right, step * down);
+        if next.1 >= w || (next.0 == object && self.goes_on_to(next.1, [right, down])) {
+            return 0;
+        }
+        // Nearer to the sample than to what is behind, of the same object; of nearer ones what is behind them is not known.
+        let middle = 0.5 * (w + next.1);
+        let is_own = |(seen, seen_w): (u32, f32)| seen_w >= w || (seen == object && (next.0 != object || seen_w > middle));
+        let half = step / 2;
+        let strip = (1..step).flat_map(|along| (-half..=half).map(move |aside| (along, aside)));
+        let covered = strip.filter(|&(along, aside)| {
+            is_own(self.at(along * right + aside * down, along * down + aside * right))
+        });
+        1 + covered.count() as u16
+    }
+
+    /// Whether the sample's object is one surface as far as the next pixel, which shows it at `w`.
+    fn goes_on_to(&self, w: f32, [right, down]: [i32; 2]) -> bool {
+        let step = SUBPIXELS as i32;
+        let before = self.at(-step * right, -step * down);
+        let fell = if before.0 == self.own.0 { (before.1 - self.own.1).max(0.0) } else { 0.0 };
+        self.own.1 - w <= GAP_FOOTPRINTS * self.footprint + BENDS * fell
+    }
+}
