@@ -14,12 +14,16 @@ use gpu::{Gpu, Readback};
 use protocol::Mask;
 use protocol::ends::{self, Ends, SIDES};
 use rayon::prelude::*;
+use wgpu::util::{DeviceExt, TextureDataOrder};
 
 use super::Capture;
 use crate::render::{DEPTH_FORMAT, Faces, Pass, Pipelines, RenderError, SceneRenderer, check_camera};
 
+use surface::corners::knob;
+static HIDDEN: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+fn subpixels() -> u32 { knob("K_SUB", 3.0) as u32 }
 /// Pixels of the finer image that one pixel is wide.
-pub const SUBPIXELS: u32 = 3;
+pub const SUBPIXELS_: u32 = 3;
 /// Pixels around a part, whose surfaces are asked for: those beside its samples.
 const MARGIN_PX: u32 = 1;
 /// Parts are at most so wide and high, so that finer images stay small.
@@ -29,6 +33,11 @@ const GAP_FOOTPRINTS: f32 = 1.5;
 /// ... and by so many times what it fell back by to the pixel before: on a plane `w` is linear in the image, and towards an outline a round one falls ever more.
 const BENDS: f32 = 2.5;
 
+/// So many footprints nearer than the samples around a pixel is still drawn: a surface that is seen at a grazing angle comes nearer within a pixel.
+const NEARER_FOOTPRINTS: f32 = 4.0;
+
+/// See `server/finer.wgsl`.
+const NEAREST_BINDING: u32 = 5;
 /// Objects one higher than their ids; 0 where there is none.
 const OBJECT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
@@ -55,6 +64,7 @@ struct Part {
 /// Draws finer images.
 pub struct EndsPass {
     gpu: Gpu,
+    layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
     /// Kept for the next part; objects and depths.
     targets: Option<[wgpu::Texture; 2]>,
@@ -63,10 +73,24 @@ pub struct EndsPass {
 impl EndsPass {
     /// For scenes of `scene`'s kind.
     pub fn new(scene: &SceneRenderer) -> Result<EndsPass, RenderError> {
-        let formats = &[OBJECT_FORMAT];
-        let pass = Pass { fragment: "object", formats, own_layout: None, constants: &[], faces: Faces::Front };
-        let pipelines = Pipelines::new(scene.gpu(), scene.is_native(), &pass)?;
-        Ok(EndsPass { gpu: scene.gpu().clone(), pipelines, targets: None })
+        let gpu = scene.gpu().clone();
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("finer"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: NEAREST_BINDING,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                count: None,
+            }],
+        });
+        let (formats, own_layout) = (&[OBJECT_FORMAT], Some(&layout));
+        let pass = Pass { fragment: "object", formats, own_layout, constants: &[], faces: Faces::Front };
+        let pipelines = Pipelines::new(&gpu, scene.is_native(), &pass)?;
+        Ok(EndsPass { gpu, layout, pipelines, targets: None })
     }
 
     /// Tells of the samples of a mask of a capture's where their surfaces end; `scene` is as it was when they were captured. All other samples are said to
@@ -74,7 +98,7 @@ impl EndsPass {
     pub fn tell(&mut self, scene: &SceneRenderer, capture: &mut Capture, mask: &Mask) -> Result<(), RenderError> {
         capture.ends = vec![0; capture.ids.len()];
         for part in parts(mask) {
-            let finer = self.draw(scene, &capture.camera, part)?;
+            let finer = self.draw(scene, capture, part)?;
             let width = capture.camera.width_px as usize;
             let rows = part.first_px.1 as usize..(part.first_px.1 + part.size_px.1) as usize;
             let mut plane = std::mem::take(&mut capture.ends);
@@ -87,21 +111,25 @@ impl EndsPass {
             });
             capture.ends = plane;
         }
+        if std::env::var_os("K_HIDDEN").is_some() { eprintln!("hidden {} of {}", HIDDEN.swap(0, std::sync::atomic::Ordering::Relaxed), mask.count()); }
         Ok(())
     }
 
-    fn draw(&mut self, scene: &SceneRenderer, camera: &Pinhole, part: Part) -> Result<Finer, RenderError> {
+    fn draw(&mut self, scene: &SceneRenderer, capture: &Capture, part: Part) -> Result<Finer, RenderError> {
+        let camera = &capture.camera;
         let first = DVec2::new(part.first_px.0.into(), part.first_px.1.into()) - f64::from(MARGIN_PX);
-        let side = |pixels: u32| (pixels + 2 * MARGIN_PX) * SUBPIXELS;
+        let side = |pixels: u32| (pixels + 2 * MARGIN_PX) * subpixels();
         let (width_px, height_px) = (side(part.size_px.0), side(part.size_px.1));
-        let finer = f64::from(SUBPIXELS);
+        let finer = f64::from(subpixels());
         let centre_px = (camera.centre_px - first) * finer;
         let camera = Pinhole { width_px, height_px, focal_px: camera.focal_px * finer, centre_px, ..*camera };
         check_camera(&self.gpu, &camera)?;
         let targets = self.take_targets((width_px, height_px));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let view = scene.view_group(&camera);
+        let nearest = self.nearest_group(capture, part);
         let mut pass = begin(&mut encoder, &targets);
+        pass.set_bind_group(3, &nearest, &[]);
         scene.draw(&mut pass, &self.pipelines, &camera, &view);
         drop(pass);
         let mut readback = Readback::default();
@@ -121,6 +149,37 @@ impl EndsPass {
             width: width_px as usize,
             object: mapped.values(object),
             depth: depths,
+        })
+    }
+
+    fn nearest_group(&self, capture: &Capture, part: Part) -> wgpu::BindGroup {
+        let size = wgpu::Extent3d {
+            width: part.size_px.0 + 2 * MARGIN_PX,
+            height: part.size_px.1 + 2 * MARGIN_PX,
+            depth_or_array_layers: 1,
+        };
+        let description = wgpu::TextureDescriptor {
+            label: Some("nearest drawn"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::R32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        };
+        let depths = nearest_drawn(capture, part);
+        let bytes = bytemuck::cast_slice(&depths);
+        let texture =
+            self.gpu.device.create_texture_with_data(&self.gpu.queue, &description, TextureDataOrder::LayerMajor, bytes);
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("nearest drawn"),
+            layout: &self.layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: NEAREST_BINDING,
+                resource: wgpu::BindingResource::TextureView(&view),
+            }],
         })
     }
 
@@ -163,6 +222,25 @@ fn begin<'a>(encoder: &'a mut wgpu::CommandEncoder, targets: &[wgpu::Texture; 2]
     })
 }
 
+/// By pixel of a part with its margin: the depth of the nearest sample of the nine pixels around, and some footprints more.
+fn nearest_drawn(capture: &Capture, part: Part) -> Vec<f32> {
+    let (width, height) = (capture.camera.width_px as i32, capture.camera.height_px as i32);
+    let nearer = 1.0 + knob("K_PEEL", NEARER_FOOTPRINTS) / capture.camera.focal_px as f32;
+    let first = [part.first_px.0, part.first_px.1].map(|first| first as i32 - MARGIN_PX as i32);
+    let columns = first[0]..first[0] + (part.size_px.0 + 2 * MARGIN_PX) as i32;
+    let rows = first[1]..first[1] + (part.size_px.1 + 2 * MARGIN_PX) as i32;
+    let around = |at: i32, length: i32| (at - 1).clamp(0, length)..(at + 2).clamp(0, length);
+    let row = |y: i32| {
+        let nearest_of_column = |x: i32| {
+            around(y, height).map(|y| capture.depth[(y * width + x) as usize]).fold(0.0, f32::max)
+        };
+        let of_columns: Vec<f32> = (0..width).map(nearest_of_column).collect();
+        let nearest = |x: i32| around(x, width).map(|x| of_columns[x as usize]).fold(0.0, f32::max) * nearer;
+        columns.clone().map(nearest).collect::<Vec<f32>>()
+    };
+    rows.into_par_iter().flat_map_iter(row).collect()
+}
+
 /// The parts of a mask that hold samples.
 fn parts(mask: &Mask) -> Vec<Part> {
     let (width_px, height_px) = mask.size_px();
@@ -184,12 +262,13 @@ fn parts(mask: &Mask) -> Vec<Part> {
 pub fn ends_of(capture: &Capture, finer: &Finer, pixel: (u32, u32)) -> Ends {
     let index = pixel.1 as usize * capture.camera.width_px as usize + pixel.0 as usize;
     let own = (u32::from(capture.object(index)) + 1, capture.depth[index]);
-    let side = SUBPIXELS as usize;
+    let side = subpixels() as usize;
     let place = |at: u32, first: i32| (at as i32 - first) as usize * side + side / 2;
     let centre = place(pixel.1, finer.first_px.1) * finer.width + place(pixel.0, finer.first_px.0);
     let around = Around { finer, centre, own, footprint: own.1 / capture.camera.focal_px as f32 };
     // A sample that lies behind something is not seen here.
     if finer.object[centre] != own.0 || (finer.depth[centre] - own.1).abs() > around.footprint {
+        HIDDEN.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         return 0;
     }
     (0..SIDES.len()).fold(0, |all, side| ends::with_level(all, side, around.level(SIDES[side])))
@@ -215,27 +294,28 @@ impl Around<'_> {
     /// The level at a side.
     fn level(&self, [right, down]: [i32; 2]) -> u16 {
         let (object, w) = self.own;
-        let step = SUBPIXELS as i32;
+        let step = subpixels() as i32;
         let next = self.at(step * right, step * down);
         if next.1 >= w || (next.0 == object && self.goes_on_to(next.1, [right, down])) {
             return 0;
         }
         // Nearer to the sample than to what is behind, of the same object; of nearer ones what is behind them is not known.
-        let middle = 0.5 * (w + next.1);
+        let middle = w + (next.1 - w) * knob("K_MIDDLE", 0.5);
         let is_own = |(seen, seen_w): (u32, f32)| seen_w >= w || (seen == object && (next.0 != object || seen_w > middle));
         let half = step / 2;
         let strip = (1..step).flat_map(|along| (-half..=half).map(move |aside| (along, aside)));
         let covered = strip.filter(|&(along, aside)| {
             is_own(self.at(along * right + aside * down, along * down + aside * right))
         });
-        1 + covered.count() as u16
+        let of = (step - 1) * step;
+        1 + ((covered.count() as i32 * 6 + of / 2) / of) as u16
     }
 
     /// Whether the sample's object is one surface as far as the next pixel, which shows it at `w`.
     fn goes_on_to(&self, w: f32, [right, down]: [i32; 2]) -> bool {
-        let step = SUBPIXELS as i32;
+        let step = subpixels() as i32;
         let before = self.at(-step * right, -step * down);
         let fell = if before.0 == self.own.0 { (before.1 - self.own.1).max(0.0) } else { 0.0 };
-        self.own.1 - w <= GAP_FOOTPRINTS * self.footprint + BENDS * fell
+        self.own.1 - w <= knob("K_GAP", GAP_FOOTPRINTS) * self.footprint + knob("K_BENDS", BENDS) * fell
     }
 }

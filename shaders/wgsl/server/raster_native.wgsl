@@ -1,5 +1,6 @@
 // Entry points of the passes that rasterize the scene, where fragments know their triangle.
 enable primitive_index;
+#import "server/finer.wgsl"
 #import "server/image.wgsl"
 #import "server/truth.wgsl"
 

@@ -1,6 +1,7 @@
 // Entry points of the passes that rasterize the scene, where fragments do not know their triangle: corners are not shared,
 // the vertex stage reads them from storage buffers and counts triangles. Slower, and equal in every id.
 #import "server/pull.wgsl"
+#import "server/finer.wgsl"
 #import "server/image.wgsl"
 #import "server/truth.wgsl"
 

@@ -29,13 +29,3 @@ fn plain_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Imag
     }
     return targets_of(surface);
 }
-
-// Of finer images, which only say what is where.
-fn object_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> u32 {
-    let texel = textureSample(base_texture, base_sampler, v.uv);
-    let surface = surface_at(v, front_facing, triangle_of_mesh, texel);
-    if surface.cut {
-        discard;
-    }
-    return surface.object + 1u;
-}
