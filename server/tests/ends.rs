@@ -155,6 +155,7 @@ fn a_surface_that_goes_on_in_an_earlier_image_says_nothing() {
     let held = captures[1].mask();
     assert!(held.count() > 50 && held.count() < 1500, "what the first eye did not see: {}", held.count());
     // Of the wall's samples none ends, though its strip does, on the side that the first image holds as well.
-    let of_wall = (0..captures[1].ids.len()).filter(|&index| captures[1].ids[index][0] != 0 && captures[1].object(index) == 1);
+    let of_wall =
+        (0..captures[1].ids.len()).filter(|&index| captures[1].ids[index][0] != 0 && captures[1].object(index) == 1);
     assert!(of_wall.clone().count() > 50 && of_wall.clone().all(|index| captures[1].ends[index] == 0));
 }

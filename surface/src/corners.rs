@@ -50,23 +50,6 @@ pub struct CornerRules {
     pub end_rise_footprints: f32,
 }
 
-/// TEMPORARY
-pub fn knob(name: &'static str, default: f32) -> f32 {
-    use std::collections::BTreeMap;
-    use std::sync::{Mutex, OnceLock};
-    thread_local! { static LOCAL: std::cell::RefCell<Vec<(&'static str, f32)>> = const { std::cell::RefCell::new(Vec::new()) }; }
-    static ALL: OnceLock<Mutex<BTreeMap<&'static str, f32>>> = OnceLock::new();
-    LOCAL.with(|local| {
-        if let Some((_, value)) = local.borrow().iter().find(|(known, _)| std::ptr::eq(known.as_ptr(), name.as_ptr())) {
-            return *value;
-        }
-        let mut all = ALL.get_or_init(|| Mutex::new(BTreeMap::new())).lock().unwrap();
-        let value = *all.entry(name).or_insert_with(|| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default));
-        local.borrow_mut().push((name, value));
-        value
-    })
-}
-
 /// How far a surface's corners draw back where it ends and does not say where, in pixels along both axes, by how many of the four samples around the
 /// corner are of it. Pixels are squares and outlines are not: drawing corners in at one and out at three cuts the steps of a
 /// slanted outline, as the contour through the middles between samples does (marching squares). And where several images show an outline, the farthest one out is what is seen.
@@ -123,8 +106,8 @@ impl Default for CornerRules {
             // A floor doubles its w within a pixel only at the very horizon.
             max_ratio: 2.0,
             free_slope_footprints: 2.0,
-            rim: Rim { convex_px: knob("K_CONVEX", 0.0), straight_px: knob("K_STRAIGHT", 0.0), concave_px: knob("K_CONCAVE", 0.0) },
-            end_rise_footprints: knob("K_RISE", f32::INFINITY),
+            rim: Rim::NONE,
+            end_rise_footprints: f32::INFINITY,
         }
     }
 }
@@ -336,9 +319,9 @@ impl Ending {
         });
         // The pixel that is the only one of the surface, or the only one that is not.
         let single = (0..4).find(|&index| is_member(index) == (members == 1)).filter(|_| members == 1 || members == 3);
-        if let (Some(single), [Some(right), Some(down)]) = (single, place) && members <= knob("K_MEM", 3.0) as usize {
+        if let (Some(single), [Some(right), Some(down)]) = (single, place) {
             let centre = [(single % 2) as f32, (single / 2) as f32];
-            let nearer = |place: f32, centre: f32| centre + (place - centre) * knob(if members == 1 { "K_SQ1" } else { "K_SQ3" }, 0.70710678);
+            let nearer = |place: f32, centre: f32| centre + (place - centre) * std::f32::consts::FRAC_1_SQRT_2;
             place = [Some(nearer(right, centre[0])), Some(nearer(down, centre[1]))];
         }
         Ending { place, members }
@@ -378,7 +361,6 @@ fn place_ends(corner: &mut Corner, around: [Option<&Plane>; 4], rules: &CornerRu
 /// How far a surface that does not say where it ends goes on behind others that do: as far as they draw back.
 fn behind(axis: usize, group: u8, corner: &Corner, endings: &[Ending; 4]) -> f32 {
     let mut shift = 0.0_f32;
-    let extra = knob("K_BEHIND", 0.0);
     for [low, high] in EDGES[axis] {
         let (other, outwards) = match [low, high].map(|index| corner.group[index] == group) {
             [true, false] => (high, 1.0),
@@ -387,7 +369,7 @@ fn behind(axis: usize, group: u8, corner: &Corner, endings: &[Ending; 4]) -> f32
         };
         let of_other = endings[usize::from(corner.group[other])].place[axis].map_or(0.0, |at| at - 0.5);
         if of_other * outwards > shift.abs() {
-            shift = of_other + extra * outwards;
+            shift = of_other;
         }
     }
     shift

@@ -63,8 +63,7 @@ pub(super) fn code(bits: &mut impl Bits, image: &DepthImage, mut ends: Vec<Ends>
 /// Whether no surface ends where the image's own samples say that it goes on.
 fn is_settled(image: &DepthImage, neighbours: &Neighbours<'_>, ends: &[Ends]) -> bool {
     image.mask.occupied().zip(ends).enumerate().all(|(rank, (pixel, &ends))| {
-        let is_right =
-            |side| ends::level(ends, side) == 0 || neighbours.beside(rank, pixel, side) != Beside::GoesOn;
+        let is_right = |side| ends::level(ends, side) == 0 || neighbours.beside(rank, pixel, side) != Beside::GoesOn;
         ends == 0 || (0..SIDES.len()).all(is_right)
     })
 }
