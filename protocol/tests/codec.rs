@@ -53,8 +53,8 @@ fn what_normals_of_mirrors_leave_off_comes_back_for_less_than_a_byte() {
 }
 
 #[test]
-fn where_surfaces_end_comes_back_for_three_bits_at_a_side() {
-    for (keep, most_bits) in [((|_, _| true) as fn(u32, u32) -> bool, 3.5), (fragments, 4.0)] {
+fn where_surfaces_end_comes_back_for_a_few_bits_at_a_side() {
+    for (keep, most_bits) in [((|_, _| true) as fn(u32, u32) -> bool, 2.0), (fragments, 5.0)] {
         let image = with_ends(cast_with_mirror((640, 400), keep));
         let sides = image.ends.iter().flat_map(|&ends| (0..4).map(move |side| ends::level(ends, side)));
         let ending = sides.filter(|&level| level > 0).count();
@@ -62,7 +62,7 @@ fn where_surfaces_end_comes_back_for_three_bits_at_a_side() {
         let bytes = round_trip(&patch(1, image)).len() - round_trip(&patch(1, none)).len();
         let bits = 8.0 * bytes as f64 / ending as f64;
         eprintln!("{bytes} bytes for {ending} sides: {bits:.2} bits");
-        assert!(ending > 800 && bits < most_bits, "{bytes} bytes for {ending} sides");
+        assert!(ending > 500 && bits < most_bits, "{bytes} bytes for {ending} sides");
     }
 }
 
@@ -76,7 +76,7 @@ fn an_image_none_of_whose_surfaces_ends_pays_nothing_for_it() {
 
 #[test]
 fn ends_that_the_image_itself_contradicts_are_dropped_and_come_back_where_they_are_kept() {
-    let mut image = cast((96, 64), |_, _| true);
+    let mut image = cast((640, 400), |_, _| true);
     let claims = vec![0x1234; image.sample_count()];
     let claiming = DepthImage { ends: claims.clone(), ..image.clone() };
     round_trip(&patch(1, claiming));
@@ -90,7 +90,8 @@ fn ends_that_the_image_itself_contradicts_are_dropped_and_come_back_where_they_a
             *if goes_on { &mut going_on } else { &mut ending } += 1;
         }
     }
-    assert!(ending > 100 && going_on > 20 * ending, "{ending} {going_on}");
+    // Of the floor each sample beyond the height of the eye lies a footprint before the one above it.
+    assert!(ending > 100 && going_on > 2 * ending, "{ending} {going_on}");
     // A nearer sphere hides the floor, which says nothing.
     let of_floor = image.object.iter().zip(&image.ends).filter(|(object, _)| **object == 7);
     assert!(of_floor.filter(|(_, ends)| **ends != 0).count() < ending / 2);
