@@ -8,7 +8,7 @@ use protocol::codec::{Coding, encode_patch};
 use protocol::held::{Patch, PatchId, Purpose};
 use protocol::message::ViewSize;
 use scene::Scene;
-use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer};
+use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer, EndsPass};
 use server::plan::Rules;
 use server::viewer::Viewer;
 
@@ -85,7 +85,12 @@ pub fn make(
     precision: DepthPrecision,
 ) -> anyhow::Result<ImageSet> {
     let started = Instant::now();
-    let captures = discretizer.run(&stage.renderer, views, discretization)?.wait()?;
+    let mut captures = discretizer.run(&stage.renderer, views, discretization)?.wait()?;
+    let mut ends = EndsPass::new(&stage.renderer)?;
+    for capture in &mut captures {
+        let mask = capture.mask();
+        ends.tell(&stage.renderer, capture, &mask)?;
+    }
     let images_ms = started.elapsed().as_secs_f64() * 1000.0;
     let exact_w = |capture: &Capture| {
         let occupied = (0..capture.ids.len()).filter(|&index| capture.ids[index][0] != 0);
@@ -125,6 +130,7 @@ pub fn raw_planes(image: &DepthImage) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(image.raw_bytes());
     push(&mut bytes, &image.depth, |bytes, code| bytes.extend(code.to_le_bytes()));
     push(&mut bytes, &image.normal, |bytes, code| bytes.extend(code));
+    push(&mut bytes, &image.ends, |bytes, ends| bytes.extend(ends.to_le_bytes()));
     push(&mut bytes, &image.colour, |bytes, colour| bytes.extend(colour));
     push(&mut bytes, &image.object, |bytes, object| bytes.extend(object.to_le_bytes()));
     push(&mut bytes, &image.material, |bytes, material| bytes.push(*material));
@@ -151,6 +157,7 @@ mod tests {
             normal: vec![[5, 6]; 2],
             normal_rest: Vec::new(),
             share: Vec::new(),
+            ends: Vec::new(),
             colour: vec![[1, 2, 3], [4, 5, 6]],
             object: vec![3; 2],
             material: vec![0; 2],

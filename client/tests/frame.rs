@@ -33,6 +33,7 @@ fn wall(material: u8, hole: impl Fn(u32, u32) -> bool) -> HeldPatch {
         normal: vec![octahedral_code(glam::Vec3::Z); count],
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends: Vec::new(),
         colour: vec![[200, 100, 50]; count],
         object: vec![1; count],
         material: vec![material; count],

@@ -196,6 +196,8 @@ pub struct DepthImage {
     /// What rounding left off of the normals of reflectors, which show half a degree as a facet: [`octahedral_rest`], and 0 for
     /// samples of other materials. Empty where none of the image has any.
     pub normal_rest: Vec<u8>,
+    /// Where surfaces end beside their samples, see [`crate::ends`]. Empty where none does.
+    pub ends: Vec<crate::ends::Ends>,
     /// Base colour, sRGB-encoded.
     pub colour: Vec<[u8; 3]>,
     /// Object ids: stable over the life of a scene.
@@ -232,6 +234,9 @@ impl DepthImage {
         if !self.normal_rest.is_empty() {
             retain(&mut self.normal_rest, keep);
         }
+        if !self.ends.is_empty() {
+            retain(&mut self.ends, keep);
+        }
         retain(&mut self.colour, keep);
         retain(&mut self.object, keep);
         retain(&mut self.material, keep);
@@ -240,8 +245,8 @@ impl DepthImage {
         }
     }
 
-    /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, colour 3, object 2, material 1, share 1 a sample; planes
-    /// of one value are left out, as the codec leaves them out.
+    /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, ends 2, colour 3, object 2, material 1, share 1 a sample;
+    /// planes of one value are left out, as the codec leaves them out.
     pub fn raw_bytes(&self) -> usize {
         fn plane<T: PartialEq>(values: &[T]) -> usize {
             let constant = values.iter().all(|value| *value == values[0]);
@@ -249,7 +254,7 @@ impl DepthImage {
         }
         let normals = plane(&self.normal) + plane(&self.normal_rest);
         let ids = plane(&self.object) + plane(&self.material);
-        plane(&self.depth) + normals + plane(&self.colour) + ids + plane(&self.share)
+        plane(&self.depth) + normals + plane(&self.ends) + plane(&self.colour) + ids + plane(&self.share)
     }
 }
 

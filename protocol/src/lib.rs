@@ -1,6 +1,7 @@
 //! What Vantage says over the wire.
 //!
 //! - [`image`]: [`DepthImage`], what one camera captured, as plain values.
+//! - [`ends`]: where surfaces end within a pixel.
 //! - [`held`]: [`Patch`], [`Edit`], [`Update`], and [`Held`], the copy of the client that both ends keep.
 //! - [`look`]: materials, lights and how colour is shown.
 //! - [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
@@ -10,6 +11,7 @@
 
 mod bytes;
 pub mod codec;
+pub mod ends;
 pub mod held;
 pub mod image;
 mod lamp;

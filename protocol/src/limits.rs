@@ -17,7 +17,7 @@ pub struct Limits {
     pub update_pixels: usize,
     /// Samples of all patches of one update, also addresses of deletes and trims.
     pub update_samples: usize,
-    /// Samples of the whole held copy; one costs ten bytes, one more in images with reflectors and one when trimmed.
+    /// Samples of the whole held copy; one costs ten bytes, one more in images with reflectors, two where surfaces end, and one when trimmed.
     pub held_samples: usize,
     /// Pixels of all masks of the held copy.
     pub held_pixels: usize,

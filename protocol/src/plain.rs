@@ -1,7 +1,7 @@
 //! An update as plain bytes, for where bytes can be handed over and values cannot: from a web worker to its page.
 //!
 //! Nothing is predicted or packed: planes are the bytes of their values, so reading costs little more than copying, at ten
-//! bytes a sample, eleven of what reflects. Both ends are one program on one machine: the form has no versions, and its numbers are the machine's own.
+//! bytes a sample, one more of what reflects and two where surfaces end. Both ends are one program on one machine: the form has no versions, and its numbers are the machine's own.
 //! It never crosses the network. [`crate::wire`] is for that.
 
 use bytemuck::{AnyBitPattern, NoUninit};
@@ -139,6 +139,8 @@ fn write_patch(patch: &Patch, out: &mut Writer) {
     write_plane(&image.normal, out);
     out.u32(count(image.normal_rest.len()));
     write_plane(&image.normal_rest, out);
+    out.u32(count(image.ends.len()));
+    write_plane(&image.ends, out);
     write_plane(&image.colour, out);
     write_plane(&image.object, out);
     write_plane(&image.material, out);
@@ -158,6 +160,10 @@ fn read_patch(reader: &mut Reader) -> Result<Patch, WireError> {
         depth: read_plane(count, reader)?,
         normal: read_plane(count, reader)?,
         normal_rest: {
+            let count = reader.u32()? as usize;
+            read_plane(count, reader)?
+        },
+        ends: {
             let count = reader.u32()? as usize;
             read_plane(count, reader)?
         },

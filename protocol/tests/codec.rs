@@ -7,10 +7,11 @@ mod common;
 use std::sync::Arc;
 
 use camera::{Camera, GraphCamera, Pinhole, Rigid, Spoc, split_behind};
-use common::{MIRROR, cast, cast_with_mirror, fragments, patch};
+use common::{MIRROR, cast, cast_with_mirror, fragments, patch, with_ends};
 use glam::{DAffine3, DVec2, DVec3};
 use proptest::prelude::*;
 use vantage_protocol::codec::{CodecError, Coding, ColourSteps, Profile, decode_patch, encode_patch};
+use vantage_protocol::ends::{self, Beside, Neighbours, SIDES, with_level};
 use vantage_protocol::plain::{read_update, write_update};
 use vantage_protocol::{DepthImage, DepthScale, Edit, Limits, Mask, ObjectPose, Patch, PatchId, Purpose, Update};
 
@@ -49,6 +50,49 @@ fn what_normals_of_mirrors_leave_off_comes_back_for_less_than_a_byte() {
         eprintln!("{bytes} bytes for {samples} samples");
         assert!(samples > 1500 && bytes * 20 < samples * 17, "{bytes} bytes for {samples} samples");
     }
+}
+
+#[test]
+fn where_surfaces_end_comes_back_for_a_few_bits_at_a_side() {
+    for (keep, most_bits) in [((|_, _| true) as fn(u32, u32) -> bool, 2.0), (fragments, 5.0)] {
+        let image = with_ends(cast_with_mirror((640, 400), keep));
+        let sides = image.ends.iter().flat_map(|&ends| (0..4).map(move |side| ends::level(ends, side)));
+        let ending = sides.filter(|&level| level > 0).count();
+        let none = DepthImage { ends: Vec::new(), ..image.clone() };
+        let bytes = round_trip(&patch(1, image)).len() - round_trip(&patch(1, none)).len();
+        let bits = 8.0 * bytes as f64 / ending as f64;
+        eprintln!("{bytes} bytes for {ending} sides: {bits:.2} bits");
+        assert!(ending > 500 && bits < most_bits, "{bytes} bytes for {ending} sides");
+    }
+}
+
+#[test]
+fn an_image_none_of_whose_surfaces_ends_pays_nothing_for_it() {
+    let whole = cast((640, 400), |_, y| y > 300);
+    let mut settled = whole.clone();
+    settled.settle_ends(vec![0; whole.sample_count()]);
+    assert_eq!(settled, whole);
+}
+
+#[test]
+fn ends_that_the_image_itself_contradicts_are_dropped_and_come_back_where_they_are_kept() {
+    let mut image = cast((640, 400), |_, _| true);
+    let claims = vec![0x1234; image.sample_count()];
+    let claiming = DepthImage { ends: claims.clone(), ..image.clone() };
+    round_trip(&patch(1, claiming));
+    image.settle_ends(claims);
+    let neighbours = Neighbours::new(&image);
+    let (mut ending, mut going_on) = (0, 0);
+    for (rank, pixel) in image.mask.occupied().enumerate() {
+        for side in 0..SIDES.len() {
+            let goes_on = neighbours.beside(rank, pixel, side) == Beside::GoesOn;
+            assert_eq!(ends::level(image.ends[rank], side), if goes_on { 0 } else { 4 - side as u16 });
+            *if goes_on { &mut going_on } else { &mut ending } += 1;
+        }
+    }
+    // Of the floor each sample beyond the height of the eye lies a footprint before the one above it.
+    assert!(ending > 100 && going_on > 2 * ending, "{ending} {going_on}");
+    round_trip(&patch(1, image));
 }
 
 #[test]
@@ -114,7 +158,7 @@ fn impostor_cameras() -> [Camera; 2] {
 #[test]
 fn cameras_of_impostors_come_back() {
     for camera in impostor_cameras() {
-        let image = DepthImage { camera, ..cast_with_mirror((16, 12), |_, _| true) };
+        let image = DepthImage { camera, ..with_ends(cast_with_mirror((16, 12), |_, _| true)) };
         let patch = Patch { purpose: Purpose::Environment, ..patch(4, image) };
         round_trip(&patch);
         let mut plain = Vec::new();
@@ -152,7 +196,7 @@ fn every_truncation_is_refused() {
 #[test]
 fn damaged_bytes_of_the_fast_profile_never_panic() {
     let coding = Coding { profile: Profile::Fast, ..Coding::default() };
-    let bytes = encode_patch(&patch(1, cast_with_mirror((200, 120), |_, _| true)), coding);
+    let bytes = encode_patch(&patch(1, with_ends(cast_with_mirror((200, 120), |_, _| true))), coding);
     // All of the front, where the frequencies are, then here and there.
     for place in (0..1500).chain((1500..bytes.len()).step_by(37)) {
         let mut damaged = bytes.clone();
@@ -181,6 +225,7 @@ prop_compose! {
             depth_scale: DepthScale { w_min: 0.0, w_step: 0.001 },
             depth: kept.iter().map(|k| u16::from_le_bytes([k[0], k[1]])).collect(),
             normal: kept.iter().map(|k| [k[2], k[3]]).collect(),
+            ends: if bits < 2 { Vec::new() } else { kept.iter().map(|k| k.iter().take(4).enumerate().fold(0, |all, (side, byte)| with_level(all, side, u16::from(byte & 7)))).collect() },
             // Of a quarter of the materials, and of none where nothing counts.
             normal_rest: if bits == 0 { Vec::new() } else { kept.iter().map(|k| if k[9] & 3 == 1 { k[8] } else { 0 }).collect() },
             colour: kept.iter().map(|k| [k[4], k[5], k[6]]).collect(),

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{cast, cast_with_mirror, fragments, patch};
+use common::{cast, cast_with_mirror, fragments, patch, with_ends};
 use glam::{DAffine3, DVec3};
 use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
@@ -14,7 +14,7 @@ use vantage_protocol::{
 };
 
 fn image() -> DepthImage {
-    cast_with_mirror((48, 32), fragments)
+    with_ends(cast_with_mirror((48, 32), fragments))
 }
 
 fn add(id: u32) -> Edit {
@@ -175,12 +175,13 @@ fn every_integer_of_a_patch_enters_the_digest() {
         held.commit(vec![Edit::Add(Box::new(patch(1, image)))], 0.0, 0).unwrap();
         held.digest()
     };
-    let image = || cast_with_mirror((48, 32), |_, _| true);
+    let image = || with_ends(cast_with_mirror((48, 32), |_, _| true));
     let base = digest(image());
-    let changes: [fn(&mut DepthImage); 6] = [
+    let changes: [fn(&mut DepthImage); 7] = [
         |image| image.depth[7] ^= 1,
         |image| image.normal[7][1] ^= 1,
         |image| image.normal_rest[7] ^= 1,
+        |image| image.ends[7] ^= 1,
         |image| image.colour[7][2] ^= 1,
         |image| image.object[7] ^= 1,
         |image| image.material[7] ^= 1,
@@ -216,6 +217,7 @@ fn full(id: u32, size_px: u32) -> Patch {
         normal: vec![[127, 127]; count],
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends: Vec::new(),
         colour: (0..count).map(|index| noise(index).to_le_bytes()).map(|[_, r, g, b]| [r, g, b]).collect(),
         object: vec![id as u16 % 7; count],
         material: vec![0; count],

@@ -5,7 +5,7 @@
 mod common;
 
 use camera::{Motion, Rigid};
-use common::{cast, fragments, patch};
+use common::{cast, fragments, patch, with_ends};
 use glam::DVec3;
 use proptest::prelude::*;
 use vantage_protocol::codec::Coding;
@@ -80,7 +80,7 @@ fn update_of(size_px: (u32, u32)) -> Update {
         Edit::Clear,
         Edit::Materials(vec![Material::default(); 256]),
         Edit::Light(Box::new(lighting)),
-        Edit::Add(Box::new(patch(8, cast(size_px, fragments)))),
+        Edit::Add(Box::new(patch(8, with_ends(cast(size_px, fragments))))),
         Edit::Remove(PatchId(8)),
         Edit::Delete(PatchId(1), vec![(0, 0), (65535, 0), (0, 65535), (3, 65535)]),
         Edit::Trim(PatchId(2), vec![(4, 4, 1), (5, 4, 4)]),

@@ -215,14 +215,16 @@ impl Stage {
         let account = &mut client.account;
         if anew {
             let views = self.set_views(plan, snapshot)?;
-            for capture in &self.imager.captures(snapshot, &views, self.method)? {
-                account.counts_mut().look_at(Purpose::Eye, capture);
-                account.add(Purpose::Eye, capture, &Lacking::all(capture), plan.precision, now)?;
+            for mut capture in self.imager.captures(snapshot, &views, self.method)? {
+                account.counts_mut().look_at(Purpose::Eye, &capture);
+                let lacking = Lacking::all(&capture);
+                self.imager.tell_ends(&mut capture, &lacking.send)?;
+                account.add(Purpose::Eye, &capture, &lacking, plan.precision, now)?;
             }
         } else {
             // All at once: what they show does not depend on the account, and each wait for the GPU has a cost of its own.
-            let captures = self.imager.captures(snapshot, &plan.views, Discretization::Conventional)?;
-            for (index, capture) in captures.iter().enumerate() {
+            let mut captures = self.imager.captures(snapshot, &plan.views, Discretization::Conventional)?;
+            for (index, capture) in captures.iter_mut().enumerate() {
                 self.look_from(index, capture, plan, now, account)?;
             }
         }
@@ -306,7 +308,7 @@ impl Stage {
     fn look_from(
         &mut self,
         index: usize,
-        capture: &Capture,
+        capture: &mut Capture,
         plan: &Plan,
         now: &Surroundings<'_>,
         account: &mut Account,

@@ -5,14 +5,14 @@ use std::collections::BTreeSet;
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
-use protocol::{DepthImage, Lighting, Material, Purpose};
+use protocol::{DepthImage, Lighting, Mask, Material, Purpose};
 use scene::{Scene, Snapshot};
 use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
 use thiserror::Error;
 
 use crate::account::Account;
 use crate::config::Config;
-use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer};
+use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer, EndsPass};
 use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
@@ -58,6 +58,12 @@ pub trait Imager: Send {
         8192
     }
 
+    /// Tells of the samples of a mask of a capture's where their surfaces end within a pixel, with everything as it was at the last
+    /// [`Imager::captures`]. Says nothing where this imager cannot tell.
+    fn tell_ends(&mut self, _: &mut Capture, _: &Mask) -> Result<(), ImagerError> {
+        Ok(())
+    }
+
     /// Leaves objects out of [`Imager::captures`] from now on.
     fn leave_out(&mut self, _: BTreeSet<u16>) {}
 
@@ -77,6 +83,7 @@ pub trait Imager: Send {
 pub struct GpuImager {
     renderer: SceneRenderer,
     discretizer: Discretizer,
+    ends: EndsPass,
     addresses: AddressPass,
     /// Built with the first impostor.
     impostors: Option<ImpostorDrawer>,
@@ -96,11 +103,12 @@ impl GpuImager {
         let renderer = if config.discretization.needs_rays() { renderer.with_rays(scene) } else { renderer };
         let mut discretizer = Discretizer::new(&renderer)?;
         discretizer.prepare(&renderer, config.discretization)?;
+        let ends = EndsPass::new(&renderer)?;
         let look = SceneLook::new(scene, config.look);
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);
         let addresses = AddressPass::new(gpu)?;
-        Ok(GpuImager { renderer, discretizer, addresses, look, adapter, impostors: None, placed: None })
+        Ok(GpuImager { renderer, discretizer, ends, addresses, look, adapter, impostors: None, placed: None })
     }
 
     fn place(&mut self, snapshot: &Snapshot, eye_world: DVec3) -> Result<(), ImagerError> {
@@ -150,6 +158,10 @@ impl Imager for GpuImager {
 
     fn largest_side_px(&self) -> u32 {
         self.renderer.gpu().device.limits().max_texture_dimension_2d
+    }
+
+    fn tell_ends(&mut self, capture: &mut Capture, mask: &Mask) -> Result<(), ImagerError> {
+        Ok(self.ends.tell(&self.renderer, capture, mask)?)
     }
 
     fn leave_out(&mut self, objects: BTreeSet<u16>) {

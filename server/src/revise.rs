@@ -37,16 +37,16 @@ pub struct Revision<'a> {
 pub fn revise(
     imager: &mut dyn Imager,
     account: &mut Account,
-    capture: &Capture,
+    capture: &mut Capture,
     revision: &Revision<'_>,
     now: &Surroundings<'_>,
 ) -> Result<(), StageError> {
-    let (purpose, view) = (revision.purpose, &capture.camera);
+    let (purpose, view) = (revision.purpose, &capture.camera.clone());
     account.counts_mut().look_at(purpose, capture);
     account.refresh();
     let mut copy = imager.copy_view(account, purpose, view)?;
     let peers = account.captured_by(revision.peers);
-    let judge = |account: &Account, copy: &AddressView| {
+    let judge = |account: &Account, copy: &AddressView, capture: &Capture| {
         let comparison = Comparison::new(capture, copy, account, &peers, revision.rules);
         let (retraction, mut lacking) = (comparison.retraction(revision.trims), comparison.lacking());
         if lacking.missing as f64 <= revision.least_px {
@@ -55,17 +55,18 @@ pub fn revise(
         let superseded = revision.supersedes.then(|| account.superseded(&comparison, &lacking));
         (retraction, lacking, superseded.unwrap_or_default())
     };
-    let (retraction, mut lacking, mut superseded) = judge(account, &copy);
+    let (retraction, mut lacking, mut superseded) = judge(account, &copy, capture);
     // A deformed object leaves nothing behind to look past.
     let looks_again = revision.looks_again || !retraction.stale.is_empty();
     if account.retract(purpose, &retraction)? && looks_again {
         account.refresh();
         copy = imager.copy_view(account, purpose, view)?;
-        (_, lacking, superseded) = judge(account, &copy);
+        (_, lacking, superseded) = judge(account, &copy, capture);
     }
     if revision.is_seen {
         account.mark_seen(&copy);
     }
+    imager.tell_ends(capture, &lacking.send)?;
     account.add(purpose, capture, &lacking, revision.precision, now)?;
     if !revision.is_seen {
         account.mark_added_unseen();

@@ -214,6 +214,7 @@ fn add(held: &mut protocol::Held, id: u32) {
         normal: Vec::new(),
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends: Vec::new(),
         colour: Vec::new(),
         object: Vec::new(),
         material: Vec::new(),

@@ -11,6 +11,7 @@
 
 use camera::Pinhole;
 use glam::{DVec2, Vec3};
+use protocol::ends::{self, Ends};
 use protocol::{DepthImage, Purpose};
 
 /// Where corners come from.
@@ -42,16 +43,14 @@ pub struct CornerRules {
     /// A slope of more than this many footprints a pixel is believed only where a neighbour of the same object shows it. At a
     /// silhouette a shading normal is as good as edge-on, and its plane would stick out of the surface as a spike.
     pub free_slope_footprints: f32,
-    /// Where a surface ends before a farther one.
+    /// Where a surface ends and does not say where: before a farther one, or where the image has no sample.
     pub rim: Rim,
-    /// The same where the image has no sample beside it: the sky, or a surface that another image holds.
-    pub open_rim: Rim,
     /// Where a surface ends, its corners rise towards the eye by no more than this many footprints over its samples. A surface seen edge-on that
     /// ends within a pixel would otherwise stand out of itself by all that its plane rises on the rest of it.
     pub end_rise_footprints: f32,
 }
 
-/// How far a surface's corners draw back where it ends, in pixels along both axes, by how many of the four samples around the
+/// How far a surface's corners draw back where it ends and does not say where, in pixels along both axes, by how many of the four samples around the
 /// corner are of it. Pixels are squares and outlines are not: drawing corners in at one and out at three cuts the steps of a
 /// slanted outline, as the contour through the middles between samples does (marching squares). And where several images show an outline, the farthest one out is what is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,16 +64,34 @@ pub struct Rim {
 }
 
 impl Rim {
+    /// Of what is looked at: what does not say that it ends goes on.
+    const NONE: Rim = Rim { convex_px: 0.0, straight_px: 0.0, concave_px: 0.0 };
+
     /// Of what casts: where several images show an outline, the union of their pixels does, and a hole in a shadow is as wrong as a shadow beside it.
     /// So corners draw back until about as much is covered as in truth: see [`CornerRules::of`].
     const CASTING: Rim = Rim { convex_px: 0.26, straight_px: 0.16, concave_px: -0.1 };
 
-    fn px(&self, samples: usize) -> f32 {
-        match samples {
+    /// How far a corner of the sample `index` draws back, if its surface ends there before what is farther or before nothing.
+    fn shift(&self, corner: &Corner, around: [Option<&Plane>; 4], index: usize) -> [f32; 2] {
+        let is_member = |other: usize| around[other].is_some() && corner.group[other] == corner.group[index];
+        let tolerance = around[index].map_or(0.0, |own| own.tolerance);
+        let is_open = |other: usize| around[other].is_none() || corner.w[other] < corner.w[index] - tolerance;
+        if !(0..4).any(|other| !is_member(other) && is_open(other)) {
+            return [0.0; 2];
+        }
+        let (mut towards, mut samples) = ([0_i8; 2], 0);
+        for member in (0..4).filter(|&other| is_member(other)) {
+            towards[0] += if member % 2 == 0 { -1 } else { 1 };
+            towards[1] += if member < 2 { -1 } else { 1 };
+            samples += 1;
+        }
+        let px = match samples {
             1 => self.convex_px,
             3 => self.concave_px,
             _ => self.straight_px,
-        }
+        };
+        // Two samples across from each other have no side to draw back to.
+        towards.map(|sum| px * f32::from(sum.signum()))
     }
 }
 
@@ -89,12 +106,7 @@ impl Default for CornerRules {
             // A floor doubles its w within a pixel only at the very horizon.
             max_ratio: 2.0,
             free_slope_footprints: 2.0,
-            // 0.15 leaves a lone sample half of its pixel, as marching squares do. Four 512 x 512 images of a nest of twigs: with a tenth of a pixel
-            // at every corner instead (and none at open ones) holes are 0.50 % and not 0.47, false cover 2.82 % and not 2.71, FLIP 0.0637 and not
-            // 0.0607. With a quarter at one sample FLIP is 0.0595 and false cover 2.05 %, but blades of grass become holes.
-            rim: Rim { convex_px: 0.15, straight_px: 0.05, concave_px: -0.25 },
-            // A straight side may be the seam to another image: drawn back it opens.
-            open_rim: Rim { convex_px: 0.15, straight_px: 0.0, concave_px: -0.25 },
+            rim: Rim::NONE,
             end_rise_footprints: f32::INFINITY,
         }
     }
@@ -112,7 +124,6 @@ impl CornerRules {
             normal_cos: 0.8,
             free_slope_footprints: 0.75,
             rim: Rim::CASTING,
-            open_rim: Rim::CASTING,
             end_rise_footprints: 1.0,
             ..CornerRules::default()
         }
@@ -130,6 +141,8 @@ pub struct Plane {
     pub end_rise: f32,
     /// Predictions of one surface may be this far apart, 1/m.
     pub tolerance: f32,
+    /// Where the surface ends at the sample's sides.
+    pub ends: Ends,
     /// Unit normal, in the axes of the world at capture.
     pub normal: Vec3,
     /// The sample's object.
@@ -179,6 +192,7 @@ pub fn planes(
             slope: if steepest.is_finite() { slope } else { [0.0; 2] },
             end_rise: rules.end_rise_footprints * footprint,
             tolerance: tolerance.min(0.5 * w),
+            ends: image.ends.get(index).copied().unwrap_or(0),
             normal,
             object: image.object[index],
         }
@@ -265,38 +279,100 @@ pub fn averaged(around: [Option<&Plane>; 4], rules: &CornerRules) -> Corner {
         let count = members().count().max(1) as f32;
         corner.w[index] = members().map(|other| w[other]).sum::<f32>() / count;
     }
-    draw_back(&mut corner, around, rules);
+    place_ends(&mut corner, around, rules);
     corner
 }
 
-/// Draws the corners of a surface that ends here back, along its own mean plane.
-fn draw_back(corner: &mut Corner, around: [Option<&Plane>; 4], rules: &CornerRules) {
+/// The square between the centres of the four pixels around a corner has two edges along each axis: the samples at their ends.
+const EDGES: [[[usize; 2]; 2]; 2] = [[[0, 1], [2, 3]], [[0, 2], [1, 3]]];
+
+/// What a corner's surfaces, named by their groups, say of where they end: places in the square, from 0 at the left or upper pixels' centres to 1.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ending {
+    /// By axis; `None` where nothing is said.
+    place: [Option<f32>; 2],
+    members: usize,
+}
+
+impl Ending {
+    /// The surface's outline crosses an edge of the square where the sample at the one end says it. On a straight side the corner lies in the middle of both
+    /// crossings. Where a corner juts out, the outline cuts a triangle off the square with both crossings as its corners: a rectangle as large
+    /// has sides shorter by the square root of two. A notch is the same of what is not of the surface.
+    fn of(group: u8, corner: &Corner, around: [Option<&Plane>; 4]) -> Ending {
+        let is_member = |index: usize| around[index].is_some() && corner.group[index] == group;
+        let members = (0..4).filter(|&index| is_member(index)).count();
+        let mut place = [0, 1].map(|axis| {
+            let (mut sum, mut said, mut edges) = (0.0, false, 0.0);
+            for [low, high] in EDGES[axis] {
+                let (member, side) = match [low, high].map(is_member) {
+                    [true, false] => (low, axis),
+                    [false, true] => (high, axis + 2),
+                    _ => continue,
+                };
+                let reach = around[member].and_then(|plane| ends::reach(plane.ends, side));
+                let from_low = |reach: f32| if member == low { reach } else { 1.0 - reach };
+                sum += reach.map_or(0.5, from_low);
+                said |= reach.is_some();
+                edges += 1.0;
+            }
+            said.then(|| sum / edges)
+        });
+        // The pixel that is the only one of the surface, or the only one that is not.
+        let single = (0..4).find(|&index| is_member(index) == (members == 1)).filter(|_| members == 1 || members == 3);
+        if let (Some(single), [Some(right), Some(down)]) = (single, place) {
+            let centre = [(single % 2) as f32, (single / 2) as f32];
+            let nearer = |place: f32, centre: f32| centre + (place - centre) * std::f32::consts::FRAC_1_SQRT_2;
+            place = [Some(nearer(right, centre[0])), Some(nearer(down, centre[1]))];
+        }
+        Ending { place, members }
+    }
+}
+
+/// Moves the corners of surfaces that end here to where they end, along their own mean planes.
+fn place_ends(corner: &mut Corner, around: [Option<&Plane>; 4], rules: &CornerRules) {
+    if corner.group == [0; 4] && around[0].is_some() {
+        return;
+    }
     let whole = *corner;
+    let endings: [Ending; 4] = std::array::from_fn(|group| Ending::of(group as u8, &whole, around));
     for index in 0..4 {
         let Some(own) = around[index] else { continue };
-        let mut others = (0..4).filter(|&other| around[other].is_none() || whole.group[other] != whole.group[index]);
-        let ends_before = |other: usize| around[other].is_some() && whole.w[other] < whole.w[index] - own.tolerance;
-        let rim = match (others.clone().any(ends_before), others.any(|other| around[other].is_none())) {
-            (true, _) => &rules.rim,
-            (false, true) => &rules.open_rim,
-            (false, false) => continue,
+        let group = whole.group[index];
+        let ending = &endings[usize::from(group)];
+        let said = ending.place != [None; 2];
+        let shift = if said || rules.rim == Rim::NONE {
+            [0, 1].map(|axis| ending.place[axis].map_or_else(|| behind(axis, group, &whole, &endings), |at| at - 0.5))
+        } else {
+            rules.rim.shift(&whole, around, index)
         };
-        let members = (0..4).filter(|&other| around[other].is_some() && whole.group[other] == whole.group[index]);
-        let (mut towards, mut slope, mut count, mut highest_w) = ([0_i8; 2], [0.0; 2], 0, f32::INFINITY);
-        for (member, plane) in members.filter_map(|member| Some((member, around[member]?))) {
-            towards[0] += if member % 2 == 0 { -1 } else { 1 };
-            towards[1] += if member < 2 { -1 } else { 1 };
+        let members = (0..4).filter(|&other| around[other].is_some() && whole.group[other] == group);
+        let (mut slope, mut highest_w) = ([0.0; 2], f32::INFINITY);
+        for plane in members.filter_map(|member| around[member]) {
             slope[0] += plane.slope[0];
             slope[1] += plane.slope[1];
-            count += 1;
             highest_w = highest_w.min(plane.w + plane.end_rise);
         }
-        // Two samples across from each other have no side to draw back to.
-        let shift = towards.map(|sum| rim.px(count) * f32::from(sum.signum()));
         corner.shift_px[index] = shift;
-        let w = whole.w[index] + (shift[0] * slope[0] + shift[1] * slope[1]) / count as f32;
+        let w = whole.w[index] + (shift[0] * slope[0] + shift[1] * slope[1]) / ending.members as f32;
         corner.w[index] = w.clamp(own.w / rules.max_ratio, own.w * rules.max_ratio).min(highest_w);
     }
+}
+
+/// How far a surface that does not say where it ends goes on behind others that do: as far as they draw back.
+fn behind(axis: usize, group: u8, corner: &Corner, endings: &[Ending; 4]) -> f32 {
+    let mut shift = 0.0_f32;
+    for [low, high] in EDGES[axis] {
+        let (other, outwards) = match [low, high].map(|index| corner.group[index] == group) {
+            [true, false] => (high, 1.0),
+            [false, true] => (low, -1.0),
+            _ => continue,
+        };
+        let of_other = endings[usize::from(corner.group[other])].place[axis].map_or(0.0, |at| at - 0.5);
+        if of_other * outwards > shift.abs() {
+            shift = of_other;
+        }
+    }
+    shift
 }
 
 /// Every sample by its own plane; nothing is shared.
@@ -330,10 +406,8 @@ fn predictions(around: [Option<&Plane>; 4], rules: &CornerRules) -> [f32; 4] {
 mod tests {
     use super::*;
 
-    const NO_RIM: Rim = Rim { convex_px: 0.0, straight_px: 0.0, concave_px: 0.0 };
-
     fn plane(w: f32, slope: f32, object: u16) -> Plane {
-        Plane { w, slope: [slope, 0.0], end_rise: f32::INFINITY, tolerance: 0.01, normal: Vec3::Z, object }
+        Plane { w, slope: [slope, 0.0], end_rise: f32::INFINITY, tolerance: 0.01, ends: 0, normal: Vec3::Z, object }
     }
 
     #[test]
@@ -353,22 +427,51 @@ mod tests {
         assert_eq!(corner.shift_px, [[0.0; 2]; 4], "neither is behind the other");
     }
 
+    /// The same plane, which ends at some sides: right 0, below 1, left 2, above 3.
+    fn ending(plane: Plane, sides: &[(usize, u16)]) -> Plane {
+        Plane { ends: sides.iter().fold(0, |all, &(side, level)| ends::with_level(all, side, level)), ..plane }
+    }
+
+    /// How far beside the middle a level puts an outline.
+    fn beside(level: u16) -> f32 {
+        (f32::from(level) + 0.5) / 9.0 - 0.5
+    }
+
     #[test]
-    fn a_rim_draws_back_from_what_is_behind_it_and_only_from_that() {
-        let rules = CornerRules { rim: Rim { straight_px: 0.2, ..NO_RIM }, open_rim: NO_RIM, ..CornerRules::default() };
+    fn a_side_lies_between_the_crossings_that_its_samples_say() {
+        let rules = CornerRules::default();
         let (near, far) = (plane(1.0, 0.1, 1), plane(0.5, 0.0, 2));
         // The near surface is on the left, above and below.
-        let corner = averaged([Some(&near), Some(&far), Some(&near), Some(&far)], &rules);
-        assert_eq!(corner.shift_px, [[-0.2, 0.0], [0.0; 2], [-0.2, 0.0], [0.0; 2]]);
+        let (upper, lower) = (ending(near, &[(0, 1)]), ending(near, &[(0, 2)]));
+        let corner = averaged([Some(&upper), Some(&far), Some(&lower), Some(&far)], &rules);
+        let shift = 0.5 * (beside(1) + beside(2));
+        let is_at = |found: [f32; 2], wanted: [f32; 2]| found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(is_at(corner.shift_px[0], [shift, 0.0]) && corner.shift_px[2] == corner.shift_px[0]);
         // Half a pixel to the right of the centre, less what it drew back, along the slope.
-        assert!((corner.w[0] - (1.0 + 0.3 * 0.1)).abs() < 1e-6 && corner.w[0] == corner.w[2]);
-        let open = averaged([Some(&near), None, Some(&near), None], &rules);
-        assert_eq!(open.shift_px, [[0.0; 2]; 4]);
+        assert!((corner.w[0] - (1.0 + (0.5 + shift) * 0.1)).abs() < 1e-6 && corner.w[0] == corner.w[2]);
+        // What is behind goes on as far as that; behind what reaches far it stays.
+        assert_eq!(corner.shift_px[1], corner.shift_px[0]);
+        let wide = ending(near, &[(0, 7)]);
+        let corner = averaged([Some(&wide), None, Some(&wide), Some(&far)], &rules);
+        assert!(is_at(corner.shift_px[0], [beside(7), 0.0]) && corner.shift_px[3] == [0.0; 2]);
+        // Mirrored, before nothing.
+        let left = ending(near, &[(2, 1)]);
+        let corner = averaged([None, Some(&left), None, Some(&left)], &rules);
+        assert!(is_at(corner.shift_px[1], [-beside(1), 0.0]));
+    }
+
+    #[test]
+    fn what_says_nothing_goes_on_but_casts_no_farther_than_there_is() {
+        let (near, far) = (plane(1.0, 0.0, 1), plane(0.5, 0.0, 2));
+        let around = [Some(&near), Some(&far), Some(&near), None];
+        assert_eq!(averaged(around, &CornerRules::default()).shift_px, [[0.0; 2]; 4]);
+        let casting = averaged(around, &CornerRules::of(Purpose::Light(0)));
+        assert_eq!(casting.shift_px, [[-0.16, 0.0], [0.26, -0.26], [-0.16, 0.0], [0.0; 2]]);
     }
 
     #[test]
     fn what_ends_does_not_stand_out_of_itself() {
-        let rules = CornerRules { rim: NO_RIM, open_rim: NO_RIM, ..CornerRules::default() };
+        let rules = CornerRules::default();
         let steep = Plane { end_rise: 0.02, ..plane(1.0, 0.4, 1) };
         let next = Plane { w: 1.4, ..steep };
         // The surface rises to the right and ends there: its right corners stay, those that it shares rise, and nothing keeps them from sinking.
@@ -393,21 +496,23 @@ mod tests {
     }
 
     #[test]
-    fn the_steps_of_a_slanted_outline_are_cut() {
+    fn a_quad_covers_as_much_as_the_triangle_that_an_outline_cuts_off() {
         let rules = CornerRules::default();
         let (near, far) = (plane(1.0, 0.0, 1), plane(0.5, 0.0, 2));
-        // Its corner juts out to the right and down, and draws back to the left and up.
-        let jutting = averaged([Some(&near), Some(&far), Some(&far), Some(&far)], &rules);
-        assert_eq!(jutting.shift_px[0], [-0.15, -0.15]);
-        assert_eq!(jutting.shift_px[1..], [[0.0; 2]; 3], "what is behind stays");
-        // A notch below on the right is filled by a triangle.
-        let notch = averaged([Some(&near), Some(&near), Some(&near), Some(&far)], &rules);
-        assert_eq!(notch.shift_px, [[0.25, 0.25], [0.25, 0.25], [0.25, 0.25], [0.0; 2]]);
-        // Before the sky the same; samples across from each other have no side.
-        let open = averaged([Some(&near), None, None, Some(&near)], &rules);
-        assert_eq!(open.shift_px, [[0.0; 2]; 4]);
-        let alone = averaged([None, None, None, Some(&near)], &rules);
-        assert_eq!(alone.shift_px[3], [0.15, 0.15]);
+        // Its corner juts out to the right and down: with crossings at a and b the triangle has the area of a b / 2.
+        let jutting = ending(near, &[(0, 3), (1, 6)]);
+        let corner = averaged([Some(&jutting), Some(&far), Some(&far), Some(&far)], &rules);
+        let covered = corner.shift_px[0].map(|shift| shift + 0.5);
+        let crossings = [3, 6].map(|level| beside(level) + 0.5);
+        assert!((covered[0] * covered[1] - 0.5 * crossings[0] * crossings[1]).abs() < 1e-6);
+        assert!((covered[0] / covered[1] - crossings[0] / crossings[1]).abs() < 1e-6, "towards the crossings");
+        assert_eq!(corner.shift_px[1..], [corner.shift_px[0]; 3], "what is behind meets it");
+        // A notch below on the right, by what it leaves of the square.
+        let (above, left) = (ending(near, &[(1, 3)]), ending(near, &[(0, 6)]));
+        let notch = averaged([Some(&near), Some(&above), Some(&left), Some(&far)], &rules);
+        let left_out = notch.shift_px[0].map(|shift| 0.5 - shift);
+        assert!((left_out[0] * left_out[1] - 0.5 * (1.0 - crossings[0]) * (1.0 - crossings[1])).abs() < 1e-6);
+        assert_eq!(notch.shift_px, [notch.shift_px[0], notch.shift_px[0], notch.shift_px[0], [0.0; 2]]);
     }
 
     #[test]

@@ -72,7 +72,7 @@ fn every_quad_shows_its_own_sample_over_exactly_its_pixel() {
     }
 }
 
-fn single_sample(trim: u8) -> protocol::held::HeldPatch {
+fn single_sample(trim: u8, ends: Vec<u16>) -> protocol::held::HeldPatch {
     let camera = view(DVec3::ZERO, DVec3::NEG_Z, 8, 60.0);
     let mut mask = Mask::empty(8, 8);
     mask.set(3, 5, true);
@@ -84,6 +84,7 @@ fn single_sample(trim: u8) -> protocol::held::HeldPatch {
         normal: vec![octahedral_code(glam::Vec3::Z)],
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends,
         colour: vec![[10, 20, 30]],
         object: vec![3],
         material: vec![4],
@@ -94,11 +95,14 @@ fn single_sample(trim: u8) -> protocol::held::HeldPatch {
 }
 
 #[test]
-fn a_lone_sample_fills_half_of_its_pixel_and_a_trimmed_one_its_share() {
+fn a_lone_sample_fills_its_pixel_unless_it_ends_or_is_trimmed() {
     let stage = Stage::new();
-    // Of the 16 columns of its pixel, those whose centres lie within 0.7, 0.35, 0.175 and 0.0875 of it.
-    for (trim, side) in [(0, 12), (1, 6), (2, 2), (3, 2)] {
-        let drawn = stage.draw_patch(&single_sample(trim), &view(DVec3::ZERO, DVec3::NEG_Z, 128, 60.0));
+    // Of the 16 columns of its pixel, those whose centres lie within its share. Reaching 3.5 ninths to each side it is a square on its corner,
+    // drawn as the upright one of the same area: 0.55 wide.
+    let ending = 0x3333;
+    for (trim, ends, side) in [(0, 0, 16), (1, 0, 8), (2, 0, 4), (3, 0, 2), (0, ending, 8), (1, ending, 4)] {
+        let ends = if ends == 0 { Vec::new() } else { vec![ends] };
+        let drawn = stage.draw_patch(&single_sample(trim, ends), &view(DVec3::ZERO, DVec3::NEG_Z, 128, 60.0));
         assert_eq!(drawn.covered(), side * side, "trim {trim}");
         let centre = (5 * 16 + 8) * 128 + 3 * 16 + 8;
         assert_eq!(drawn.colour[centre], [10, 20, 30, 255]);

@@ -239,7 +239,7 @@ fn ours(images: &[DepthImage], coding: Coding, repeats: usize, row: &mut Row) ->
 }
 
 /// The bytes of each plane, see the module.
-fn plane_bytes(images: &[DepthImage], coding: Coding) -> [(&'static str, f64); 6] {
+fn plane_bytes(images: &[DepthImage], coding: Coding) -> [(&'static str, f64); 7] {
     /// Keeps the objects and one more plane.
     fn keep(image: &DepthImage, plane: &str) -> DepthImage {
         let mut kept = image.clone();
@@ -259,6 +259,12 @@ fn plane_bytes(images: &[DepthImage], coding: Coding) -> [(&'static str, f64); 6
         if plane == "outline" {
             kept.object.fill(0);
         }
+        if plane == "ends" {
+            // What ends is told by depths.
+            kept.depth.clone_from(&image.depth);
+        } else {
+            kept.ends.clear();
+        }
         kept
     }
     let bytes = |plane: &str| {
@@ -267,8 +273,9 @@ fn plane_bytes(images: &[DepthImage], coding: Coding) -> [(&'static str, f64); 6
     };
     let (outline, object) = (bytes("outline"), bytes("object"));
     let plane = |plane: &'static str| (plane, bytes(plane) - object);
-    let planes = [plane("depth"), plane("normal"), plane("colour"), plane("material")];
-    [("outline", outline), ("object", object - outline), planes[0], planes[1], planes[2], planes[3]]
+    let [depth, normal, colour, material] = ["depth", "normal", "colour", "material"].map(plane);
+    let ends = ("ends", bytes("ends") - object - depth.1);
+    [("outline", outline), ("object", object - outline), depth, normal, ends, colour, material]
 }
 
 fn psnr_db(images: &[DepthImage], settled: &[DepthImage]) -> f64 {

@@ -75,6 +75,7 @@ impl World {
             normal,
             normal_rest: Vec::new(),
             share: Vec::new(),
+            ends: Vec::new(),
             colour: vec![[200, 200, 200]; count],
             object: vec![1; count],
             material: vec![0; count],

@@ -5,6 +5,7 @@ mod bits;
 mod coding;
 mod colour;
 mod dense;
+mod ends;
 mod error;
 mod fast;
 mod header;

@@ -3,6 +3,7 @@
 
 use camera::{Camera, Pinhole, Rigid};
 use glam::{DVec3, Vec3};
+use vantage_protocol::ends::{SIDES, with_level};
 use vantage_protocol::image::{octahedral_code, octahedral_rest};
 use vantage_protocol::{DepthImage, DepthScale, Mask, Patch, PatchId, Purpose};
 
@@ -20,13 +21,11 @@ pub fn cast_with_mirror(size_px: (u32, u32), keep: impl Fn(u32, u32) -> bool) ->
 pub const MIRROR: u16 = 0;
 
 fn cast_mirroring((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> bool, mirror: u16) -> DepthImage {
-    let pose = Rigid::look_at(DVec3::new(0.3, 1.7, 4.0), DVec3::new(0.0, 0.5, 0.0));
-    let camera = Pinhole::symmetric(pose, (width_px, height_px), 1.0, 0.05);
+    let camera = camera((width_px, height_px));
     let mut mask = Mask::empty(width_px, height_px);
     let mut samples = Vec::new();
     for (y, x) in (0..height_px).flat_map(|y| (0..width_px).map(move |x| (y, x))) {
-        let ray = pose.transform_vector(camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5));
-        if let Some(hit) = hit(pose.translation, ray).filter(|_| keep(x, y)) {
+        if let Some(hit) = seen(&camera, f64::from(x) + 0.5, f64::from(y) + 0.5).filter(|_| keep(x, y)) {
             mask.set(x, y, true);
             samples.push(hit);
         }
@@ -42,6 +41,7 @@ fn cast_mirroring((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> 
         mask,
         depth: samples.iter().map(|sample| depth_scale.code(w(sample))).collect(),
         normal: samples.iter().map(|sample| octahedral_code(sample.normal)).collect(),
+        ends: Vec::new(),
         normal_rest: if samples.iter().any(|sample| sample.object == mirror) {
             samples
                 .iter()
@@ -55,6 +55,32 @@ fn cast_mirroring((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> 
         material: samples.iter().map(|sample| (sample.object % 3) as u8).collect(),
         share: Vec::new(),
     }
+}
+
+fn camera(size_px: (u32, u32)) -> Pinhole {
+    let pose = Rigid::look_at(DVec3::new(0.3, 1.7, 4.0), DVec3::new(0.0, 0.5, 0.0));
+    Pinhole::symmetric(pose, size_px, 1.0, 0.05)
+}
+
+fn seen(camera: &Pinhole, u: f64, v: f64) -> Option<Hit> {
+    let pose = &camera.world_from_eye;
+    hit(pose.translation, pose.transform_vector(camera.ray_eye_from_image(u, v)))
+}
+
+/// The same image, whose samples say where their surfaces end.
+pub fn with_ends(mut image: DepthImage) -> DepthImage {
+    let camera = camera(image.mask.size_px());
+    let ends = image.mask.occupied().zip(&image.object).map(|((x, y), &object)| {
+        let is_own = |side: usize, way: f64| {
+            let [right, down] = SIDES[side].map(|step| 0.5 + way * f64::from(step));
+            seen(&camera, f64::from(x) + right, f64::from(y) + down).is_some_and(|hit| hit.object == object)
+        };
+        let level = |side: usize| (0..7).filter(|&part| is_own(side, (f64::from(part) + 1.5) / 9.0)).count() as u16;
+        (0..4).filter(|&side| !is_own(side, 1.0)).fold(0, |all, side| with_level(all, side, level(side).max(1)))
+    });
+    let ends = ends.collect();
+    image.settle_ends(ends);
+    image
 }
 
 pub struct Hit {

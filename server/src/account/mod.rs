@@ -209,6 +209,7 @@ impl Account {
             normal: Vec::new(),
             normal_rest: Vec::new(),
             share: Vec::new(),
+            ends: Vec::new(),
             colour: Vec::new(),
             object: Vec::new(),
             material: Vec::new(),

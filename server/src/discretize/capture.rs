@@ -1,5 +1,6 @@
 use camera::{Camera, Pinhole};
 use glam::DVec2;
+use protocol::ends::Ends;
 use protocol::{DepthImage, DepthScale, Mask};
 
 /// One image as it comes from the GPU: planes of a value a pixel, row-major.
@@ -15,6 +16,8 @@ pub struct Capture {
     pub normal_rest: Vec<u8>,
     /// `near * w`; 0 where there is no sample.
     pub depth: Vec<f32>,
+    /// Where surfaces end beside their samples, see [`super::EndsPass`]. Empty where nobody asked.
+    pub ends: Vec<Ends>,
     /// What the GPU took for it, where it can tell.
     pub gpu_s: Option<f64>,
 }
@@ -109,7 +112,8 @@ impl Capture {
             ids: rows.clone().flat_map(|row| &self.ids[row]).copied().collect(),
             colour: rows.clone().flat_map(|row| &self.colour[row]).copied().collect(),
             normal_rest: rows.clone().flat_map(|row| &self.normal_rest[row]).copied().collect(),
-            depth: rows.flat_map(|row| &self.depth[row]).copied().collect(),
+            depth: rows.clone().flat_map(|row| &self.depth[row]).copied().collect(),
+            ends: rows.filter(|_| !self.ends.is_empty()).flat_map(|row| &self.ends[row]).copied().collect(),
             gpu_s: self.gpu_s,
         }
     }
@@ -123,7 +127,13 @@ impl Capture {
     pub fn depth_image_of(&self, mask: Mask, precision: DepthPrecision) -> DepthImage {
         let Self { ids, colour, normal_rest, .. } = self;
         let planes = Planes { ids, colour, normal_rest, w: &|index| self.w(index) };
-        planes.depth_image(Camera::Pinhole(self.camera), mask, precision)
+        let mut image = planes.depth_image(Camera::Pinhole(self.camera), mask, precision);
+        if !self.ends.is_empty() {
+            let index = |(x, y): (u32, u32)| y as usize * self.camera.width_px as usize + x as usize;
+            let ends = image.mask.occupied().map(|pixel| self.ends[index(pixel)]).collect();
+            image.settle_ends(ends);
+        }
+        image
     }
 }
 
@@ -160,6 +170,7 @@ impl Planes<'_> {
             depth: indices.iter().map(|&index| depth_scale.code((self.w)(index))).collect(),
             normal: indices.iter().map(|&index| normal_code(self.ids[index])).collect(),
             normal_rest: rests.collect(),
+            ends: Vec::new(),
             colour: indices.iter().map(|&index| colour(index)).collect(),
             object: indices.iter().map(|&index| object(self.ids[index])).collect(),
             material: indices.iter().map(|&index| self.colour[index][3]).collect(),

@@ -27,6 +27,7 @@
 
 mod capture;
 mod earlier;
+mod ends;
 mod meter;
 mod method;
 pub mod placement;
@@ -34,6 +35,7 @@ pub mod redundancy;
 
 pub use capture::{Capture, DepthPrecision};
 pub(crate) use capture::{Planes, normal_code, object};
+pub use ends::{EndsPass, Finer, ends_of};
 pub use meter::{Meter, MeterImages};
 pub use method::{Discretization, Redundancy, RedundancyTest};
 
@@ -205,7 +207,7 @@ impl PendingCaptures {
             let targets::Planes { ids, colour, normal_rest, depth } = planes(&mapped, *slots);
             let span = ticks.get(2 * index..2 * index + 2);
             let gpu_s = span.map(|span| span[1].saturating_sub(span[0]) as f64 * self.period_s);
-            Capture { camera: *camera, ids, colour, normal_rest, depth, gpu_s }
+            Capture { camera: *camera, ids, colour, normal_rest, depth, ends: Vec::new(), gpu_s }
         });
         Ok(captures.collect())
     }

@@ -58,8 +58,8 @@ impl Stage {
                 client.ahead.ended(viewer);
                 break;
             };
-            let captures = self.imager.captures(snapshot, &[part.camera], Discretization::Conventional)?;
-            for capture in &captures {
+            let mut captures = self.imager.captures(snapshot, &[part.camera], Discretization::Conventional)?;
+            for capture in &mut captures {
                 revise(&mut *self.imager, &mut client.account, capture, &revision, now)?;
             }
             client.ahead.looked(&part);

@@ -102,10 +102,12 @@ impl Serving<'_> {
         self.account.draw_with(purpose, || imager.new_surfaces());
         let precision = bounds.map_or(DepthPrecision::Finest, |bounds| precision(&lamp, bounds, self.side_px));
         for face in bounds.map(|bounds| lamp.corner_views(bounds, self.side_px)).unwrap_or_default() {
-            for capture in &self.imager.captures(self.snapshot, &face, Discretization::LAMP)? {
-                self.account.counts_mut().look_at(purpose, capture);
+            for mut capture in self.imager.captures(self.snapshot, &face, Discretization::LAMP)? {
+                self.account.counts_mut().look_at(purpose, &capture);
                 self.account.counts_mut().lights.views += 1;
-                self.account.add(purpose, capture, &Lacking::all(capture), precision, self.now)?;
+                let lacking = Lacking::all(&capture);
+                self.imager.tell_ends(&mut capture, &lacking.send)?;
+                self.account.add(purpose, &capture, &lacking, precision, self.now)?;
             }
         }
         self.account.counts_mut().lights.sets += 1;
@@ -141,7 +143,7 @@ impl Serving<'_> {
         if views.is_empty() {
             return Ok(());
         }
-        for capture in &self.imager.captures(self.snapshot, views, Discretization::Conventional)? {
+        for capture in &mut self.imager.captures(self.snapshot, views, Discretization::Conventional)? {
             let revision = Revision {
                 purpose,
                 rules: AccountRules { outlines_stand_in: true, ..self.rules },

@@ -213,6 +213,7 @@ mod tests {
             colour: samples.iter().map(|&(_, colour)| colour).collect(),
             normal_rest: vec![0; samples.len()],
             depth: vec![0.5; samples.len()],
+            ends: Vec::new(),
             gpu_s: None,
         }
     }

@@ -1,5 +1,6 @@
 // Entry points of the passes that rasterize the scene, where fragments know their triangle.
 enable primitive_index;
+#import "server/finer.wgsl"
 #import "server/image.wgsl"
 #import "server/truth.wgsl"
 
@@ -16,6 +17,11 @@ fn image(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_inde
 @fragment
 fn plain(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> ImageTargets {
     return plain_fragment(v, front, triangle);
+}
+
+@fragment
+fn object(v: Varying, @builtin(front_facing) front: bool, @builtin(primitive_index) triangle: u32) -> @location(0) u32 {
+    return object_fragment(v, front, triangle);
 }
 
 @fragment

@@ -73,6 +73,7 @@ pub fn capture(shapes: &[Shape], camera: &Pinhole) -> HeldPatch {
         normal: hits.iter().map(|hit| octahedral_code(hit.normal.as_vec3())).collect(),
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends: Vec::new(),
         colour: hits.iter().map(|hit| hit.colour).collect(),
         object: hits.iter().map(|hit| hit.object).collect(),
         material: hits.iter().map(|hit| hit.object as u8 + 7).collect(),

@@ -152,6 +152,7 @@ mod tests {
             normal: vec![protocol::image::octahedral_code(glam::Vec3::NEG_Z); samples],
             normal_rest: Vec::new(),
             share: Vec::new(),
+            ends: Vec::new(),
             colour: vec![[9; 3]; samples],
             object,
             material: vec![0; samples],

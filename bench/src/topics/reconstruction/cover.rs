@@ -188,6 +188,7 @@ mod tests {
             normal: vec![facing; 4],
             normal_rest: Vec::new(),
             share: Vec::new(),
+            ends: Vec::new(),
             colour: vec![[9; 3]; 4],
             object: vec![7, 7, 7, 8],
             material: vec![0; 4],

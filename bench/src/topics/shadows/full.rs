@@ -21,6 +21,7 @@ pub(super) fn image(view: Pinhole) -> DepthImage {
         normal: vec![protocol::image::octahedral_code(Vec3::Y)],
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends: Vec::new(),
         colour: vec![[0; 3]],
         object: vec![0],
         material: vec![0],

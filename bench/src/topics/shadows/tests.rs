@@ -86,7 +86,7 @@ fn maps_of_the_full_geometry_are_nearly_the_truth() {
     let conventional = Cell { set: "conventional".to_owned(), ..full.clone() };
     let (row, _) = subject.judged(&conventional).expect("measured");
     let rebuilt = row.figure("error.visibility.mean").expect("judged");
-    assert!(errors.visibility < 0.5 * rebuilt, "{} of the full geometry, {rebuilt} of four images", errors.visibility);
+    assert!(errors.visibility < 0.6 * rebuilt, "{} of the full geometry, {rebuilt} of four images", errors.visibility);
     let row = subject.full_geometry(&full).expect("drawn");
     assert_eq!(row.figure("counts.triangles"), Some(subject.triangle_count() as f64));
     std::fs::remove_dir_all(out).expect("was written");

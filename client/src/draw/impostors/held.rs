@@ -113,6 +113,7 @@ mod tests {
             normal: vec![[0; 2]],
             normal_rest: Vec::new(),
             share: Vec::new(),
+            ends: Vec::new(),
             colour: vec![[0; 3]],
             object: vec![1],
             material: vec![0],

@@ -40,6 +40,7 @@ fn patch(id: u32) -> Edit {
         normal: vec![[127, 127]; 2],
         normal_rest: Vec::new(),
         share: Vec::new(),
+        ends: Vec::new(),
         colour: vec![[255, 0, 0], [0, 255, 0]],
         object: vec![0; 2],
         material: vec![0; 2],
