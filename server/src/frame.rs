@@ -10,13 +10,14 @@ use camera::Pinhole;
 use protocol::codec::Coding;
 use protocol::held::{ObjectPose, Update};
 use protocol::{Lamp, Lighting, Material, Purpose};
-use scene::{Scene, Snapshot};
+use scene::{Bounds, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
 use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
+use crate::density;
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::imager::Imager;
@@ -203,6 +204,9 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
+        let pixels = plan.pixels();
+        let views = plan.views.iter().map(|view| density::around(view, &self.extent(snapshot), viewer.view));
+        let plan = &Plan { views: views.collect(), ..plan.clone() };
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.drop_rest(now, client, viewer)?;
@@ -247,7 +251,6 @@ impl Stage {
         client.has_picture = true;
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
-        let pixels = plan.pixels();
         Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels, lights }))
     }
 
@@ -427,6 +430,15 @@ impl Stage {
 
     fn snapshot(&self, time_s: f64) -> Arc<Snapshot> {
         self.still.clone().unwrap_or_else(|| Arc::new(self.scene.at(time_s)))
+    }
+
+    /// The box around everything.
+    fn extent(&self, snapshot: &Snapshot) -> Bounds {
+        if self.still.is_some() {
+            self.scene.bounds
+        } else {
+            scene::extent(&self.scene.meshes, &self.scene.instances, snapshot)
+        }
     }
 
     fn moving_objects(&self, snapshot: &Snapshot) -> Vec<ObjectPose> {

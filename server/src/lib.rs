@@ -19,6 +19,7 @@ pub mod app;
 pub mod client;
 pub mod coding;
 pub mod config;
+pub mod density;
 pub mod discretize;
 pub mod frame;
 pub mod imager;

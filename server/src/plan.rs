@@ -299,7 +299,7 @@ fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reas
 }
 
 /// Focal length of an output in pixels.
-fn output_focal_px(view: ViewSize) -> f64 {
+pub fn output_focal_px(view: ViewSize) -> f64 {
     f64::from(view.height_px) / 2.0 / half_view(view).y
 }
 

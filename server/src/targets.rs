@@ -58,6 +58,13 @@ impl Attachments {
         }
     }
 
+    /// Whether images of a size fit, and take up enough of it: what is not asked for is read back too.
+    pub(crate) fn holds(&self, (width, height): (u32, u32), layers: u32) -> bool {
+        let pixels = |(width, height): (u32, u32)| u64::from(width) * u64::from(height);
+        let fits = width <= self.size_px.0 && height <= self.size_px.1 && layers <= self.layers;
+        fits && pixels((width, height)) * u64::from(layers) * 2 > pixels(self.size_px) * u64::from(self.layers)
+    }
+
     /// A pass into a layer, cleared: no ids, no depth, `background` with alpha 0.
     pub(crate) fn begin<'a>(
         &self,

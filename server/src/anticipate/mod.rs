@@ -56,12 +56,18 @@ pub fn may(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> bool 
         && (held_bytes as f64) < BUDGET_SHARE * client.budget_bytes as f64
 }
 
-/// What is to be looked at next, in views like `own`; `None` where nothing is left.
-pub fn next(rules: &Rules, client: &Client, viewer: &Viewer, own: &Pinhole, around: &Around) -> Option<Part> {
+/// What is to be looked at next, in the views that `view_from` makes of poses; `None` where nothing is left.
+pub fn next(
+    rules: &Rules,
+    client: &Client,
+    viewer: &Viewer,
+    around: &Around,
+    view_from: impl Fn(Rigid) -> Pinhole,
+) -> Option<Part> {
     let kept = &client.ahead;
     let looks = around.poses(viewer, rules);
     let world_from_eye = *looks.poses.iter().find(|pose| !looks.is_done(&kept.done, pose))?;
-    let view = Pinhole { world_from_eye, ..*own };
+    let view = view_from(world_from_eye);
     let first_row = kept.begun.filter(|(begun, _)| *begun == world_from_eye).map_or(0, |(_, rows)| rows);
     let carried_px =
         viewer.bytes_per_s.map_or(f64::INFINITY, |path| path * WAIT_S / kept.bytes_per_px.unwrap_or(BYTES_PER_PX));

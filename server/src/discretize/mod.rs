@@ -149,7 +149,7 @@ impl Discretizer {
         let layers = cameras.len() as u32;
         self.attachments
             .take()
-            .filter(|kept| kept.size_px == (width, height) && kept.layers == layers)
+            .filter(|kept| kept.holds((width, height), layers))
             .unwrap_or_else(|| Attachments::new(&self.gpu, (width, height), layers))
     }
 

@@ -9,6 +9,7 @@ use scene::Snapshot;
 use super::{Client, LightWork, Made, Stage, StageError};
 use crate::account::{AccountRules, Surroundings};
 use crate::anticipate::{self, Around};
+use crate::density;
 use crate::discretize::Discretization;
 use crate::plan::{Reason, Rules, own_view, precision_within};
 use crate::revise::{Revision, revise};
@@ -52,9 +53,11 @@ impl Stage {
             is_seen: false,
             precision: precision_within(&self.rules, viewer.view, 0.0),
         };
+        let extent = self.extent(snapshot);
+        let view_from = |world_from_eye| density::around(&Pinhole { world_from_eye, ..*own }, &extent, viewer.view);
         let mut pixels = 0;
         for _ in 0..LOOKS_AHEAD {
-            let Some(part) = anticipate::next(&self.rules, client, viewer, own, &around) else {
+            let Some(part) = anticipate::next(&self.rules, client, viewer, &around, view_from) else {
                 client.ahead.ended(viewer);
                 break;
             };
