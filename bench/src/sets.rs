@@ -156,6 +156,7 @@ mod tests {
             depth: vec![1, 515],
             normal: vec![[5, 6]; 2],
             normal_rest: Vec::new(),
+            colour_rest: Vec::new(),
             share: Vec::new(),
             ends: Vec::new(),
             colour: vec![[1, 2, 3], [4, 5, 6]],

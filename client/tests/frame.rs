@@ -32,6 +32,7 @@ fn wall(material: u8, hole: impl Fn(u32, u32) -> bool) -> HeldPatch {
         depth: vec![0; count],
         normal: vec![octahedral_code(glam::Vec3::Z); count],
         normal_rest: Vec::new(),
+        colour_rest: Vec::new(),
         share: Vec::new(),
         ends: Vec::new(),
         colour: vec![[200, 100, 50]; count],

@@ -180,6 +180,19 @@ impl DepthScale {
     }
 }
 
+/// A base colour in quarters of a step, 0 to 1023: two bits of `rest` a channel above its code, red in the lowest. The light of a bright lamp
+/// shows a step of a dark colour as several.
+pub fn colour_quarters(code: [u8; 3], rest: u8) -> [u16; 3] {
+    std::array::from_fn(|channel| 4 * u16::from(code[channel]) + u16::from(rest >> (2 * channel) & 3))
+}
+
+/// The code of an sRGB-encoded base colour, 0 to 1 a channel, and what it leaves off; white leaves off nothing.
+pub fn colour_with_rest(srgb: [f32; 3]) -> ([u8; 3], u8) {
+    let quarters = srgb.map(|value| (1020.0 * value.clamp(0.0, 1.0)).round() as u16);
+    let rest = |channel: usize| (quarters[channel] as u8 & 3) << (2 * channel);
+    (quarters.map(|quarters| (quarters >> 2) as u8), rest(0) | rest(1) | rest(2))
+}
+
 /// What one camera captured. Every plane holds one value a sample, in the order of [`Mask::occupied`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthImage {
@@ -200,6 +213,8 @@ pub struct DepthImage {
     pub ends: Vec<crate::ends::Ends>,
     /// Base colour, sRGB-encoded.
     pub colour: Vec<[u8; 3]>,
+    /// What rounding left off of base colours in views at rest: [`colour_quarters`]. Empty where none of the image has any.
+    pub colour_rest: Vec<u8>,
     /// Object ids: stable over the life of a scene.
     pub object: Vec<u16>,
     /// Indices into the material table.
@@ -238,6 +253,9 @@ impl DepthImage {
             retain(&mut self.ends, keep);
         }
         retain(&mut self.colour, keep);
+        if !self.colour_rest.is_empty() {
+            retain(&mut self.colour_rest, keep);
+        }
         retain(&mut self.object, keep);
         retain(&mut self.material, keep);
         if !self.share.is_empty() {
@@ -245,7 +263,8 @@ impl DepthImage {
         }
     }
 
-    /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, ends 2, colour 3, object 2, material 1, share 1 a sample;
+    /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, ends 2, colour 3 and 1 for what is left off, object 2, material 1,
+    /// share 1 a sample;
     /// planes of one value are left out, as the codec leaves them out.
     pub fn raw_bytes(&self) -> usize {
         fn plane<T: PartialEq>(values: &[T]) -> usize {
@@ -253,8 +272,9 @@ impl DepthImage {
             if constant { 0 } else { size_of_val(values) }
         }
         let normals = plane(&self.normal) + plane(&self.normal_rest);
+        let rests = plane(&self.colour_rest);
         let ids = plane(&self.object) + plane(&self.material);
-        plane(&self.depth) + normals + plane(&self.ends) + plane(&self.colour) + ids + plane(&self.share)
+        plane(&self.depth) + normals + plane(&self.ends) + plane(&self.colour) + rests + ids + plane(&self.share)
     }
 }
 

@@ -142,6 +142,8 @@ fn write_patch(patch: &Patch, out: &mut Writer) {
     out.u32(count(image.ends.len()));
     write_plane(&image.ends, out);
     write_plane(&image.colour, out);
+    out.u32(count(image.colour_rest.len()));
+    write_plane(&image.colour_rest, out);
     write_plane(&image.object, out);
     write_plane(&image.material, out);
     out.u32(count(image.share.len()));
@@ -168,6 +170,10 @@ fn read_patch(reader: &mut Reader) -> Result<Patch, WireError> {
             read_plane(count, reader)?
         },
         colour: read_plane(count, reader)?,
+        colour_rest: {
+            let count = reader.u32()? as usize;
+            read_plane(count, reader)?
+        },
         object: read_plane(count, reader)?,
         material: read_plane(count, reader)?,
         share: {

@@ -67,6 +67,25 @@ fn where_surfaces_end_comes_back_for_a_few_bits_at_a_side() {
 }
 
 #[test]
+fn what_colours_leave_off_comes_back_and_costs_nothing_where_they_are_plain() {
+    let mut plain = cast((640, 400), |_, _| true);
+    plain.colour = plain.object.iter().map(|&object| [object as u8, 40, 90]).collect();
+    // By the colour, as rounding leaves it off; and as noise.
+    let of_colour = |[r, g, b]: [u8; 3]| (r ^ g ^ b) & 63;
+    let rounded: Vec<u8> = plain.colour.iter().map(|&colour| of_colour(colour)).collect();
+    let noise: Vec<u8> = (0..plain.sample_count())
+        .map(|index| ((index as u64 + 1).pow(2).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 58) as u8)
+        .collect();
+    for (rest, is_noise) in [(rounded, false), (noise, true)] {
+        let image = DepthImage { colour_rest: rest, ..plain.clone() };
+        let bytes = round_trip(&patch(1, image)).len() - round_trip(&patch(1, plain.clone())).len();
+        let bits = 8.0 * bytes as f64 / plain.sample_count() as f64;
+        eprintln!("{bits:.3} bits a sample");
+        assert!(if is_noise { (5.9..6.2).contains(&bits) } else { bits < 0.1 }, "{bits}");
+    }
+}
+
+#[test]
 fn an_image_none_of_whose_surfaces_ends_pays_nothing_for_it() {
     let whole = cast((640, 400), |_, y| y > 300);
     let mut settled = whole.clone();
@@ -228,6 +247,7 @@ prop_compose! {
             ends: if bits < 2 { Vec::new() } else { kept.iter().map(|k| k.iter().take(4).enumerate().fold(0, |all, (side, byte)| with_level(all, side, u16::from(byte & 7)))).collect() },
             // Of a quarter of the materials, and of none where nothing counts.
             normal_rest: if bits == 0 { Vec::new() } else { kept.iter().map(|k| if k[9] & 3 == 1 { k[8] } else { 0 }).collect() },
+            colour_rest: if bits < 4 { Vec::new() } else { kept.iter().map(|k| k[7] & 63).collect() },
             colour: kept.iter().map(|k| [k[4], k[5], k[6]]).collect(),
             object: kept.iter().map(|k| u16::from_le_bytes([k[7], k[8]])).collect(),
             material: kept.iter().map(|k| k[9]).collect(),

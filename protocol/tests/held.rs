@@ -216,6 +216,7 @@ fn full(id: u32, size_px: u32) -> Patch {
         depth: (0..count).map(|index| (noise(index) >> 20) as u16).collect(),
         normal: vec![[127, 127]; count],
         normal_rest: Vec::new(),
+        colour_rest: Vec::new(),
         share: Vec::new(),
         ends: Vec::new(),
         colour: (0..count).map(|index| noise(index).to_le_bytes()).map(|[_, r, g, b]| [r, g, b]).collect(),

@@ -12,7 +12,9 @@ use scene::Bounds;
 use crate::plan::output_focal_px;
 
 /// Samples a pixel of the output at most, along each axis.
-const DENSEST: f64 = 2.0;
+pub const DENSEST: f64 = 2.0;
+/// The same where something deforms: that is sent anew with every update, and is gone before anybody looks closely.
+pub const DENSEST_DEFORMING: f64 = 1.0;
 /// Pixels around what is seen, so that its outlines are outlines within the image.
 const RIM_PX: f64 = 2.0;
 /// Sides of images are whole multiples of this.
@@ -21,15 +23,16 @@ const SIZE_STEP_PX: f64 = 4.0;
 const STEP: f64 = std::f64::consts::SQRT_2;
 
 /// The part of a view in which `bounds` are seen, with no more pixels along either side than the view has; the view itself where no part of it
-/// is enough, or where its eye is among what is bounded. `output` is what it is looked at for.
-pub fn around(view: &Pinhole, bounds: &Bounds, output: ViewSize) -> Pinhole {
+/// is enough, or where its eye is among what is bounded. `output` is what it is looked at for, with `densest`
+/// samples a pixel at most, along each axis.
+pub fn around(view: &Pinhole, bounds: &Bounds, output: ViewSize, densest: f64) -> Pinhole {
     let size_px = DVec2::new(view.width_px.into(), view.height_px.into());
     let Some([min_px, max_px]) = seen_px(view, bounds) else { return *view };
     let (min_px, max_px) = ((min_px - RIM_PX).max(DVec2::ZERO), (max_px + RIM_PX).min(size_px));
     if min_px.cmpge(max_px).any() {
         return *view;
     }
-    let most = (size_px / (max_px - min_px)).min_element().min(DENSEST * output_focal_px(output) / view.focal_px);
+    let most = (size_px / (max_px - min_px)).min_element().min(densest * output_focal_px(output) / view.focal_px);
     let finer = STEP.powf((most.ln() / STEP.ln()).floor()).max(1.0);
     let whole = |side_px: f64, most_px: f64| ((side_px / SIZE_STEP_PX).ceil() * SIZE_STEP_PX).min(most_px) as u32;
     let part_px = finer * (max_px - min_px);
@@ -77,7 +80,7 @@ mod tests {
     #[test]
     fn a_small_object_is_sampled_as_finely_as_is_of_use() {
         let bounds = cube(DVec3::new(0.4, -0.2, 8.0), 0.3);
-        let part = around(&view(), &bounds, OUTPUT);
+        let part = around(&view(), &bounds, OUTPUT, DENSEST);
         let density = part.focal_px / output_focal_px(OUTPUT);
         assert!(density <= DENSEST && density > DENSEST / STEP, "{density}");
         assert!(part.width_px * part.height_px < 680 * 384 / 8, "{}x{}", part.width_px, part.height_px);
@@ -92,16 +95,16 @@ mod tests {
 
     #[test]
     fn what_fills_the_view_or_is_all_around_leaves_it_as_it_is() {
-        assert_eq!(around(&view(), &cube(DVec3::ZERO, 5.0), OUTPUT), view(), "the eye is inside");
-        assert_eq!(around(&view(), &cube(DVec3::new(0.0, 0.0, 8.0), 5.0), OUTPUT), view(), "fills it");
-        assert_eq!(around(&view(), &cube(DVec3::new(90.0, 0.0, 8.0), 1.0), OUTPUT), view(), "beside it");
-        assert_eq!(around(&view(), &Bounds::EMPTY, OUTPUT), view());
+        assert_eq!(around(&view(), &cube(DVec3::ZERO, 5.0), OUTPUT, DENSEST), view(), "the eye is inside");
+        assert_eq!(around(&view(), &cube(DVec3::new(0.0, 0.0, 8.0), 5.0), OUTPUT, DENSEST), view(), "fills it");
+        assert_eq!(around(&view(), &cube(DVec3::new(90.0, 0.0, 8.0), 1.0), OUTPUT, DENSEST), view(), "beside it");
+        assert_eq!(around(&view(), &Bounds::EMPTY, OUTPUT, DENSEST), view());
     }
 
     #[test]
     fn an_image_never_gets_larger() {
         for distance_m in [1.2, 1.5, 2.0, 3.0, 5.0, 9.0, 40.0] {
-            let part = around(&view(), &cube(DVec3::new(0.1, 0.0, distance_m), 0.5), OUTPUT);
+            let part = around(&view(), &cube(DVec3::new(0.1, 0.0, distance_m), 0.5), OUTPUT, DENSEST);
             assert!(part.width_px <= 680 && part.height_px <= 384, "{}x{}", part.width_px, part.height_px);
             assert!(part.focal_px >= view().focal_px);
         }

@@ -54,6 +54,8 @@ pub struct Stage {
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
     deforms: Vec<bool>,
+    /// Samples a pixel of an output at most, along each axis.
+    densest: f64,
     needs: Needs,
     reliefs: Reliefs,
     /// The one snapshot of a scene that never changes.
@@ -91,7 +93,8 @@ impl Stage {
     pub fn new(scene: Arc<Scene>, rules: Rules, method: Discretization, imager: Box<dyn Imager>) -> Stage {
         let materials = imager.materials();
         let still = (!scene.is_animated()).then(|| Arc::new(scene.at(0.0)));
-        let deforms = scene.instances.iter().map(|instance| instance.deforms).collect();
+        let deforms: Vec<bool> = scene.instances.iter().map(|instance| instance.deforms).collect();
+        let densest = if deforms.contains(&true) { density::DENSEST_DEFORMING } else { density::DENSEST };
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
         Stage {
             needs: Needs::new(&scene),
@@ -106,6 +109,7 @@ impl Stage {
             imager,
             materials,
             deforms,
+            densest,
             still,
         }
     }
@@ -144,7 +148,8 @@ impl Stage {
         if strip.is_none() && plan.is_none() {
             return Ok(None);
         }
-        self.with_surroundings(now_s, |stage, snapshot, now| match (strip, plan) {
+        let time_s = self.scene_time_s(viewer, client, now_s);
+        self.with_surroundings(time_s, |stage, snapshot, now| match (strip, plan) {
             (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
             (None, Some(plan)) => stage.look(&plan, snapshot, now, client, viewer),
             (None, None) => Ok(None),
@@ -154,16 +159,16 @@ impl Stage {
     /// Does something with what the scene is at a time.
     fn with_surroundings<T>(
         &mut self,
-        now_s: f64,
+        scene_time_s: f64,
         act: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> T,
     ) -> T {
-        let snapshot = self.snapshot(now_s);
+        let snapshot = self.snapshot(scene_time_s);
         let lighting = self.imager.lighting(&snapshot);
         let moving = self.moving_objects(&snapshot);
         let materials = std::mem::take(&mut self.materials);
         let deforms = std::mem::take(&mut self.deforms);
         let now = Surroundings {
-            time_s: now_s,
+            time_s: scene_time_s,
             colour: self.coding.colour,
             materials: &materials,
             lighting: &lighting,
@@ -205,7 +210,8 @@ impl Stage {
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
         let pixels = plan.pixels();
-        let views = plan.views.iter().map(|view| density::around(view, &self.extent(snapshot), viewer.view));
+        let (extent, densest) = (self.extent(snapshot), self.densest);
+        let views = plan.views.iter().map(|view| density::around(view, &extent, viewer.view, densest));
         let plan = &Plan { views: views.collect(), ..plan.clone() };
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
@@ -430,6 +436,16 @@ impl Stage {
 
     fn snapshot(&self, time_s: f64) -> Arc<Snapshot> {
         self.still.clone().unwrap_or_else(|| Arc::new(self.scene.at(time_s)))
+    }
+
+    /// The scene's time in the middle of the time for which what is made now is shown: it is on its way for half a round trip, and then shown for
+    /// an interval. What moves by a clip is so seen where it is, not where it was. Never before what the client already holds.
+    fn scene_time_s(&self, viewer: &Viewer, client: &Client, now_s: f64) -> f64 {
+        if self.still.is_some() {
+            return now_s;
+        }
+        let ahead_s = viewer.round_trip_s / 2.0 + self.rules.update_interval_s / 2.0;
+        (now_s + ahead_s).max(client.account.held().scene_time_s)
     }
 
     /// The box around everything.

@@ -150,9 +150,9 @@ impl Imager for GpuImager {
     fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole) -> Result<Vec<Capture>, ImagerError> {
         // What reliefs show to an eye that moves is seen as it is.
         self.renderer.leave_out(BTreeSet::new());
-        self.renderer.keep_fine_normals(true);
+        self.renderer.keep_finely(true);
         let captures = self.captures(snapshot, &[*view], Discretization::Conventional);
-        self.renderer.keep_fine_normals(false);
+        self.renderer.keep_finely(false);
         captures
     }
 

@@ -1,4 +1,4 @@
-//! The targets that the scene is rasterized into: ids, colour, rests of normals and depth, one array layer an image.
+//! The targets that the scene is rasterized into: ids, colour, what their codes leave off, and depth, one array layer an image.
 
 use gpu::{Gpu, Mapped, Readback, Slot};
 
@@ -8,10 +8,10 @@ use crate::render::DEPTH_FORMAT;
 pub(crate) const IDS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 /// Colour is encoded by the shader: the bytes are the values.
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// See [`protocol::DepthImage::normal_rest`].
-const NORMAL_REST_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Uint;
+/// [`protocol::DepthImage::normal_rest`] and [`protocol::DepthImage::colour_rest`].
+const RESTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg8Uint;
 /// Of what is drawn into [`Attachments`].
-pub(crate) const FORMATS: [wgpu::TextureFormat; 3] = [IDS_FORMAT, COLOUR_FORMAT, NORMAL_REST_FORMAT];
+pub(crate) const FORMATS: [wgpu::TextureFormat; 3] = [IDS_FORMAT, COLOUR_FORMAT, RESTS_FORMAT];
 
 /// Textures of one size with a layer for each image. Images may be smaller: they use the top left corner.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ pub(crate) struct Attachments {
     pub layers: u32,
     pub ids: wgpu::Texture,
     colour: wgpu::Texture,
-    normal_rest: wgpu::Texture,
+    rests: wgpu::Texture,
     depth: wgpu::Texture,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct Attachments {
 pub(crate) struct Slots {
     ids: Slot,
     colour: Slot,
-    normal_rest: Slot,
+    rests: Slot,
     depth: Slot,
     size_px: (u32, u32),
 }
@@ -53,7 +53,7 @@ impl Attachments {
             layers,
             ids: texture("ids", IDS_FORMAT, wgpu::TextureUsages::TEXTURE_BINDING),
             colour: texture("colour", COLOUR_FORMAT, wgpu::TextureUsages::empty()),
-            normal_rest: texture("rests of normals", NORMAL_REST_FORMAT, wgpu::TextureUsages::empty()),
+            rests: texture("rests", RESTS_FORMAT, wgpu::TextureUsages::empty()),
             depth: texture("depth", DEPTH_FORMAT, wgpu::TextureUsages::empty()),
         }
     }
@@ -81,7 +81,7 @@ impl Attachments {
                 ..Default::default()
             })
         };
-        let (ids, colour, normal_rest) = (view(&self.ids), view(&self.colour), view(&self.normal_rest));
+        let (ids, colour, rests) = (view(&self.ids), view(&self.colour), view(&self.rests));
         let depth = view(&self.depth);
         let target = |view, clear| {
             let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store };
@@ -93,7 +93,7 @@ impl Attachments {
             color_attachments: &[
                 target(&ids, wgpu::Color::TRANSPARENT),
                 target(&colour, wgpu::Color { r, g, b, a: 0.0 }),
-                target(&normal_rest, wgpu::Color::TRANSPARENT),
+                target(&rests, wgpu::Color::TRANSPARENT),
             ],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &depth,
@@ -134,7 +134,7 @@ impl Attachments {
         Slots {
             ids: readback.texture(&self.ids, layer, size_px),
             colour: readback.texture(&self.colour, layer, size_px),
-            normal_rest: readback.texture(&self.normal_rest, layer, size_px),
+            rests: readback.texture(&self.rests, layer, size_px),
             depth: readback.texture(&self.depth, layer, self.size_px),
             size_px,
         }
@@ -145,7 +145,7 @@ impl Attachments {
 pub(crate) struct Planes {
     pub ids: Vec<[u32; 2]>,
     pub colour: Vec<[u8; 4]>,
-    pub normal_rest: Vec<u8>,
+    pub rests: Vec<[u8; 2]>,
     pub depth: Vec<f32>,
 }
 
@@ -159,7 +159,7 @@ pub(crate) fn planes(mapped: &Mapped, slots: Slots) -> Planes {
     Planes {
         ids: mapped.values(slots.ids),
         colour: mapped.values(slots.colour),
-        normal_rest: mapped.values(slots.normal_rest),
+        rests: mapped.values(slots.rests),
         depth,
     }
 }

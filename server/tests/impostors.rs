@@ -213,6 +213,7 @@ fn add(held: &mut protocol::Held, id: u32) {
         depth: Vec::new(),
         normal: Vec::new(),
         normal_rest: Vec::new(),
+        colour_rest: Vec::new(),
         share: Vec::new(),
         ends: Vec::new(),
         colour: Vec::new(),

@@ -58,7 +58,7 @@ fn a_sphere_has_its_outline_and_normals() {
             let normal_world = camera.world_from_eye.transform_point(ray * z).as_vec3().normalize();
             let stored = octahedral_normal(captures[0].normal_code(index));
             assert!(stored.dot(normal_world) > 0.9995, "{stored} instead of {normal_world}");
-            let rest = captures[0].normal_rest[index];
+            let rest = captures[0].rests[index][0];
             let fine = octahedral_normal_with_rest(captures[0].normal_code(index), rest);
             off.push([stored, fine].map(|stored| stored.distance(normal_world)));
         }

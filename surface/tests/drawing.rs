@@ -83,6 +83,7 @@ fn single_sample(trim: u8, ends: Vec<u16>) -> protocol::held::HeldPatch {
         depth: vec![0],
         normal: vec![octahedral_code(glam::Vec3::Z)],
         normal_rest: Vec::new(),
+        colour_rest: Vec::new(),
         share: Vec::new(),
         ends,
         colour: vec![[10, 20, 30]],

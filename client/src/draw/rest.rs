@@ -199,7 +199,8 @@ impl Texels {
             let [red, green, blue] = image.colour[index];
             let share = image.share.get(index).map_or(u8::MAX, |&share| of_255(share));
             texels.colour[at] = [red, green, blue, share];
-            let ids = u32::from(image.object[index]) | u32::from(image.material[index]) << 16;
+            let rest = image.colour_rest.get(index).copied().unwrap_or(0);
+            let ids = u32::from(image.object[index]) | u32::from(image.material[index]) << 16 | u32::from(rest) << 24;
             texels.normal_ids[at] = [pack_normal(image.normal_at(index)), ids];
             texels.w[at] = image.depth_scale.w(image.depth[index]);
         }

@@ -74,6 +74,7 @@ impl World {
             depth,
             normal,
             normal_rest: Vec::new(),
+            colour_rest: Vec::new(),
             share: Vec::new(),
             ends: Vec::new(),
             colour: vec![[200, 200, 200]; count],

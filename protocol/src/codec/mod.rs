@@ -14,6 +14,7 @@ mod lanes;
 mod mix;
 mod outline;
 mod pack;
+mod quarters;
 mod rans;
 mod residual;
 mod rest;

@@ -10,7 +10,7 @@ use super::header::Header;
 use super::labels::{self, Label};
 use super::residual::{self, Predictor, Range};
 use super::segments::{Segment, leading, segments};
-use super::{CodecError, Coding, Profile, dense, ends, fast, outline, rest};
+use super::{CodecError, Coding, Profile, dense, ends, fast, outline, quarters, rest};
 use crate::bytes::{Reader, Writer};
 use crate::held::Patch;
 use crate::image::{DepthImage, Mask};
@@ -145,6 +145,7 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
         Profile::Fast => {
             let [symbols, literals] = fast::write(image, coding.colour, &mut bits);
             rest::code(&mut bits, image, image.normal_rest.clone());
+            quarters::code(&mut bits, image, image.colour_rest.clone());
             ends::code(&mut bits, image, image.ends.clone());
             write_shares(&mut bits, image);
             out.varint_block(&bits.finish());
@@ -171,6 +172,7 @@ fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     writing.plane(&image.depth, &depth, &segments, Range::Short);
     writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short);
     rest::code(&mut writing.bits, image, image.normal_rest.clone());
+    quarters::code(&mut writing.bits, image, image.colour_rest.clone());
     ends::code(&mut writing.bits, image, image.ends.clone());
     write_shares(&mut writing.bits, image);
 }
@@ -242,14 +244,27 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
         return Err(CodecError::TooMuch("samples"));
     }
     let Header { id, purpose, capture_time_s, objects, camera, depth_scale } = header;
-    let (depth, normal, normal_rest, ends, colour, object, material, share) = Default::default();
-    let mut image =
-        DepthImage { camera, depth_scale, mask, depth, normal, normal_rest, ends, colour, object, material, share };
+    let (depth, normal, normal_rest, ends, colour, colour_rest, object, material, share) = Default::default();
+    let mut image = DepthImage {
+        camera,
+        depth_scale,
+        mask,
+        depth,
+        normal,
+        normal_rest,
+        ends,
+        colour,
+        colour_rest,
+        object,
+        material,
+        share,
+    };
     match coding.profile {
         Profile::Fast => {
             let (symbols, literals) = (bytes.varint_block()?, bytes.varint_block()?);
             fast::read(&mut image, coding.colour, &mut bits, symbols, literals)?;
             image.normal_rest = rest::code(&mut bits, &image, Vec::new());
+            image.colour_rest = quarters::code(&mut bits, &image, Vec::new());
             image.ends = ends::code(&mut bits, &image, Vec::new());
             image.share = read_shares(&mut bits, &image)?;
         }
@@ -277,6 +292,7 @@ fn read_planes(
     image.depth = reading.plane(count, &segments, Range::Short, depths)?;
     image.colour = reading.plane(count, &segments, Range::Short, |values| steps.rgb_of_all(values))?;
     image.normal_rest = rest::code(&mut reading.bits, image, Vec::new());
+    image.colour_rest = quarters::code(&mut reading.bits, image, Vec::new());
     image.ends = ends::code(&mut reading.bits, image, Vec::new());
     image.share = read_shares(&mut reading.bits, image)?;
     Ok(())

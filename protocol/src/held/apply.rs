@@ -373,11 +373,24 @@ fn check_poses(poses: &[ObjectPose]) -> Result<(), HeldError> {
 }
 
 fn check_patch(patch: &Patch) -> Result<(), HeldError> {
-    let DepthImage { camera, depth_scale, mask, depth, normal, normal_rest, ends, colour, object, material, share } =
-        &patch.image;
+    let DepthImage {
+        camera,
+        depth_scale,
+        mask,
+        depth,
+        normal,
+        normal_rest,
+        ends,
+        colour,
+        colour_rest,
+        object,
+        material,
+        share,
+    } = &patch.image;
     let of_some = |count: usize| if count == 0 { mask.count() } else { count };
-    let some = [normal_rest.len(), ends.len(), share.len()].map(of_some);
-    let planes = [depth.len(), normal.len(), some[0], some[1], colour.len(), object.len(), material.len(), some[2]];
+    let some = [normal_rest.len(), ends.len(), share.len(), colour_rest.len()].map(of_some);
+    let planes =
+        [depth.len(), normal.len(), some[0], some[1], colour.len(), object.len(), material.len(), some[2], some[3]];
     if camera.size_px() != mask.size_px() || planes.iter().any(|&length| length != mask.count()) {
         return Err(HeldError::PlanesDiffer(patch.id));
     }

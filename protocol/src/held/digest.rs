@@ -113,6 +113,7 @@ impl Digest {
         self.bytes(image.normal.as_flattened());
         self.bytes(&image.normal_rest);
         self.bytes(&image.share);
+        self.bytes(&image.colour_rest);
         self.shorts(&image.ends);
         self.bytes(image.colour.as_flattened());
         self.shorts(&image.object);

@@ -42,6 +42,7 @@ fn cast_mirroring((width_px, height_px): (u32, u32), keep: impl Fn(u32, u32) -> 
         depth: samples.iter().map(|sample| depth_scale.code(w(sample))).collect(),
         normal: samples.iter().map(|sample| octahedral_code(sample.normal)).collect(),
         ends: Vec::new(),
+        colour_rest: Vec::new(),
         normal_rest: if samples.iter().any(|sample| sample.object == mirror) {
             samples
                 .iter()

@@ -208,6 +208,7 @@ impl Account {
             depth: Vec::new(),
             normal: Vec::new(),
             normal_rest: Vec::new(),
+            colour_rest: Vec::new(),
             share: Vec::new(),
             ends: Vec::new(),
             colour: Vec::new(),

@@ -12,8 +12,8 @@ pub struct Capture {
     pub ids: Vec<[u32; 2]>,
     /// sRGB-encoded base colour, and the material code as alpha.
     pub colour: Vec<[u8; 4]>,
-    /// What the codes of normals leave off, of samples that reflect; else 0.
-    pub normal_rest: Vec<u8>,
+    /// What the codes of normals leave off, of samples that reflect and in views at rest, and what those of colours do, in views at rest; else 0.
+    pub rests: Vec<[u8; 2]>,
     /// `near * w`; 0 where there is no sample.
     pub depth: Vec<f32>,
     /// Where surfaces end beside their samples, see [`super::EndsPass`]. Empty where nobody asked.
@@ -111,7 +111,7 @@ impl Capture {
             camera,
             ids: rows.clone().flat_map(|row| &self.ids[row]).copied().collect(),
             colour: rows.clone().flat_map(|row| &self.colour[row]).copied().collect(),
-            normal_rest: rows.clone().flat_map(|row| &self.normal_rest[row]).copied().collect(),
+            rests: rows.clone().flat_map(|row| &self.rests[row]).copied().collect(),
             depth: rows.clone().flat_map(|row| &self.depth[row]).copied().collect(),
             ends: rows.filter(|_| !self.ends.is_empty()).flat_map(|row| &self.ends[row]).copied().collect(),
             gpu_s: self.gpu_s,
@@ -125,8 +125,8 @@ impl Capture {
 
     /// The samples of a mask of this image's size, all of which must be occupied here.
     pub fn depth_image_of(&self, mask: Mask, precision: DepthPrecision) -> DepthImage {
-        let Self { ids, colour, normal_rest, .. } = self;
-        let planes = Planes { ids, colour, normal_rest, w: &|index| self.w(index) };
+        let Self { ids, colour, rests, .. } = self;
+        let planes = Planes { ids, colour, rests, w: &|index| self.w(index) };
         let mut image = planes.depth_image(Camera::Pinhole(self.camera), mask, precision);
         if !self.ends.is_empty() {
             let index = |(x, y): (u32, u32)| y as usize * self.camera.width_px as usize + x as usize;
@@ -141,7 +141,7 @@ impl Capture {
 pub(crate) struct Planes<'a> {
     pub ids: &'a [[u32; 2]],
     pub colour: &'a [[u8; 4]],
-    pub normal_rest: &'a [u8],
+    pub rests: &'a [[u8; 2]],
     /// Inverse depth at an index.
     pub w: &'a dyn Fn(usize) -> f32,
 }
@@ -162,16 +162,20 @@ impl Planes<'_> {
             let [r, g, b, _] = self.colour[index];
             [r, g, b]
         };
-        let reflects = indices.iter().any(|&index| self.normal_rest[index] != 0);
-        let rests = indices.iter().filter(|_| reflects).map(|&index| self.normal_rest[index]);
+        // Of a plane of nothing but zeros nothing is kept.
+        let rest = |plane: usize| {
+            let rests = indices.iter().map(|&index| self.rests[index][plane]);
+            if rests.clone().any(|rest| rest != 0) { rests.collect() } else { Vec::new() }
+        };
         DepthImage {
             camera,
             depth_scale,
             depth: indices.iter().map(|&index| depth_scale.code((self.w)(index))).collect(),
             normal: indices.iter().map(|&index| normal_code(self.ids[index])).collect(),
-            normal_rest: rests.collect(),
+            normal_rest: rest(0),
             ends: Vec::new(),
             colour: indices.iter().map(|&index| colour(index)).collect(),
+            colour_rest: rest(1),
             object: indices.iter().map(|&index| object(self.ids[index])).collect(),
             material: indices.iter().map(|&index| self.colour[index][3]).collect(),
             share: Vec::new(),

@@ -204,10 +204,10 @@ impl PendingCaptures {
         let mapped = self.pending.wait(&self.gpu)?;
         let ticks: Vec<u64> = self.times.map(|slot| mapped.values(slot)).unwrap_or_default();
         let captures = self.cameras.iter().zip(&self.slots).enumerate().map(|(index, (camera, slots))| {
-            let targets::Planes { ids, colour, normal_rest, depth } = planes(&mapped, *slots);
+            let targets::Planes { ids, colour, rests, depth } = planes(&mapped, *slots);
             let span = ticks.get(2 * index..2 * index + 2);
             let gpu_s = span.map(|span| span[1].saturating_sub(span[0]) as f64 * self.period_s);
-            Capture { camera: *camera, ids, colour, normal_rest, depth, ends: Vec::new(), gpu_s }
+            Capture { camera: *camera, ids, colour, rests, depth, ends: Vec::new(), gpu_s }
         });
         Ok(captures.collect())
     }

@@ -53,8 +53,9 @@ impl Stage {
             is_seen: false,
             precision: precision_within(&self.rules, viewer.view, 0.0),
         };
-        let extent = self.extent(snapshot);
-        let view_from = |world_from_eye| density::around(&Pinhole { world_from_eye, ..*own }, &extent, viewer.view);
+        let (extent, densest) = (self.extent(snapshot), self.densest);
+        let view_from =
+            |world_from_eye| density::around(&Pinhole { world_from_eye, ..*own }, &extent, viewer.view, densest);
         let mut pixels = 0;
         for _ in 0..LOOKS_AHEAD {
             let Some(part) = anticipate::next(&self.rules, client, viewer, &around, view_from) else {

@@ -5,6 +5,11 @@ use gpu::MaterialUniform;
 use protocol::Material;
 use scene::Scene;
 
+/// Normals: of a mirror or glass, and of everything in a view at rest.
+pub(super) const FINE_NORMAL: u32 = 1;
+/// Colours: of everything in a view at rest.
+pub(super) const FINE_COLOUR: u32 = 2;
+
 /// `SurfaceMaterial` of `server/scene.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -13,8 +18,8 @@ pub(crate) struct SurfaceMaterial {
     pub alpha_cutoff: f32,
     pub code: u32,
     pub double_sided: u32,
-    /// 1 where normals are kept finely: of a mirror or glass.
-    pub fine_normal: u32,
+    /// What is kept finely: [`FINE_NORMAL`], [`FINE_COLOUR`].
+    pub fine: u32,
 }
 
 /// The scene's materials as the shader has them, and the table of those that differ in what samples need. A scene with more
@@ -41,7 +46,7 @@ pub(crate) fn tables(scene: &Scene) -> (Vec<SurfaceMaterial>, Vec<Material>) {
                 alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
                 code: code as u32,
                 double_sided: u32::from(material.double_sided),
-                fine_normal: u32::from(table[code].effect().is_some()),
+                fine: if table[code].effect().is_some() { FINE_NORMAL } else { 0 },
             }
         })
         .collect();
@@ -92,7 +97,7 @@ mod tests {
             alpha_cutoff,
             code,
             double_sided,
-            fine_normal
+            fine
         );
     }
 

@@ -162,10 +162,10 @@ impl SceneRenderer {
         self.left_out = objects;
     }
 
-    /// Keeps normals finely from now on: of everything, or only of what reflects.
-    pub(crate) fn keep_fine_normals(&self, of_everything: bool) {
+    /// Keeps normals and colours finely from now on: of everything, or only the normals of what reflects.
+    pub(crate) fn keep_finely(&self, of_everything: bool) {
         let kept = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
-            fine_normal: surface.fine_normal | u32::from(of_everything),
+            fine: if of_everything { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine },
             ..*surface
         };
         let kept: Vec<_> = self.surface_materials.iter().map(kept).collect();

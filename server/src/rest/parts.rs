@@ -8,7 +8,9 @@
 
 use camera::{Camera, Pinhole};
 use glam::Vec3;
-use protocol::image::{octahedral_code, octahedral_normal_with_rest, octahedral_rest};
+use protocol::image::{
+    colour_quarters, colour_with_rest, octahedral_code, octahedral_normal_with_rest, octahedral_rest,
+};
 use protocol::{DepthImage, Mask};
 use rayon::prelude::*;
 
@@ -35,7 +37,7 @@ pub fn fine(view: &Pinhole) -> Pinhole {
 /// The images of a view, of a capture by its [`fine`] camera; those without a sample are left out, but the first.
 pub fn layers(view: &Pinhole, fine: &Capture, precision: DepthPrecision) -> Vec<DepthImage> {
     let width = view.width_px as usize;
-    let linear: [f32; 256] = std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0));
+    let linear: Vec<f32> = (0..1024).map(|quarters| linear_from_srgb(quarters as f32 / 1020.0)).collect();
     let pixels: Vec<Pixel> = (0..width * view.height_px as usize)
         .into_par_iter()
         .with_min_len(1024)
@@ -60,7 +62,7 @@ fn image(view: &Pinhole, pixels: &[Pixel], layer: usize, precision: DepthPrecisi
     let planes = Planes {
         ids: &shown.iter().map(|shown| shown.ids).collect::<Vec<_>>(),
         colour: &shown.iter().map(|shown| shown.colour).collect::<Vec<_>>(),
-        normal_rest: &shown.iter().map(|shown| shown.normal_rest).collect::<Vec<_>>(),
+        rests: &shown.iter().map(|shown| shown.rests).collect::<Vec<_>>(),
         w: &|index| shown[index].w,
     };
     let mut image = planes.depth_image(Camera::Pinhole(*view), mask, precision);
@@ -95,12 +97,12 @@ struct Part {
 struct Shown {
     ids: [u32; 2],
     colour: [u8; 4],
-    normal_rest: u8,
+    rests: [u8; 2],
     w: f32,
 }
 
 impl Pixel {
-    fn of(fine: &Capture, linear: &[f32; 256], (x, y): (usize, usize)) -> Pixel {
+    fn of(fine: &Capture, linear: &[f32], (x, y): (usize, usize)) -> Pixel {
         let (side, width) = (SIDE as usize, fine.camera.width_px as usize);
         let rows = (side * y..side * (y + 1)).flat_map(|row| (0..side).map(move |column| row * width + column));
         let samples = rows.map(|first| first + side * x).filter(|&index| fine.ids[index][0] != 0);
@@ -140,15 +142,15 @@ impl Pixel {
 }
 
 impl Part {
-    fn sample(fine: &Capture, linear: &[f32; 256], index: usize) -> Part {
-        let ([r, g, b, material], rest) = (fine.colour[index], fine.normal_rest[index]);
+    fn sample(fine: &Capture, linear: &[f32], index: usize) -> Part {
+        let ([r, g, b, material], [normal_rest, colour_rest]) = (fine.colour[index], fine.rests[index]);
         Part {
             samples: 1,
             object: fine.object(index),
             material,
-            reflects: rest != 0,
-            normal: octahedral_normal_with_rest(fine.normal_code(index), rest),
-            linear: Vec3::from([r, g, b].map(|code| linear[usize::from(code)])),
+            reflects: normal_rest != 0,
+            normal: octahedral_normal_with_rest(fine.normal_code(index), normal_rest),
+            linear: Vec3::from(colour_quarters([r, g, b], colour_rest).map(|quarters| linear[usize::from(quarters)])),
             w: fine.w(index),
         }
     }
@@ -174,11 +176,11 @@ impl Part {
 
     fn shown(&self) -> Shown {
         let [x, y] = octahedral_code(self.normal);
-        let [r, g, b] = self.colour().to_array().map(|linear| (255.0 * srgb_from_linear(linear)).round() as u8);
+        let ([r, g, b], colour_rest) = colour_with_rest(self.colour().to_array().map(srgb_from_linear));
         Shown {
             ids: [1, u32::from(self.object) | u32::from(u16::from_le_bytes([x, y])) << 16],
             colour: [r, g, b, self.material],
-            normal_rest: if self.reflects { octahedral_rest(self.normal) } else { 0 },
+            rests: [if self.reflects { octahedral_rest(self.normal) } else { 0 }, colour_rest],
             w: self.w / f32::from(self.samples),
         }
     }
@@ -211,7 +213,7 @@ mod tests {
             camera,
             ids: samples.iter().map(|&(object, _)| [u32::from(object), u32::from(object) | UP]).collect(),
             colour: samples.iter().map(|&(_, colour)| colour).collect(),
-            normal_rest: vec![0; samples.len()],
+            rests: vec![[0; 2]; samples.len()],
             depth: vec![0.5; samples.len()],
             ends: Vec::new(),
             gpu_s: None,

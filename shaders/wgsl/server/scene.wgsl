@@ -26,6 +26,11 @@ struct Instance {
     padding_0: u32,
 }
 
+// Normals: of a mirror or glass, and of everything in a view at rest.
+const FINE_NORMAL: u32 = 1u;
+// Colours: of everything in a view at rest.
+const FINE_COLOUR: u32 = 2u;
+
 struct SurfaceMaterial {
     // Linear RGBA factor.
     base_colour: vec4f,
@@ -34,8 +39,8 @@ struct SurfaceMaterial {
     code: u32,
     // 1 where it is drawn from both sides.
     double_sided: u32,
-    // 1 where its normals are kept finely: of a mirror or glass, and of everything in a view at rest.
-    fine_normal: u32,
+    // What is kept finely of its surfaces, see FINE_*.
+    fine: u32,
 }
 
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
@@ -98,8 +103,8 @@ struct Surface {
     object: u32,
     // Index into the material table of the samples.
     material: u32,
-    // Whether its normal is kept finely.
-    fine_normal: bool,
+    // What of it is kept finely: FINE_NORMAL, FINE_COLOUR.
+    fine: u32,
     // Whether the material's cut-off drops it.
     cut: bool,
 }
@@ -125,7 +130,7 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     out.triangle = scene_triangle(v, triangle_of_mesh);
     out.object = instance.object;
     out.material = material.code;
-    out.fine_normal = material.fine_normal != 0u;
+    out.fine = material.fine;
     out.cut = cut_out && base.a < material.alpha_cutoff;
     return out;
 }

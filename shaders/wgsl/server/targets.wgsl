@@ -8,15 +8,22 @@ struct ImageTargets {
     @location(0) ids: vec2u,
     // sRGB-encoded base colour; material code in alpha.
     @location(1) colour: vec4f,
-    // Where normals are kept finely, what the code of the normal leaves off; else 0.
-    @location(2) normal_rest: u32,
+    // What the codes of the normal and of the colour leave off, where those are kept finely; else 0.
+    @location(2) rests: vec2u,
 }
 
 fn targets_of(surface: Surface) -> ImageTargets {
     var out: ImageTargets;
     out.ids = vec2u(surface.triangle, surface.object | (octahedral_code(surface.normal_world) << 16u));
-    out.colour = vec4f(srgb_from_linear(surface.base), f32(surface.material) / 255.0);
-    out.normal_rest = select(0u, octahedral_rest(surface.normal_world), surface.fine_normal);
+    let srgb = srgb_from_linear(surface.base);
+    out.colour = vec4f(srgb, f32(surface.material) / 255.0);
+    out.rests.x = select(0u, octahedral_rest(surface.normal_world), (surface.fine & FINE_NORMAL) != 0u);
+    if (surface.fine & FINE_COLOUR) != 0u {
+        let quarters = vec3u(round(1020.0 * srgb));
+        out.colour = vec4f(vec3f(quarters >> vec3u(2u)) / 255.0, out.colour.a);
+        let rest = quarters & vec3u(3u);
+        out.rests.y = rest.x | (rest.y << 2u) | (rest.z << 4u);
+    }
     return out;
 }
 

@@ -11,7 +11,7 @@ struct TruthTargets {
     // sRGB-encoded picture.
     @location(1) colour: vec4f,
     // None: as the targets of images have it.
-    @location(2) normal_rest: u32,
+    @location(2) rests: vec2u,
 }
 
 fn truth_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> TruthTargets {

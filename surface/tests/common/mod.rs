@@ -72,6 +72,7 @@ pub fn capture(shapes: &[Shape], camera: &Pinhole) -> HeldPatch {
         depth: hits.iter().map(|hit| depth_scale.code(w(hit))).collect(),
         normal: hits.iter().map(|hit| octahedral_code(hit.normal.as_vec3())).collect(),
         normal_rest: Vec::new(),
+        colour_rest: Vec::new(),
         share: Vec::new(),
         ends: Vec::new(),
         colour: hits.iter().map(|hit| hit.colour).collect(),

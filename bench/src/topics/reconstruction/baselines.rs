@@ -151,6 +151,7 @@ mod tests {
             depth: vec![0; samples],
             normal: vec![protocol::image::octahedral_code(glam::Vec3::NEG_Z); samples],
             normal_rest: Vec::new(),
+            colour_rest: Vec::new(),
             share: Vec::new(),
             ends: Vec::new(),
             colour: vec![[9; 3]; samples],

@@ -187,6 +187,7 @@ mod tests {
             depth: vec![0; 4],
             normal: vec![facing; 4],
             normal_rest: Vec::new(),
+            colour_rest: Vec::new(),
             share: Vec::new(),
             ends: Vec::new(),
             colour: vec![[9; 3]; 4],

@@ -20,6 +20,7 @@ pub(super) fn image(view: Pinhole) -> DepthImage {
         depth: vec![0],
         normal: vec![protocol::image::octahedral_code(Vec3::Y)],
         normal_rest: Vec::new(),
+        colour_rest: Vec::new(),
         share: Vec::new(),
         ends: Vec::new(),
         colour: vec![[0; 3]],

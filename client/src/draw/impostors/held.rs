@@ -112,6 +112,7 @@ mod tests {
             depth: vec![0],
             normal: vec![[0; 2]],
             normal_rest: Vec::new(),
+            colour_rest: Vec::new(),
             share: Vec::new(),
             ends: Vec::new(),
             colour: vec![[0; 3]],

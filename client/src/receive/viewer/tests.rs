@@ -39,6 +39,7 @@ fn patch(id: u32) -> Edit {
         depth: vec![0, 1],
         normal: vec![[127, 127]; 2],
         normal_rest: Vec::new(),
+        colour_rest: Vec::new(),
         share: Vec::new(),
         ends: Vec::new(),
         colour: vec![[255, 0, 0], [0, 255, 0]],

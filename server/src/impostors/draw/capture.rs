@@ -16,8 +16,8 @@ pub struct ImpostorCapture {
     pub ids: Vec<[u32; 2]>,
     /// sRGB-encoded base colour, and the material code as alpha.
     pub colour: Vec<[u8; 4]>,
-    /// What the codes of normals leave off, of samples that reflect; else 0.
-    pub normal_rest: Vec<u8>,
+    /// What the codes of normals leave off, of samples that reflect, else 0; and of colours, 0.
+    pub rests: Vec<[u8; 2]>,
     /// Inverse depth in the camera's own measure, 1/m for a pinhole and a single-pole camera; 0 where there is no
     /// sample.
     pub w: Vec<f32>,
@@ -40,7 +40,7 @@ impl ImpostorCapture {
 
     /// Unit shading normal at an index, in world space, as exactly as its code holds it.
     pub fn normal_world(&self, index: usize) -> DVec3 {
-        let normal = octahedral_normal_with_rest(normal_code(self.ids[index]), self.normal_rest[index]);
+        let normal = octahedral_normal_with_rest(normal_code(self.ids[index]), self.rests[index][0]);
         normal.as_dvec3()
     }
 
@@ -63,8 +63,8 @@ impl ImpostorCapture {
 
     /// All samples, packed.
     pub fn depth_image(&self, precision: DepthPrecision) -> DepthImage {
-        let Self { ids, colour, normal_rest, w, .. } = self;
-        let planes = Planes { ids, colour, normal_rest, w: &|index| w[index] };
+        let Self { ids, colour, rests, w, .. } = self;
+        let planes = Planes { ids, colour, rests, w: &|index| w[index] };
         planes.depth_image(self.camera.clone(), self.mask(), precision)
     }
 }

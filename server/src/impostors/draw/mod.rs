@@ -115,7 +115,7 @@ impl ImpostorDrawer {
         self.gpu.queue.submit([encoder.finish()]);
         let mapped = encoded.map().wait(&self.gpu)?;
         self.attachments = Some(attachments);
-        let targets::Planes { ids, colour, normal_rest, depth } = planes(&mapped, slots);
+        let targets::Planes { ids, colour, rests, depth } = planes(&mapped, slots);
         let ticks: Option<Vec<u64>> = times.map(|slot| mapped.values(slot));
         let gpu_ticks = ticks.and_then(|ticks| Some(ticks.last()?.saturating_sub(*ticks.first()?)));
         let period_s = f64::from(self.gpu.queue.get_timestamp_period()) * 1e-9;
@@ -123,7 +123,7 @@ impl ImpostorDrawer {
             camera: camera.clone(),
             ids,
             colour,
-            normal_rest,
+            rests,
             w: depth.into_iter().map(|depth| depth / near_m).collect(),
             gpu_s: gpu_ticks.map(|ticks| ticks as f64 * period_s),
             wall_s: started.elapsed().as_secs_f64(),
