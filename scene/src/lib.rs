@@ -2,12 +2,10 @@
 
 mod added;
 pub mod builtin;
-mod extent;
 mod floor_plan;
 pub mod load;
 pub mod model;
 pub mod sanitize;
 
-pub use extent::extent;
 pub use floor_plan::{floor_plan, heights_m};
 pub use model::{Bounds, Deformed, Instance, LightArea, Material, Mesh, Scene, SceneLight, Snapshot, Texture, Vertex};

@@ -277,7 +277,7 @@ impl Scene {
     /// The box in world space around the box of an instance's mesh at rest; `None` where the mesh has no vertices.
     pub fn bounds_of(&self, snapshot: &Snapshot, instance: u16) -> Option<camera::Bounds> {
         let place = snapshot.world_from_mesh.get(usize::from(instance))?;
-        let mesh = &self.meshes[self.instances.get(usize::from(instance))?.mesh as usize];
+        let mesh = self.meshes.get(self.instances.get(usize::from(instance))?.mesh as usize)?;
         let [min, max] = mesh.bounds.map(|corner| DVec3::from(corner.map(f64::from)));
         let corners = camera::Bounds { min, max }.corners();
         camera::Bounds::around(corners.map(|corner| place.transform_point3(corner))).filter(|_| min.cmple(max).all())

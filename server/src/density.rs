@@ -5,9 +5,9 @@
 //! costs the same to draw, and its samples are few. Finer than [`DENSEST`] nothing is gained.
 
 use camera::Pinhole;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use protocol::message::ViewSize;
-use scene::Bounds;
+use scene::{Bounds, Scene, Snapshot};
 
 use crate::plan::output_focal_px;
 
@@ -45,6 +45,23 @@ pub fn around(view: &Pinhole, bounds: &Bounds, output: ViewSize, densest: f64) -
     }
 }
 
+/// The box around everything that a snapshot shows: around the boxes of meshes, and the vertices of what deforms.
+pub fn extent(scene: &Scene, snapshot: &Snapshot) -> Bounds {
+    let mut all = Bounds::EMPTY;
+    let rigid = scene.instances.iter().zip(0_u16..).filter(|(instance, _)| !instance.deforms);
+    for bounds in rigid.filter_map(|(_, instance)| scene.bounds_of(snapshot, instance)) {
+        all.include(bounds.min);
+        all.include(bounds.max);
+    }
+    for deformed in &snapshot.deformed {
+        let Some(place) = snapshot.world_from_mesh.get(deformed.instance as usize) else { continue };
+        for vertex in &deformed.vertices {
+            all.include(place.transform_point3(DVec3::from(vertex.position.map(f64::from))));
+        }
+    }
+    all
+}
+
 /// Where a box lies in an image, in pixels; `None` where a corner of it is behind the eye.
 fn seen_px(view: &Pinhole, bounds: &Bounds) -> Option<[DVec2; 2]> {
     let corners = camera::Bounds { min: bounds.min, max: bounds.max }.corners();
@@ -61,7 +78,6 @@ fn seen_px(view: &Pinhole, bounds: &Bounds) -> Option<[DVec2; 2]> {
 #[cfg(test)]
 mod tests {
     use camera::Rigid;
-    use glam::DVec3;
 
     use super::*;
 

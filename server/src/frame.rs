@@ -439,22 +439,20 @@ impl Stage {
     }
 
     /// The scene's time in the middle of the time for which what is made now is shown: it is on its way for half a round trip, and then shown for
-    /// an interval. What moves by a clip is so seen where it is, not where it was. Never before what the client already holds.
+    /// an interval. What moves by a clip is so seen where it is, not where it was. A round trip that was shorter than the one before takes no time
+    /// back; a clock that was set back does.
     fn scene_time_s(&self, viewer: &Viewer, client: &Client, now_s: f64) -> f64 {
         if self.still.is_some() {
             return now_s;
         }
         let ahead_s = viewer.round_trip_s / 2.0 + self.rules.update_interval_s / 2.0;
-        (now_s + ahead_s).max(client.account.held().scene_time_s)
+        let (time_s, held_s) = (now_s + ahead_s, client.account.held().scene_time_s);
+        if held_s - time_s < ahead_s { time_s.max(held_s) } else { time_s }
     }
 
     /// The box around everything.
     fn extent(&self, snapshot: &Snapshot) -> Bounds {
-        if self.still.is_some() {
-            self.scene.bounds
-        } else {
-            scene::extent(&self.scene.meshes, &self.scene.instances, snapshot)
-        }
+        if self.still.is_some() { self.scene.bounds } else { density::extent(&self.scene, snapshot) }
     }
 
     fn moving_objects(&self, snapshot: &Snapshot) -> Vec<ObjectPose> {

@@ -201,7 +201,7 @@ fn time_that_jumps_back_while_nothing_lacks_is_followed() {
     assert!(session.client.focus.is_some_and(|focus| focus.settled), "nothing lacks");
     session.now_s = 1.0;
     let made = session.tick().expect("clients are told");
-    assert_eq!(made.update.scene_time_s, 1.0);
+    assert_eq!(made.update.scene_time_s, 1.0 + INTERVAL_S / 2.0, "when it will be seen");
 }
 
 #[test]

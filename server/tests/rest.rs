@@ -4,6 +4,7 @@ mod common;
 
 use common::session::Session;
 use glam::DVec3;
+use protocol::message::ViewSize;
 use protocol::{Held, Purpose};
 use vantage_server::frame::Made;
 use vantage_server::plan::Reason;
@@ -49,6 +50,7 @@ fn the_own_view_comes_once_and_goes_with_the_viewer() {
 #[test]
 fn a_slow_path_gets_rows_by_and_by_and_every_row_once() {
     let mut session = Session::resting("urban");
+    session.viewer.view = ViewSize { width_px: 640, height_px: 360, ..session.viewer.view };
     let start = session.viewer.world_from_eye;
     session.hear(start, DVec3::ZERO);
     session.tick().expect("a first set");

@@ -500,15 +500,15 @@ mod tests {
         let rules = CornerRules::default();
         let (near, far) = (plane(1.0, 0.0, 1), plane(0.5, 0.0, 2));
         // Its corner juts out to the right and down: with crossings at a and b the triangle has the area of a b / 2.
-        let jutting = ending(near, &[(0, 3), (1, 6)]);
+        let jutting = ending(near, &[(0, 3), (1, 5)]);
         let corner = averaged([Some(&jutting), Some(&far), Some(&far), Some(&far)], &rules);
         let covered = corner.shift_px[0].map(|shift| shift + 0.5);
-        let crossings = [3, 6].map(|level| beside(level) + 0.5);
+        let crossings = [3, 5].map(|level| beside(level) + 0.5);
         assert!((covered[0] * covered[1] - 0.5 * crossings[0] * crossings[1]).abs() < 1e-6);
         assert!((covered[0] / covered[1] - crossings[0] / crossings[1]).abs() < 1e-6, "towards the crossings");
         assert_eq!(corner.shift_px[1..], [corner.shift_px[0]; 3], "what is behind meets it");
         // A notch below on the right, by what it leaves of the square.
-        let (above, left) = (ending(near, &[(1, 3)]), ending(near, &[(0, 6)]));
+        let (above, left) = (ending(near, &[(1, 3)]), ending(near, &[(0, 5)]));
         let notch = averaged([Some(&near), Some(&above), Some(&left), Some(&far)], &rules);
         let left_out = notch.shift_px[0].map(|shift| 0.5 - shift);
         assert!((left_out[0] * left_out[1] - 0.5 * (1.0 - crossings[0]) * (1.0 - crossings[1])).abs() < 1e-6);

@@ -63,7 +63,7 @@ pub(super) fn still_scene(
         instances.push(Instance { mesh: index as u32, name: part.name, moves: false, deforms: false, tint: [255; 3] });
     }
     let snapshot = still.snapshot(0.0);
-    let bounds = crate::extent(&meshes, &instances, &snapshot);
+    let bounds = summary::bounds(&meshes, &instances, &snapshot);
     let walk = summary::is_walked(&meshes, &instances, &snapshot, &bounds);
     request.report(Stage::Finish, 1, 1);
     Ok(Scene {

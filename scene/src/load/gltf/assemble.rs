@@ -82,7 +82,7 @@ pub(super) fn scene(
     let lights_move = lights.iter().any(|light| moving[light.node]);
     let motion = Motion { hierarchy, clips, skins, sources, deforms, lights, rest };
     let snapshot = motion.snapshot(0.0);
-    let bounds = crate::extent(&meshes, &instances, &snapshot);
+    let bounds = summary::bounds(&meshes, &instances, &snapshot);
     let walk = summary::is_walked(&meshes, &instances, &snapshot, &bounds);
     let animation: Arc<dyn Animation> = match motion.clips.is_empty() {
         true => Arc::new(Still { world_from_mesh: motion.rest, lights: snapshot.lights }),
