@@ -7,15 +7,14 @@
 
 use crate::image::{DepthImage, Ranks};
 
+pub use crate::image::Ends;
+
 /// The next pixel to the right, below, to the left, and above, in the order of the nibbles from the lowest on.
 pub const SIDES: [[i32; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
 /// The greatest level. Of nine equal parts of the way the first and the last belong to the centres: a surface that ends
 /// covers `level + 0.5` of them.
 pub const MOST: u16 = 7;
-
-/// How a sample's surface ends at its sides.
-pub type Ends = u16;
 
 /// The level of a side; 0 where the surface does not end.
 pub fn level(ends: Ends, side: usize) -> u16 {

@@ -193,6 +193,9 @@ pub fn colour_with_rest(srgb: [f32; 3]) -> ([u8; 3], u8) {
     (quarters.map(|quarters| (quarters >> 2) as u8), rest(0) | rest(1) | rest(2))
 }
 
+/// How a sample's surface ends at its sides: a nibble for each, see [`crate::ends`].
+pub type Ends = u16;
+
 /// What one camera captured. Every plane holds one value a sample, in the order of [`Mask::occupied`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthImage {
@@ -210,7 +213,7 @@ pub struct DepthImage {
     /// samples of other materials. Empty where none of the image has any.
     pub normal_rest: Vec<u8>,
     /// Where surfaces end beside their samples, see [`crate::ends`]. Empty where none does.
-    pub ends: Vec<crate::ends::Ends>,
+    pub ends: Vec<Ends>,
     /// Base colour, sRGB-encoded.
     pub colour: Vec<[u8; 3]>,
     /// What rounding left off of base colours in views at rest: [`colour_quarters`]. Empty where none of the image has any.
