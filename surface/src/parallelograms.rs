@@ -148,7 +148,7 @@ impl FlattenPass {
                 focal_px: patch.camera.focal_px as f32,
                 first_mover,
                 frame_focal_px: frame.focal_px as f32,
-                setback: setback(patch),
+                setback: setback(patch, None),
                 first_quad: part.first,
                 quad_count: part.count,
                 first,

@@ -51,6 +51,12 @@ pub(crate) const MOVER_TEXELS: u32 = 6;
 /// show it through; a server sees that in its own drawing of the copy, and sends the nearer surface as finely.
 pub const SETBACK_FOOTPRINTS: f64 = 0.5;
 
+/// By so many times as much more, for an eye that looks from aside by its whole distance: of samples that are equally fine those show that were taken from
+/// nearest to where the eye is, whose outlines are as it sees them, and which it sees no more at a slant than they were taken. (Blending by the angle between
+/// rays, as Buehler et al., Unstructured lumigraph rendering, 2001, without the blending.) With 4 an orbit of a machine full of ribs has FLIP 0.084, with 1
+/// 0.088, without 0.090.
+const SETBACK_ASIDE: f64 = 4.0;
+
 /// Moving objects a row of that texture; the twin of the constant in `surface/quads.wgsl`. 2048 rows, which every device has,
 /// hold 131,072.
 const MOVERS_A_ROW: u32 = 64;
@@ -140,6 +146,8 @@ pub(crate) struct Quads {
     both_sides: wgpu::RenderPipeline,
     /// Of surfaces that have one side.
     one_sided: wgpu::RenderPipeline,
+    /// Whether it draws what an eye sees, not what casts.
+    is_seen: bool,
 }
 
 impl Quads {
@@ -155,7 +163,7 @@ impl Quads {
         let pipeline = |cull| pipeline(gpu, &module, &layout, stages, formats, cull);
         let both_sides = pipeline(None);
         let one_sided = unseen.map_or_else(|| both_sides.clone(), |face| pipeline(Some(face)));
-        Ok(Quads { gpu: gpu.clone(), layout, both_sides, one_sided })
+        Ok(Quads { gpu: gpu.clone(), layout, both_sides, one_sided, is_seen: unseen.is_some() })
     }
 
     /// Clears the targets and draws everything held.
@@ -182,7 +190,7 @@ impl Quads {
     ) {
         let stride = (size_of::<ViewUniform>() as u32)
             .next_multiple_of(self.gpu.device.limits().min_uniform_buffer_offset_alignment);
-        let inputs = Inputs::new(surfaces, camera, smoothing, stride as usize);
+        let inputs = Inputs::new(surfaces, camera, self.is_seen, smoothing, stride as usize);
         let group = (!inputs.views.is_empty()).then(|| self.bind(&inputs));
         let mut pass = begin(encoder, targets, depth);
         let Some(group) = group else { return };
@@ -240,13 +248,20 @@ struct Inputs {
 }
 
 impl Inputs {
-    fn new(surfaces: &HeldSurfaces, output: &Pinhole, smoothing: Smoothing, stride: usize) -> Inputs {
+    fn new(surfaces: &HeldSurfaces, output: &Pinhole, is_seen: bool, smoothing: Smoothing, stride: usize) -> Inputs {
         let eye_from_world = output.world_from_eye.inverse().to_affine();
         let mut inputs = Inputs { views: vec![0; surfaces.patches().len() * stride], movers: Vec::new() };
         for (index, (id, patch)) in surfaces.patches().enumerate() {
             let first_mover = inputs.movers.len() as u32 / MOVER_TEXELS;
             let placement = Placement::new(surfaces, patch, &eye_from_world);
-            let mut view = view_uniform(patch, output, smoothing, placement.eye_from_patch, first_mover);
+            let mut view = view_uniform(
+                patch,
+                output,
+                is_seen.then_some(output),
+                smoothing,
+                placement.eye_from_patch,
+                first_mover,
+            );
             view.patch = id.0;
             inputs.views[index * stride..][..size_of::<ViewUniform>()].copy_from_slice(bytemuck::bytes_of(&view));
             for mover in &placement.movers {
@@ -315,6 +330,7 @@ impl Placement {
 fn view_uniform(
     patch: &PatchSurface,
     output: &Pinhole,
+    seen_by: Option<&Pinhole>,
     smoothing: Smoothing,
     eye_from_patch: Rows,
     first_mover: u32,
@@ -334,13 +350,14 @@ fn view_uniform(
             Smoothing::Linear => 2,
         },
         patch: 0,
-        setback: setback(patch),
+        setback: setback(patch, seen_by),
     }
 }
 
-/// How far a patch's samples are set back, as a share of their distance from where they were captured.
-pub(crate) fn setback(patch: &PatchSurface) -> f32 {
-    (SETBACK_FOOTPRINTS / patch.camera.focal_px) as f32
+/// How far a patch's samples are set back, as a share of their distance from where they were captured; `seen_by`: where an eye sees them.
+pub(crate) fn setback(patch: &PatchSurface, seen_by: Option<&Pinhole>) -> f32 {
+    let aside = seen_by.map_or(0.0, |view| SETBACK_ASIDE * patch.aside_of(view.world_from_eye.translation));
+    (SETBACK_FOOTPRINTS * (1.0 + aside) / patch.camera.focal_px) as f32
 }
 
 /// Normals go by the inverse transpose, which for a rigid motion is the rotation itself.
