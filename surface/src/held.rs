@@ -193,6 +193,11 @@ impl HeldSurfaces {
         }
     }
 
+    /// Whether it is what eyes look at, and not what lights do.
+    pub(crate) fn is_for_eyes(&self) -> bool {
+        self.purpose == Purpose::Eye
+    }
+
     /// Whether a view may show anything of a patch.
     pub fn may_show(&self, id: PatchId, view: &Pinhole) -> bool {
         self.patches.get(&id).is_some_and(|patch| patch.may_be_seen_from(view))
@@ -371,13 +376,13 @@ impl PatchSurface {
         }
     }
 
-    /// How far aside of where the patch was captured an eye is, as a share of its distance from what the patch shows: the tangent of the angle between both
-    /// looks, about. 2 at most, from the other side.
+    /// How far aside of where the patch was captured an eye is, as a share of its distance from what the patch shows: the tangent of the angle between
+    /// both looks, about.
     pub(crate) fn aside_of(&self, eye_world: DVec3) -> f64 {
         let (centre_eye, radius_m) = self.ball_eye;
         let centre_world = self.camera.world_from_eye.transform_point(centre_eye);
         let distance_m = eye_world.distance(centre_world).max(radius_m);
-        (eye_world.distance(self.camera.world_from_eye.translation) / distance_m).min(2.0)
+        eye_world.distance(self.camera.world_from_eye.translation) / distance_m
     }
 
     /// Whether `view` may see any of it: whether its ball reaches into the view's pyramid. A patch with moving objects always

@@ -56,6 +56,8 @@ pub const SETBACK_FOOTPRINTS: f64 = 0.5;
 /// rays, as Buehler et al., Unstructured lumigraph rendering, 2001, without the blending.) With 4 an orbit of a machine full of ribs has FLIP 0.084, with 1
 /// 0.088, without 0.090.
 const SETBACK_ASIDE: f64 = 4.0;
+/// From further aside than this, some 14 degrees, nothing is set back any further: what is thin would be shown behind what it hides.
+const MOST_ASIDE: f64 = 0.25;
 
 /// Moving objects a row of that texture; the twin of the constant in `surface/quads.wgsl`. 2048 rows, which every device has,
 /// hold 131,072.
@@ -250,6 +252,7 @@ struct Inputs {
 impl Inputs {
     fn new(surfaces: &HeldSurfaces, output: &Pinhole, is_seen: bool, smoothing: Smoothing, stride: usize) -> Inputs {
         let eye_from_world = output.world_from_eye.inverse().to_affine();
+        let is_seen = is_seen && surfaces.is_for_eyes();
         let mut inputs = Inputs { views: vec![0; surfaces.patches().len() * stride], movers: Vec::new() };
         for (index, (id, patch)) in surfaces.patches().enumerate() {
             let first_mover = inputs.movers.len() as u32 / MOVER_TEXELS;
@@ -356,7 +359,8 @@ fn view_uniform(
 
 /// How far a patch's samples are set back, as a share of their distance from where they were captured; `seen_by`: where an eye sees them.
 pub(crate) fn setback(patch: &PatchSurface, seen_by: Option<&Pinhole>) -> f32 {
-    let aside = seen_by.map_or(0.0, |view| SETBACK_ASIDE * patch.aside_of(view.world_from_eye.translation));
+    let aside =
+        seen_by.map_or(0.0, |view| SETBACK_ASIDE * patch.aside_of(view.world_from_eye.translation).min(MOST_ASIDE));
     (SETBACK_FOOTPRINTS * (1.0 + aside) / patch.camera.focal_px) as f32
 }
 

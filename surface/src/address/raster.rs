@@ -98,7 +98,7 @@ pub(super) fn view(surfaces: &HeldSurfaces, camera: &Pinhole) -> AddressView {
         rows.extend(tiles.rows_in(pyramid).map(|rows| (drawn.len() as u32, rows)));
         drawn.push(Drawn {
             id,
-            setback: setback(surface, Some(camera)),
+            setback: setback(surface, surfaces.is_for_eyes().then_some(camera)),
             mesh,
             surface,
             placement: Placement::new(surfaces, surface, &eye_from_world),
