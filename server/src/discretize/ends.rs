@@ -40,15 +40,15 @@ const OBJECT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
 /// A part of a view, finer: [`SUBPIXELS`] squared values a pixel, row-major.
 #[derive(Debug, Clone)]
-pub struct Finer {
+struct Finer {
     /// The first pixel of the view that it shows; it may lie outside by one.
-    pub first_px: (i32, i32),
+    first_px: (i32, i32),
     /// Values a row.
-    pub width: usize,
+    width: usize,
     /// One higher than the object's id; 0 where there is none.
-    pub object: Vec<u32>,
+    object: Vec<u32>,
     /// Inverse depths in any unit, the same as the view's: those of captures are `near * w`.
-    pub depth: Vec<f32>,
+    depth: Vec<f32>,
 }
 
 /// A part of a view: its first pixel and its size.
@@ -292,7 +292,7 @@ fn parts(mask: &Mask) -> Vec<Part> {
 }
 
 /// Where the surface of the sample at a pixel of a capture ends, as a finer image around it shows.
-pub fn ends_of(capture: &Capture, finer: &Finer, pixel: (u32, u32)) -> Ends {
+fn ends_of(capture: &Capture, finer: &Finer, pixel: (u32, u32)) -> Ends {
     let index = pixel.1 as usize * capture.camera.width_px as usize + pixel.0 as usize;
     let own = (u32::from(capture.object(index)) + 1, capture.depth[index]);
     let side = SUBPIXELS as usize;

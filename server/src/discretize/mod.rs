@@ -35,7 +35,7 @@ pub mod redundancy;
 
 pub use capture::{Capture, DepthPrecision};
 pub(crate) use capture::{Planes, normal_code, object};
-pub use ends::{EndsPass, Finer, ends_of};
+pub use ends::EndsPass;
 pub use meter::{Meter, MeterImages};
 pub use method::{Discretization, Redundancy, RedundancyTest};
 
