@@ -267,8 +267,7 @@ impl DepthImage {
     }
 
     /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, ends 2, colour 3 and 1 for what is left off, object 2, material 1,
-    /// share 1 a sample;
-    /// planes of one value are left out, as the codec leaves them out.
+    /// share 1 a sample; planes of one value are left out, as the codec leaves them out.
     pub fn raw_bytes(&self) -> usize {
         fn plane<T: PartialEq>(values: &[T]) -> usize {
             let constant = values.iter().all(|value| *value == values[0]);

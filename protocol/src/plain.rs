@@ -137,17 +137,13 @@ fn write_patch(patch: &Patch, out: &mut Writer) {
     write_plane(image.mask.words(), out);
     write_plane(&image.depth, out);
     write_plane(&image.normal, out);
-    out.u32(count(image.normal_rest.len()));
-    write_plane(&image.normal_rest, out);
-    out.u32(count(image.ends.len()));
-    write_plane(&image.ends, out);
+    write_optional(&image.normal_rest, out);
+    write_optional(&image.ends, out);
     write_plane(&image.colour, out);
-    out.u32(count(image.colour_rest.len()));
-    write_plane(&image.colour_rest, out);
+    write_optional(&image.colour_rest, out);
     write_plane(&image.object, out);
     write_plane(&image.material, out);
-    out.u32(count(image.share.len()));
-    write_plane(&image.share, out);
+    write_optional(&image.share, out);
 }
 
 fn read_patch(reader: &mut Reader) -> Result<Patch, WireError> {
@@ -161,25 +157,13 @@ fn read_patch(reader: &mut Reader) -> Result<Patch, WireError> {
         mask,
         depth: read_plane(count, reader)?,
         normal: read_plane(count, reader)?,
-        normal_rest: {
-            let count = reader.u32()? as usize;
-            read_plane(count, reader)?
-        },
-        ends: {
-            let count = reader.u32()? as usize;
-            read_plane(count, reader)?
-        },
+        normal_rest: read_optional(reader)?,
+        ends: read_optional(reader)?,
         colour: read_plane(count, reader)?,
-        colour_rest: {
-            let count = reader.u32()? as usize;
-            read_plane(count, reader)?
-        },
+        colour_rest: read_optional(reader)?,
         object: read_plane(count, reader)?,
         material: read_plane(count, reader)?,
-        share: {
-            let count = reader.u32()? as usize;
-            read_plane(count, reader)?
-        },
+        share: read_optional(reader)?,
     };
     Ok(Patch { id, purpose, capture_time_s, objects, image })
 }
@@ -194,6 +178,17 @@ fn read_mask((width_px, height_px): (u32, u32), reader: &mut Reader) -> Result<M
 /// Appends the bytes of values; how many there are, the reader must know.
 fn write_plane<T: NoUninit>(values: &[T], out: &mut Writer) {
     out.bytes.extend_from_slice(bytemuck::cast_slice(values));
+}
+
+/// A plane that an image may lack.
+fn write_optional<T: NoUninit>(values: &[T], out: &mut Writer) {
+    out.u32(count(values.len()));
+    write_plane(values, out);
+}
+
+fn read_optional<T: NoUninit + AnyBitPattern>(reader: &mut Reader) -> Result<Vec<T>, EndsEarly> {
+    let count = reader.u32()? as usize;
+    read_plane(count, reader)
 }
 
 fn read_plane<T: NoUninit + AnyBitPattern>(count: usize, reader: &mut Reader) -> Result<Vec<T>, EndsEarly> {

@@ -210,9 +210,8 @@ impl Stage {
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
         let pixels = plan.pixels();
-        let (extent, densest) = (self.extent(snapshot), self.densest);
-        let views = plan.views.iter().map(|view| density::around(view, &extent, viewer.view, densest));
-        let plan = &Plan { views: views.collect(), ..plan.clone() };
+        let denser = self.denser(snapshot, viewer);
+        let plan = &Plan { views: plan.views.iter().map(denser).collect(), ..plan.clone() };
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.drop_rest(now, client, viewer)?;
@@ -450,9 +449,13 @@ impl Stage {
         if held_s - time_s < ahead_s { time_s.max(held_s) } else { time_s }
     }
 
-    /// The box around everything.
-    fn extent(&self, snapshot: &Snapshot) -> Bounds {
-        if self.still.is_some() { self.scene.bounds } else { density::extent(&self.scene, snapshot) }
+    /// Makes views of a snapshot spend their pixels where something is.
+    fn denser(&self, snapshot: &Snapshot, viewer: &Viewer) -> impl Fn(&Pinhole) -> Pinhole + use<> {
+        let Bounds { min, max } = self.scene.bounds;
+        let at_rest = || (!self.scene.bounds.is_empty()).then_some(camera::Bounds { min, max });
+        let extent = if self.still.is_some() { at_rest() } else { density::extent(&self.scene, snapshot) };
+        let (output, densest) = (viewer.view, self.densest);
+        move |view| extent.map_or(*view, |extent| density::around(view, &extent, output, densest))
     }
 
     fn moving_objects(&self, snapshot: &Snapshot) -> Vec<ObjectPose> {

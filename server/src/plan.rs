@@ -35,7 +35,7 @@ const PARALLAX_MARGINS: f64 = 4.0;
 /// Images are not longer than this many times their width, whatever the view's shape.
 const MAX_ASPECT: f64 = 4.0;
 /// Sides of images are whole multiples of this.
-const SIZE_STEP_PX: f64 = 4.0;
+pub const SIZE_STEP_PX: f64 = 4.0;
 /// How far a sample may be shifted on the screen by the coding of its depth, where nothing else is asked for.
 pub const PARALLAX_ERROR_PX: f64 = 0.1;
 /// How much wider than the view the own image of a viewer who stands still is on each side: what rounding needs, so that its

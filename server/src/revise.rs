@@ -41,10 +41,10 @@ pub fn revise(
     revision: &Revision<'_>,
     now: &Surroundings<'_>,
 ) -> Result<(), StageError> {
-    let (purpose, view) = (revision.purpose, &capture.camera.clone());
+    let (purpose, view) = (revision.purpose, capture.camera);
     account.counts_mut().look_at(purpose, capture);
     account.refresh();
-    let mut copy = imager.copy_view(account, purpose, view)?;
+    let mut copy = imager.copy_view(account, purpose, &view)?;
     let peers = account.captured_by(revision.peers);
     let judge = |account: &Account, copy: &AddressView, capture: &Capture| {
         let comparison = Comparison::new(capture, copy, account, &peers, revision.rules);
@@ -60,7 +60,7 @@ pub fn revise(
     let looks_again = revision.looks_again || !retraction.stale.is_empty();
     if account.retract(purpose, &retraction)? && looks_again {
         account.refresh();
-        copy = imager.copy_view(account, purpose, view)?;
+        copy = imager.copy_view(account, purpose, &view)?;
         (_, lacking, superseded) = judge(account, &copy, capture);
     }
     if revision.is_seen {

@@ -8,7 +8,6 @@
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use protocol::held::HeldPatch;
-use protocol::image::Ranks;
 use protocol::{DepthImage, Patch};
 
 use crate::corners::{self, Corner, CornerRules, Corners, Plane};
@@ -35,8 +34,8 @@ pub struct Vertex {
     /// The pixel of the quad: x in the low half, y in the high one.
     pub pixel: u32,
     /// What the codes of both normals leave off ([`protocol::image::octahedral_rest`]): of the quad's in the lowest byte, of the
-    /// corner's in the next one. Bit 16: the quad's surface ends near it, see [`NEAR_END_PX`].
-    pub rests_end: u32,
+    /// corner's in the next one.
+    pub normal_rests: u32,
 }
 
 /// From which vertex of a triangle the API takes flat values.
@@ -84,10 +83,6 @@ pub struct OffsetImage<'a> {
 }
 
 const NONE: u32 = u32::MAX;
-/// A surface that says where it ends does so in a row of samples; of finer images the row beside it is seen as often.
-pub const NEAR_END_PX: u32 = 2;
-/// Samples of one object whose depths differ by no more than this many footprints (`w/f` in w) a pixel are near on its surface.
-const NEAR_FOOTPRINTS: f32 = 2.0;
 
 /// Builds the quads of a held patch; none of an image that no pinhole took.
 pub fn build(held: &HeldPatch, options: &MeshOptions<'_>) -> PatchMesh {
@@ -103,8 +98,6 @@ struct Builder<'a> {
     options: &'a MeshOptions<'a>,
     planes: Vec<Plane>,
     guarded: usize,
-    /// Whether the surface ends near a sample; empty where none does anywhere.
-    near_end: Vec<bool>,
     pixels: Vec<(u32, u32)>,
     /// Sample of each pixel of two rows: the one above the current corners and the one below.
     rows: [Vec<u32>; 2],
@@ -125,7 +118,6 @@ impl<'a> Builder<'a> {
             trims: &held.trims,
             options,
             guarded,
-            near_end: near_end(image, camera, &planes),
             pixels: image.mask.occupied().collect(),
             rows: [vec![NONE; width + 2], vec![NONE; width + 2]],
             quads: vec![[NONE; 4]; planes.len()],
@@ -205,10 +197,6 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn ends_near(&self, sample: usize) -> u32 {
-        u32::from(self.near_end.get(sample).copied().unwrap_or(false))
-    }
-
     fn vertex(&self, u_px: f32, v_px: f32, w: f32, sample: usize, mean: &Mean) -> Vertex {
         let image = &self.patch.image;
         let object = image.object[sample];
@@ -226,7 +214,7 @@ impl<'a> Builder<'a> {
             corner_colour_trim: packed(mean.colour(), self.trims.get(sample).copied().unwrap_or(0)),
             corner_normal_mover: u32::from(u16::from_le_bytes(mean.normal())) | (mover as u32) << 16,
             pixel: x | y << 16,
-            rests_end: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8 | self.ends_near(sample) << 16,
+            normal_rests: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8,
         }
     }
 
@@ -274,29 +262,6 @@ impl<'a> Builder<'a> {
         }
         indices
     }
-}
-
-/// See [`Builder::near_end`].
-fn near_end(image: &DepthImage, camera: &Pinhole, planes: &[Plane]) -> Vec<bool> {
-    if image.ends.is_empty() {
-        return Vec::new();
-    }
-    let (width, height) = image.mask.size_px();
-    let ranks = Ranks::new(&image.mask);
-    let mut near_end = vec![false; planes.len()];
-    for (sample, (x, y)) in image.mask.occupied().enumerate().filter(|&(sample, _)| image.ends[sample] != 0) {
-        let around = |at: u32, length: u32| at.saturating_sub(NEAR_END_PX)..(at + NEAR_END_PX + 1).min(length);
-        let apart_w = NEAR_FOOTPRINTS * NEAR_END_PX as f32 * planes[sample].w / camera.focal_px as f32;
-        for (x, y) in around(y, height).flat_map(|y| around(x, width).map(move |x| (x, y))) {
-            let other = ranks.of(&image.mask, x as u16, y as u16);
-            if let Some(other) = other.filter(|&other| image.object[other] == image.object[sample])
-                && (planes[other].w - planes[sample].w).abs() <= apart_w
-            {
-                near_end[other] = true;
-            }
-        }
-    }
-    near_end
 }
 
 /// A vertex moved to `2^-trim` of its distance from a centre `(u, v, w)`.

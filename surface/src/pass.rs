@@ -257,14 +257,8 @@ impl Inputs {
         for (index, (id, patch)) in surfaces.patches().enumerate() {
             let first_mover = inputs.movers.len() as u32 / MOVER_TEXELS;
             let placement = Placement::new(surfaces, patch, &eye_from_world);
-            let mut view = view_uniform(
-                patch,
-                output,
-                is_seen.then_some(output),
-                smoothing,
-                placement.eye_from_patch,
-                first_mover,
-            );
+            let mut view = view_uniform(patch, output, smoothing, placement.eye_from_patch, first_mover);
+            view.setback = setback(patch, is_seen.then_some(output));
             view.patch = id.0;
             inputs.views[index * stride..][..size_of::<ViewUniform>()].copy_from_slice(bytemuck::bytes_of(&view));
             for mover in &placement.movers {
@@ -333,7 +327,6 @@ impl Placement {
 fn view_uniform(
     patch: &PatchSurface,
     output: &Pinhole,
-    seen_by: Option<&Pinhole>,
     smoothing: Smoothing,
     eye_from_patch: Rows,
     first_mover: u32,
@@ -353,7 +346,7 @@ fn view_uniform(
             Smoothing::Linear => 2,
         },
         patch: 0,
-        setback: setback(patch, seen_by),
+        setback: 0.0,
     }
 }
 

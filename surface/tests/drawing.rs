@@ -8,7 +8,7 @@ use camera::{Camera, Rigid};
 use common::{Shape, Stage, ball, capture, held, truth, view};
 use glam::{DAffine3, DQuat, DVec3};
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Mask, ObjectPose};
+use protocol::{DepthImage, DepthScale, Mask, ObjectPose, PatchId};
 use vantage_surface::{CornerRules, Corners, HeldSurfaces, Smoothing};
 
 const FLOOR: Shape = Shape::Plane { point: DVec3::ZERO, normal: DVec3::Y };
@@ -108,6 +108,26 @@ fn a_lone_sample_fills_its_pixel_unless_it_ends_or_is_trimmed() {
         let centre = (5 * 16 + 8) * 128 + 3 * 16 + 8;
         assert_eq!(drawn.colour[centre], [10, 20, 30, 255]);
         assert_eq!(drawn.w[centre], 0.5);
+    }
+}
+
+#[test]
+fn of_equally_fine_samples_those_show_that_were_taken_from_nearest() {
+    let stage = Stage::new();
+    let target = DVec3::new(0.0, 0.0, -6.0);
+    // The same distance from the wall, so that all samples are equally fine.
+    let eyes = [DVec3::X * -1.0, DVec3::X];
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    for (index, eye) in eyes.into_iter().enumerate() {
+        let mut patch = capture(&[WALL], &view(eye, target + eye, 96, 60.0));
+        patch.patch.id = PatchId(index as u32 + 1);
+        patch.patch.image.colour.fill([index as u8 + 1; 3]);
+        surfaces.insert(&patch);
+    }
+    for (index, eye) in eyes.into_iter().enumerate() {
+        let drawn = stage.draw(&surfaces, &view(0.9 * eye, target, 64, 20.0), Smoothing::None);
+        let of_nearest = drawn.colour.iter().filter(|colour| colour[0] == index as u8 + 1).count();
+        assert!(of_nearest * 20 > drawn.colour.len() * 19, "{of_nearest} of {}", drawn.colour.len());
     }
 }
 

@@ -94,6 +94,14 @@ pub(super) trait Bits {
         decision
     }
 
+    /// Codes the lowest `count` bits of a value, the highest first, each by those before: a tree of `1 << count` probabilities.
+    fn tree(&mut self, tree: &mut [Probability], count: u32, value: u32) -> u32 {
+        let read = (0..count).rev().fold(1, |read: u32, place| {
+            read << 1 | u32::from(self.bit(&mut tree[read as usize], value >> place & 1 == 1))
+        });
+        read - (1 << count)
+    }
+
     /// Codes the lowest `count` bits of a value, each as likely as not.
     fn raw(&mut self, value: u32, count: u32) -> u32 {
         (0..count).rev().fold(0, |read, place| {

@@ -51,8 +51,8 @@ pub(super) fn code(bits: &mut impl Bits, image: &DepthImage, mut ends: Vec<Ends>
             let level = ends::level(ends[rank], side);
             let model_ends = &mut model.ends[beside as usize][before][usize::from(across)];
             if bits.bit(model_ends, level > 0) {
-                let level = three_bits(bits, &mut model.levels[before][slope], level);
-                coded = ends::with_level(coded, side, level);
+                let level = bits.tree(&mut model.levels[before][slope], 3, level.into());
+                coded = ends::with_level(coded, side, level as u16);
             }
         }
         ends[rank] = coded;
@@ -94,14 +94,4 @@ fn before(
         _ => 2,
     };
     [FIRST_LEVEL + usize::from(level), slope]
-}
-
-/// Codes three bits, the highest first, each by those before.
-fn three_bits(bits: &mut impl Bits, tree: &mut [Probability; 8], value: u16) -> u16 {
-    let mut read = 1;
-    for place in (0..3).rev() {
-        let bit = bits.bit(&mut tree[read], value >> place & 1 == 1);
-        read = read << 1 | usize::from(bit);
-    }
-    read as u16 & ends::MOST
 }

@@ -4,7 +4,7 @@
 //! nothing. Elsewhere they are noise, and cost what they are. Images without any say so in a decision that next to always comes, at no bytes.
 
 use super::bits::{Bits, Probability};
-use super::segments::{Around, segments};
+use super::segments::segments;
 use crate::image::DepthImage;
 
 /// That an image has none, in 1/32768.
@@ -21,18 +21,15 @@ pub(super) fn code(bits: &mut impl Bits, image: &DepthImage, mut rest: Vec<u8>) 
     let mut trees = [[[Probability::EVEN; 4]; CONTEXTS]; 3];
     for segment in segments(&image.mask, Some(&image.object)) {
         for (column, rank) in segment.ranks().enumerate() {
-            let near = segment.near(column);
-            let known = match segment.around {
-                Around::All | Around::LeftUp => &near[..2],
-                _ => &near[..1],
-            };
+            let [left, up, ..] = segment.near(column);
             let like = |channel: usize| {
-                let is_like = |other: &usize| image.colour[*other][channel] == image.colour[rank][channel];
-                known.iter().copied().filter(|&other| other < rank).find(is_like)
+                let is_like =
+                    |&other: &usize| other < rank && image.colour[other][channel] == image.colour[rank][channel];
+                [left, up].into_iter().find(is_like)
             };
             let coded = std::array::from_fn(|channel| {
                 let context = like(channel).map_or(CONTEXTS - 1, |other| usize::from(two_bits(rest[other], channel)));
-                pair(bits, &mut trees[channel][context], two_bits(rest[rank], channel))
+                bits.tree(&mut trees[channel][context], 2, two_bits(rest[rank], channel).into()) as u8
             });
             let [red, green, blue]: [u8; 3] = coded;
             rest[rank] = red | green << 2 | blue << 4;
@@ -43,11 +40,4 @@ pub(super) fn code(bits: &mut impl Bits, image: &DepthImage, mut rest: Vec<u8>) 
 
 fn two_bits(rest: u8, channel: usize) -> u8 {
     rest >> (2 * channel) & 3
-}
-
-/// Codes two bits, the higher first, each by those before.
-fn pair(bits: &mut impl Bits, tree: &mut [Probability; 4], value: u8) -> u8 {
-    let high = bits.bit(&mut tree[1], value & 2 != 0);
-    let low = bits.bit(&mut tree[2 + usize::from(high)], value & 1 != 0);
-    u8::from(high) << 1 | u8::from(low)
 }

@@ -44,7 +44,7 @@ pub(super) fn code(bits: &mut impl Bits, image: &DepthImage, mut rest: Vec<u8>) 
                     _ => CONTEXTS - 1,
                 };
                 let difference = i16::from(steps[channel]).wrapping_sub(predicted) as u8 & 15;
-                let difference = nibble(bits, &mut trees[channel][context], difference);
+                let difference = bits.tree(&mut trees[channel][context], 4, difference.into()) as u8;
                 sizes[rank][channel] = difference.min(16 - difference);
                 (i16::from(difference).wrapping_add(predicted)) as u8 & 15
             });
@@ -72,14 +72,4 @@ fn materials(bits: &mut impl Bits, image: &DepthImage, rest: &[u8]) -> [bool; 25
         *has_rest = bits.raw(u32::from(*has_rest), 1) == 1;
     }
     has_rest
-}
-
-/// Codes four bits, the highest first, each by those before.
-fn nibble(bits: &mut impl Bits, tree: &mut [Probability; 16], value: u8) -> u8 {
-    let mut read = 1;
-    for place in (0..4).rev() {
-        let bit = bits.bit(&mut tree[read], value >> place & 1 == 1);
-        read = read << 1 | usize::from(bit);
-    }
-    read as u8 & 15
 }

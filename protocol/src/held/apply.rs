@@ -387,11 +387,11 @@ fn check_patch(patch: &Patch) -> Result<(), HeldError> {
         material,
         share,
     } = &patch.image;
-    let of_some = |count: usize| if count == 0 { mask.count() } else { count };
-    let some = [normal_rest.len(), ends.len(), share.len(), colour_rest.len()].map(of_some);
-    let planes =
-        [depth.len(), normal.len(), some[0], some[1], colour.len(), object.len(), material.len(), some[2], some[3]];
-    if camera.size_px() != mask.size_px() || planes.iter().any(|&length| length != mask.count()) {
+    let planes = [depth.len(), normal.len(), colour.len(), object.len(), material.len()];
+    let some = [normal_rest.len(), ends.len(), colour_rest.len(), share.len()];
+    let differs = |length: &usize| *length != mask.count();
+    let is_whole = !planes.iter().any(differs) && !some.iter().filter(|&&length| length > 0).any(differs);
+    if camera.size_px() != mask.size_px() || !is_whole {
         return Err(HeldError::PlanesDiffer(patch.id));
     }
     if !camera.is_valid() {

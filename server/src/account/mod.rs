@@ -286,8 +286,12 @@ impl Account {
     }
 
     /// Adds rows of a viewer's own view at rest. They are no surface either.
-    pub fn add_rest(&mut self, image: DepthImage, now: &Surroundings<'_>) -> Result<PatchId, HeldError> {
+    pub fn add_rest(&mut self, mut image: DepthImage, now: &Surroundings<'_>) -> Result<PatchId, HeldError> {
         let objects = objects_in(&image, now.moving);
+        if now.colour != ColourSteps::Lossless {
+            // Nothing is left off of colours that move.
+            image.colour_rest.clear();
+        }
         self.add_whole(image, Purpose::Rest, objects, now)
     }
 

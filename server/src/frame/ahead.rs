@@ -9,7 +9,6 @@ use scene::Snapshot;
 use super::{Client, LightWork, Made, Stage, StageError};
 use crate::account::{AccountRules, Surroundings};
 use crate::anticipate::{self, Around};
-use crate::density;
 use crate::discretize::Discretization;
 use crate::plan::{Reason, Rules, own_view, precision_within};
 use crate::revise::{Revision, revise};
@@ -53,12 +52,11 @@ impl Stage {
             is_seen: false,
             precision: precision_within(&self.rules, viewer.view, 0.0),
         };
-        let (extent, densest) = (self.extent(snapshot), self.densest);
-        let view_from =
-            |world_from_eye| density::around(&Pinhole { world_from_eye, ..*own }, &extent, viewer.view, densest);
+        let denser = self.denser(snapshot, viewer);
+        let view_from = |world_from_eye| denser(&Pinhole { world_from_eye, ..*own });
         let mut pixels = 0;
         for _ in 0..LOOKS_AHEAD {
-            let Some(part) = anticipate::next(&self.rules, client, viewer, &around, view_from) else {
+            let Some(part) = anticipate::next(&self.rules, client, viewer, &around, &view_from) else {
                 client.ahead.ended(viewer);
                 break;
             };

@@ -15,11 +15,8 @@
 @group(0) @binding(6) var ambient_shares: texture_2d<f32>;
 @group(0) @binding(7) var light_shares: texture_2d<f32>;
 
-// What a surface that ends counts for where holes are filled: beside it is no hole in it.
-const ENDING: f32 = 0.5;
-
 struct Lit {
-    // sRGB-encoded; alpha 1 where there is a surface, ENDING where it is known to end near by, else all zero.
+    // sRGB-encoded; alpha 1 where there is a surface, else all zero.
     @location(0) colour: vec4f,
     // 1/z in 1/m, 0 where there is no surface.
     @location(1) w: f32,
@@ -53,7 +50,7 @@ fn lit(position: vec2f, ambient_share: f32, light_share: vec4f) -> Lit {
     // What the bytes leave off, in quarters of a step.
     let rest = vec3f((vec3u(ids.y) >> vec3u(24u, 26u, 28u)) & vec3u(3u)) / 1020.0;
     let shown = shade_lit(linear_from_srgb(base.rgb + rest), arriving, material);
-    return Lit(vec4f(shown, select(1.0, ENDING, (ids.y >> 31u) != 0u)), inverse_depth);
+    return Lit(vec4f(shown, 1.0), inverse_depth);
 }
 
 @fragment

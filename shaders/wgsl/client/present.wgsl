@@ -11,9 +11,8 @@
 @group(0) @binding(6) var level_5: texture_2d<f32>;
 
 // A hole is filled at the first level whose neighbourhood is covered by more than this: beside the straight edge of a
-// surface before the sky it stays below a half at every level, so that nothing grows into the sky. Nor does it exceed a half between
-// surfaces that are known to end (ENDING in `client/light.wgsl`), so that no gap is filled that the scene has.
-const ENCLOSED: f32 = 0.55;
+// surface before the sky it stays below a half at every level, so that nothing grows into the sky.
+const ENCLOSED: f32 = 0.7;
 
 // Bilinear, by the four texels around: colour weighted by coverage, and the coverage.
 fn level_at(level: texture_2d<f32>, pixel: vec2f, scale: f32) -> vec4f {

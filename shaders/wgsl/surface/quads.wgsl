@@ -45,7 +45,7 @@ struct VertexIn {
     @location(3) corner_colour_trim: u32,
     @location(4) corner_normal_mover: u32,
     @location(5) pixel: u32,
-    @location(6) rests_end: u32,
+    @location(6) normal_rests: u32,
 }
 
 struct Corner {
@@ -64,7 +64,7 @@ struct Corner {
 struct Surface {
     // sRGB bytes; alpha 1: covered.
     @location(0) colour: vec4f,
-    // x: octahedral normal, 16 + 16 bits; y: object, material << 16, and bit 31 where the surface ends near by.
+    // x: octahedral normal, 16 + 16 bits; y: object, material << 16.
     @location(1) normal_ids: vec2u,
     // 1/z in the output's eye space, 1/m.
     @location(2) w: f32,
@@ -103,8 +103,8 @@ fn eye_from_image(rows: array<vec4f, 3>, image: vec3f) -> vec3f {
 @vertex
 fn vertex(in: VertexIn) -> Corner {
     var rows = view.eye_from_patch;
-    let normal = octahedral_normal_with_rest(in.corner_normal_mover & 0xffffu, (in.rests_end >> 8u) & 0xffu);
-    let quad_normal = octahedral_normal_with_rest(in.normal_object & 0xffffu, in.rests_end & 0xffu);
+    let normal = octahedral_normal_with_rest(in.corner_normal_mover & 0xffffu, (in.normal_rests >> 8u) & 0xffu);
+    let quad_normal = octahedral_normal_with_rest(in.normal_object & 0xffffu, in.normal_rests & 0xffu);
     var out: Corner;
     out.normal = normal;
     out.quad_normal = quad_normal;
@@ -128,8 +128,7 @@ fn vertex(in: VertexIn) -> Corner {
     out.colour = unpack4x8unorm(in.corner_colour_trim).xyz;
     out.quad_colour_material = in.colour_material;
     out.quad_pixel = in.pixel;
-    // Bit 31: its surface ends near it.
-    out.quad_object = (in.normal_object >> 16u) | ((in.rests_end & 0x10000u) << 15u);
+    out.quad_object = in.normal_object >> 16u;
     return out;
 }
 

@@ -420,11 +420,11 @@ impl Drawn<'_> {
 }
 
 fn quad_normal(vertex: &Vertex) -> Vec3 {
-    octahedral_normal_with_rest((vertex.normal_object as u16).to_le_bytes(), vertex.rests_end as u8)
+    octahedral_normal_with_rest((vertex.normal_object as u16).to_le_bytes(), vertex.normal_rests as u8)
 }
 
 fn corner_normal(vertex: &Vertex) -> Vec3 {
-    octahedral_normal_with_rest((vertex.corner_normal_mover as u16).to_le_bytes(), (vertex.rests_end >> 8) as u8)
+    octahedral_normal_with_rest((vertex.corner_normal_mover as u16).to_le_bytes(), (vertex.normal_rests >> 8) as u8)
 }
 
 /// What the corners of a triangle contribute to a point of it, and the depth there.
