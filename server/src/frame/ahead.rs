@@ -56,7 +56,7 @@ impl Stage {
         let view_from = |world_from_eye| denser(&Pinhole { world_from_eye, ..*own });
         let mut pixels = 0;
         for _ in 0..LOOKS_AHEAD {
-            let Some(part) = anticipate::next(&self.rules, client, viewer, &around, &view_from) else {
+            let Some(part) = anticipate::next(&self.rules, client, viewer, &around, view_from) else {
                 client.ahead.ended(viewer);
                 break;
             };
