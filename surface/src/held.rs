@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3};
 use gpu::Gpu;
 use protocol::held::HeldPatch;
 use protocol::image::Ranks;
@@ -10,7 +10,8 @@ use protocol::{DepthImage, Edit, Held, Mask, Material, ObjectPose, PatchId, Purp
 use wgpu::util::DeviceExt;
 
 use crate::corners::{CornerRules, Corners};
-use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex};
+use crate::levels::Parts;
+use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex, QUAD_INDICES};
 use crate::tiles::{Bounds, Tiles};
 
 /// The surfaces of everything held that is for one purpose, the eye if nothing else is said, one mesh a patch: on the GPU, or in the host's memory for what draws there.
@@ -25,6 +26,8 @@ pub struct HeldSurfaces {
     rules: CornerRules,
     /// Patches of others are left out.
     purpose: Purpose,
+    /// Whether quads of several samples are made, for views that tell them from single ones no more.
+    coarsens: bool,
     patches: BTreeMap<PatchId, PatchSurface>,
     poses_now: BTreeMap<u16, DAffine3>,
     /// By material code.
@@ -76,7 +79,9 @@ pub(crate) enum QuadBuffers {
     Gpu {
         vertices: wgpu::Buffer,
         indices: wgpu::Buffer,
+        /// Of the quads of samples; those of further levels are behind them.
         index_count: u32,
+        parts: Parts,
     },
     Host {
         mesh: PatchMesh,
@@ -103,11 +108,13 @@ impl HeldSurfaces {
 
     fn empty(gpu: Option<Gpu>, corners: Corners, rules: CornerRules) -> HeldSurfaces {
         let (patches, poses_now, double_sided) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
+        let gpu_draws = gpu.is_some();
         HeldSurfaces {
             gpu,
             corners,
             rules,
             purpose: Purpose::Eye,
+            coarsens: gpu_draws,
             patches,
             poses_now,
             double_sided,
@@ -117,7 +124,12 @@ impl HeldSurfaces {
 
     /// The same of what is held for something else, by the rules for it; of a store that holds nothing yet.
     pub fn of(self, purpose: Purpose) -> HeldSurfaces {
-        HeldSurfaces { purpose, rules: CornerRules::of(purpose), ..self }
+        HeldSurfaces { purpose, rules: CornerRules::of(purpose), coarsens: false, ..self }
+    }
+
+    /// The same without quads of several samples, for who asks for single ones; of a store that holds nothing yet.
+    pub fn at_finest_level(self) -> HeldSurfaces {
+        HeldSurfaces { coarsens: false, ..self }
     }
 
     /// Follows an update that `held` has just applied.
@@ -181,7 +193,8 @@ impl HeldSurfaces {
             self.remove(held.patch.id);
         } else {
             self.revision = next_revision();
-            self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh));
+            let options = (self.provoking_vertex(), self.coarsens);
+            self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh, options));
         }
     }
 
@@ -196,6 +209,19 @@ impl HeldSurfaces {
     /// Whether it is what eyes look at, and not what lights do.
     pub(crate) fn is_for_eyes(&self) -> bool {
         self.purpose == Purpose::Eye
+    }
+
+    /// How many quads [`crate::SurfacePass`] draws for a view.
+    pub fn quads_drawn(&self, view: &Pinhole) -> usize {
+        let of_patch = |patch: &PatchSurface| match &patch.quads {
+            QuadBuffers::Gpu { parts, .. } if patch.may_be_seen_from(view) => {
+                let seen = parts.seen_from(view, &patch.camera, true);
+                seen.iter().map(|range| range.len() / QUAD_INDICES).sum()
+            }
+            QuadBuffers::Gpu { .. } => 0,
+            QuadBuffers::Host { mesh, .. } => mesh.indices.len() / QUAD_INDICES,
+        };
+        self.patches.values().map(of_patch).sum()
     }
 
     /// Whether a view may show anything of a patch.
@@ -274,15 +300,19 @@ impl HeldSurfaces {
     }
 }
 
-/// Indices of a sample's quad: two triangles.
-pub(crate) const QUAD_INDICES: usize = 6;
-
 impl QuadBuffers {
-    fn new(gpu: Option<&Gpu>, mask: &Mask, mesh: PatchMesh) -> QuadBuffers {
+    fn new(
+        gpu: Option<&Gpu>,
+        (mask, camera): (&Mask, &Pinhole),
+        mut mesh: PatchMesh,
+        (provoking, coarsens): (ProvokingVertex, bool),
+    ) -> QuadBuffers {
         let Some(gpu) = gpu else {
             let tiles = Tiles::new(mask, |sample| bounds(&mesh, sample));
             return QuadBuffers::Host { mesh, tiles };
         };
+        let index_count = mesh.indices.len() as u32;
+        let parts = Parts::of(&mut mesh, mask, (camera, provoking, coarsens));
         let buffer = |label, contents, usage| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
         };
@@ -292,7 +322,8 @@ impl QuadBuffers {
         QuadBuffers::Gpu {
             vertices: buffer("corners", bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX | read),
             indices: buffer("quads", bytemuck::cast_slice(&mesh.indices), changing),
-            index_count: mesh.indices.len() as u32,
+            index_count,
+            parts,
         }
     }
 }
@@ -300,10 +331,7 @@ impl QuadBuffers {
 /// Of a sample's quad.
 fn bounds(mesh: &PatchMesh, sample: usize) -> Bounds {
     let corners = &mesh.indices[sample * QUAD_INDICES..(sample + 1) * QUAD_INDICES];
-    Bounds::around(corners.iter().map(|&index| {
-        let vertex = &mesh.vertices[index as usize];
-        Vec3::new(vertex.u_px, vertex.v_px, vertex.w)
-    }))
+    Bounds::around(corners.iter().map(|&index| mesh.vertices[index as usize].image()))
 }
 
 /// The codes of an image's materials, ascending.
@@ -336,7 +364,7 @@ fn box_around(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 }
 
 impl PatchSurface {
-    fn new(gpu: Option<&Gpu>, held: &HeldPatch, mesh: PatchMesh) -> PatchSurface {
+    fn new(gpu: Option<&Gpu>, held: &HeldPatch, mesh: PatchMesh, options: (ProvokingVertex, bool)) -> PatchSurface {
         // Without a mesh, images of other cameras have no surface.
         let camera = *held.patch.image.camera.root();
         let stats = SurfaceStats {
@@ -352,27 +380,27 @@ impl PatchSurface {
             built: held.patch.image.mask.clone(),
             ball_eye: ball_eye(&camera, &mesh),
             bounds_world: bounds_world(&camera, &mesh),
-            quads: QuadBuffers::new(gpu, &held.patch.image.mask, mesh),
+            quads: QuadBuffers::new(gpu, (&held.patch.image.mask, &camera), mesh, options),
             materials: materials_in(&held.patch.image),
             stats,
         }
     }
 
-    /// Makes the triangles of samples empty; neighbours in the order of samples go together.
+    /// Makes the triangles of samples empty.
     fn delete(&mut self, gpu: Option<&Gpu>, pixels: &[(u16, u16)]) {
-        let mut ranks: Vec<usize> = pixels.iter().filter_map(|&(x, y)| self.ranks.of(&self.built, x, y)).collect();
-        ranks.sort_unstable();
-        for run in ranks.chunk_by(|a, b| a + 1 == *b) {
-            let (first, length) = (run[0] * QUAD_INDICES, run.len() * QUAD_INDICES);
-            match (&mut self.quads, gpu) {
-                (QuadBuffers::Gpu { indices, .. }, Some(gpu)) => {
-                    let nothing = vec![0_u32; length];
-                    let at = (first * size_of::<u32>()) as u64;
+        let ranks = pixels.iter().filter_map(|&(x, y)| self.ranks.of(&self.built, x, y));
+        match (&mut self.quads, gpu) {
+            (QuadBuffers::Gpu { indices, parts, .. }, Some(gpu)) => {
+                for run in parts.delete(ranks).chunk_by(|a, b| a + 1 == *b) {
+                    let nothing = vec![0_u32; run.len() * QUAD_INDICES];
+                    let at = (run[0] as usize * QUAD_INDICES * size_of::<u32>()) as u64;
                     gpu.queue.write_buffer(indices, at, bytemuck::cast_slice(&nothing));
                 }
-                (QuadBuffers::Host { mesh, .. }, _) => mesh.indices[first..first + length].fill(0),
-                (QuadBuffers::Gpu { .. }, None) => {}
             }
+            (QuadBuffers::Host { mesh, .. }, _) => {
+                ranks.for_each(|rank| mesh.indices[rank * QUAD_INDICES..][..QUAD_INDICES].fill(0));
+            }
+            (QuadBuffers::Gpu { .. }, None) => {}
         }
     }
 

@@ -15,6 +15,7 @@ mod address;
 pub mod corners;
 mod gbuffer;
 mod held;
+mod levels;
 pub mod mesh;
 mod parallelograms;
 mod pass;

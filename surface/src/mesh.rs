@@ -7,6 +7,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
+use glam::Vec3;
 use protocol::held::HeldPatch;
 use protocol::{DepthImage, Patch};
 
@@ -34,8 +35,15 @@ pub struct Vertex {
     /// The pixel of the quad: x in the low half, y in the high one.
     pub pixel: u32,
     /// What the codes of both normals leave off ([`protocol::image::octahedral_rest`]): of the quad's in the lowest byte, of the
-    /// corner's in the next one.
-    pub normal_rests: u32,
+    /// corner's in the next one. The third is the quad's level: it covers `2^level` pixels a side, from its pixel on.
+    pub normal_rests_level: u32,
+}
+
+impl Vertex {
+    /// `(u, v, w)` of the patch's image.
+    pub(crate) fn image(&self) -> Vec3 {
+        Vec3::new(self.u_px, self.v_px, self.w)
+    }
 }
 
 /// From which vertex of a triangle the API takes flat values.
@@ -45,6 +53,27 @@ pub enum ProvokingVertex {
     First,
     /// OpenGL and WebGL.
     Last,
+}
+
+/// Indices of a quad: two triangles.
+pub(crate) const QUAD_INDICES: usize = 6;
+
+impl ProvokingVertex {
+    /// The two triangles of a quad by its corners: top left, top right, bottom left, bottom right. What is constant over it is read from the first of these.
+    pub(crate) fn indices(self, [top_left, top_right, bottom_left, bottom_right]: [u32; 4]) -> [u32; QUAD_INDICES] {
+        match self {
+            ProvokingVertex::First => [top_left, bottom_right, top_right, top_left, bottom_left, bottom_right],
+            ProvokingVertex::Last => [bottom_right, top_right, top_left, bottom_left, bottom_right, top_left],
+        }
+    }
+
+    /// The corners again.
+    pub(crate) fn corners(self, indices: &[u32]) -> [u32; 4] {
+        match self {
+            ProvokingVertex::First => [indices[0], indices[2], indices[4], indices[1]],
+            ProvokingVertex::Last => [indices[2], indices[1], indices[3], indices[0]],
+        }
+    }
 }
 
 /// The quads of a patch, ready for upload.
@@ -214,7 +243,7 @@ impl<'a> Builder<'a> {
             corner_colour_trim: packed(mean.colour(), self.trims.get(sample).copied().unwrap_or(0)),
             corner_normal_mover: u32::from(u16::from_le_bytes(mean.normal())) | (mover as u32) << 16,
             pixel: x | y << 16,
-            normal_rests: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8,
+            normal_rests_level: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8,
         }
     }
 
@@ -253,14 +282,7 @@ impl<'a> Builder<'a> {
     }
 
     fn indices(&self) -> Vec<u32> {
-        let mut indices = Vec::with_capacity(self.quads.len() * 6);
-        for &[top_left, top_right, bottom_left, bottom_right] in &self.quads {
-            indices.extend_from_slice(&match self.options.provoking {
-                ProvokingVertex::First => [top_left, bottom_right, top_right, top_left, bottom_left, bottom_right],
-                ProvokingVertex::Last => [bottom_right, top_right, top_left, bottom_left, bottom_right, top_left],
-            });
-        }
-        indices
+        self.quads.iter().flat_map(|&corners| self.options.provoking.indices(corners)).collect()
     }
 }
 
@@ -304,7 +326,7 @@ fn packed([r, g, b]: [u8; 3], high: u8) -> u32 {
 #[derive(Default)]
 struct Mean {
     colour: [u32; 3],
-    normal: glam::Vec3,
+    normal: Vec3,
     count: u32,
 }
 

@@ -12,7 +12,8 @@ use gpu::uniforms::Rows;
 use wgpu::util::DeviceExt;
 
 use crate::SurfaceError;
-use crate::held::{HeldSurfaces, PatchSurface, QUAD_INDICES, QuadBuffers};
+use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
+use crate::mesh::QUAD_INDICES;
 use crate::pass::{Placement, movers_texture, setback};
 
 /// `Patch` of `surface/parallelograms.wgsl`.

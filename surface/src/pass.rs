@@ -70,7 +70,8 @@ pub struct SurfacePass(Quads);
 impl SurfacePass {
     /// Compiles the pipeline.
     pub fn new(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
-        Ok(SurfacePass(Quads::new(gpu, ("vertex", "fragment"), &SurfacePass::FORMATS, Some(wgpu::Face::Back))?))
+        let quads = Quads::new(gpu, ("vertex", "fragment"), &SurfacePass::FORMATS, Some(wgpu::Face::Back))?;
+        Ok(SurfacePass(Quads { coarsens: true, ..quads }))
     }
 
     /// Draws what casts shadows, as seen from a light: everything from both sides, as a body whose lit side nobody has seen casts the
@@ -150,6 +151,8 @@ pub(crate) struct Quads {
     one_sided: wgpu::RenderPipeline,
     /// Whether it draws what an eye sees, not what casts.
     is_seen: bool,
+    /// Whether quads are no finer than its pixels ask for.
+    coarsens: bool,
 }
 
 impl Quads {
@@ -165,7 +168,7 @@ impl Quads {
         let pipeline = |cull| pipeline(gpu, &module, &layout, stages, formats, cull);
         let both_sides = pipeline(None);
         let one_sided = unseen.map_or_else(|| both_sides.clone(), |face| pipeline(Some(face)));
-        Ok(Quads { gpu: gpu.clone(), layout, both_sides, one_sided, is_seen: unseen.is_some() })
+        Ok(Quads { gpu: gpu.clone(), layout, both_sides, one_sided, is_seen: unseen.is_some(), coarsens: false })
     }
 
     /// Clears the targets and draws everything held.
@@ -197,15 +200,19 @@ impl Quads {
         let mut pass = begin(encoder, targets, depth);
         let Some(group) = group else { return };
         for (index, (_, patch)) in surfaces.patches().enumerate() {
-            let QuadBuffers::Gpu { vertices, indices, index_count } = &patch.quads else { continue };
+            let QuadBuffers::Gpu { vertices, indices, parts, .. } = &patch.quads else { continue };
             if !is_drawn(&patch.camera) || !patch.may_be_seen_from(camera) {
+                continue;
+            }
+            let seen = parts.seen_from(camera, &patch.camera, self.coarsens);
+            if seen.is_empty() {
                 continue;
             }
             pass.set_pipeline(if surfaces.is_one_sided(patch) { &self.one_sided } else { &self.both_sides });
             pass.set_bind_group(0, &group, &[index as u32 * stride]);
             pass.set_vertex_buffer(0, vertices.slice(..));
             pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..*index_count, 0, 0..1);
+            seen.into_iter().for_each(|range| pass.draw_indexed(range, 0, 0..1));
         }
     }
 

@@ -157,7 +157,7 @@ impl PointPass {
         let patches: Vec<_> = surfaces.patches().map(|(_, patch)| patch).collect();
         for (index, draw) in inputs.draws.iter().enumerate() {
             let patch = patches[draw.patch];
-            let QuadBuffers::Gpu { vertices, indices, index_count } = &patch.quads else { continue };
+            let QuadBuffers::Gpu { vertices, indices, index_count, .. } = &patch.quads else { continue };
             let (camera, [left, top]) = &cameras[draw.camera];
             let (width, height) = camera.size_px();
             pass.set_viewport(*left as f32, *top as f32, width as f32, height as f32, 0.0, 1.0);

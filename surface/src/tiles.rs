@@ -26,6 +26,11 @@ impl Bounds {
         points.into_iter().fold(nothing, |all, point| all.and(Bounds { low: point, high: point }))
     }
 
+    /// 1/m.
+    pub(crate) fn nearest_w(&self) -> f64 {
+        self.high.z.into()
+    }
+
     fn and(self, other: Bounds) -> Bounds {
         Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
@@ -83,6 +88,8 @@ impl Tiles {
 pub struct Pyramid {
     /// Near plane and sides: a point is beside one where its dot product with `(u, v, w, 1)` is positive.
     beside: [DVec4; 5],
+    /// The dot product is a point's depth in the view, times `w`.
+    depth: DVec4,
 }
 
 impl Pyramid {
@@ -98,13 +105,23 @@ impl Pyramid {
         let size_px = glam::DVec2::new(view.width_px.into(), view.height_px.into());
         let (low, high) = (-view.centre_px / view.focal_px, (size_px - view.centre_px) / view.focal_px);
         let near = DVec4::Z * view.near_m - z;
-        Pyramid { beside: [near, low.x * z - x, x - high.x * z, low.y * z - y, y - high.y * z] }
+        Pyramid { beside: [near, low.x * z - x, x - high.x * z, low.y * z - y, y - high.y * z], depth: z }
     }
 
-    fn may_see(&self, bounds: &Bounds) -> bool {
-        let (low, high) = (bounds.low.as_dvec3().extend(1.0), bounds.high.as_dvec3().extend(1.0));
-        self.beside.iter().all(|beside| (*beside * low).min(*beside * high).element_sum() <= 0.0)
+    pub(crate) fn may_see(&self, bounds: &Bounds) -> bool {
+        self.beside.iter().all(|beside| least(*beside, bounds) <= 0.0)
     }
+
+    /// The least depth that any point of a box has in the view, as a share of its depth in the other camera; below zero where it may lie behind the eye.
+    pub(crate) fn least_depth_share(&self, bounds: &Bounds) -> f64 {
+        least(self.depth, bounds)
+    }
+}
+
+/// The least dot product of anything in a box, as `(u, v, w, 1)`.
+fn least(row: DVec4, bounds: &Bounds) -> f64 {
+    let (low, high) = (bounds.low.as_dvec3().extend(1.0), bounds.high.as_dvec3().extend(1.0));
+    (row * low).min(row * high).element_sum()
 }
 
 #[cfg(test)]

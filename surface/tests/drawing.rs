@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use camera::{Camera, Rigid};
 use common::{Shape, Stage, ball, capture, held, truth, view};
 use glam::{DAffine3, DQuat, DVec3};
+use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Mask, ObjectPose, PatchId};
 use vantage_surface::{CornerRules, Corners, HeldSurfaces, Smoothing};
@@ -72,7 +73,7 @@ fn every_quad_shows_its_own_sample_over_exactly_its_pixel() {
     }
 }
 
-fn single_sample(trim: u8, ends: Vec<u16>) -> protocol::held::HeldPatch {
+fn single_sample(trim: u8, ends: Vec<u16>) -> HeldPatch {
     let camera = view(DVec3::ZERO, DVec3::NEG_Z, 8, 60.0);
     let mut mask = Mask::empty(8, 8);
     mask.set(3, 5, true);
@@ -241,4 +242,65 @@ fn bad_normals_and_extreme_depths_draw_no_nan() {
         let drawn = stage.draw(&surfaces, &view(DVec3::new(0.1, 1.6, 0.2), DVec3::NEG_Z, 64, 60.0), Smoothing::Blended);
         assert!(drawn.w.iter().all(|w| w.is_finite() && *w >= 0.0));
     }
+}
+
+/// A ball before a wall, both chequered by sample.
+fn chequered(size_px: u32) -> (HeldPatch, [Shape; 2]) {
+    let before = Shape::Sphere { centre: DVec3::new(-1.0, 0.0, -4.5), radius: 1.0 };
+    let shapes = [WALL, before];
+    let mut patch = capture(&shapes, &view(DVec3::ZERO, DVec3::NEG_Z, size_px, 60.0));
+    let pixels: Vec<(u32, u32)> = patch.patch.image.mask.occupied().collect();
+    for (colour, (x, y)) in patch.patch.image.colour.iter_mut().zip(pixels) {
+        *colour = if (x + y) % 2 == 0 { [200, 100, 40] } else { [100, 60, 80] };
+    }
+    (patch, shapes)
+}
+
+#[test]
+fn samples_finer_than_a_views_pixels_are_drawn_together_and_show_their_means() {
+    let stage = Stage::new();
+    let (patch, shapes) = chequered(256);
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    surfaces.insert(&patch);
+    let mut finest = HeldSurfaces::new(&stage.gpu).at_finest_level();
+    finest.insert(&patch);
+    for (size_px, level) in [(256, 0), (120, 1), (60, 2), (30, 3)] {
+        let camera = view(DVec3::new(0.02, 0.01, 0.0), DVec3::new(0.02, 0.01, -1.0), size_px, 58.0);
+        let (few, all) = (surfaces.quads_drawn(&camera), finest.quads_drawn(&camera));
+        assert!(all > 256 * 256 * 9 / 10, "the view sees nearly all: {all}");
+        // The ball's outline, some 300 pixels long, is drawn as finely as it is held.
+        assert!(few <= (all >> (2 * level)) + (500 << level), "{few} of {all} at {size_px}");
+        let (drawn, fine) = [&surfaces, &finest].map(|held| stage.draw(held, &camera, Smoothing::Blended)).into();
+        assert!(drawn.covered() + 4 >= fine.covered(), "no cracks at {size_px}");
+        let mut grey = 0;
+        for (pixel, hit) in truth(&shapes, &camera).iter().enumerate() {
+            let expected = 1.0 / hit.unwrap().t as f32;
+            let is_of_outline = (fine.w[pixel] - expected).abs() > 0.01 * expected;
+            assert!(is_of_outline || (drawn.w[pixel] - expected).abs() < 0.01 * expected, "{pixel} at {size_px}");
+            grey += usize::from(drawn.colour[pixel][0].abs_diff(150) <= 2);
+        }
+        let share = grey as f64 / drawn.colour.len() as f64;
+        assert!(if level == 0 { share < 0.2 } else { share > 0.9 }, "{share} at {size_px}");
+    }
+}
+
+#[test]
+fn deleted_samples_are_gone_at_every_level_and_what_no_view_sees_is_passed_over() {
+    let stage = Stage::new();
+    let (patch, _) = chequered(256);
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    surfaces.insert(&patch);
+    let camera = view(DVec3::ZERO, DVec3::NEG_Z, 32, 60.0);
+    let before = surfaces.quads_drawn(&camera);
+    let square: Vec<(u16, u16)> = (0..64 * 64).map(|at| (128 + at % 64, 128 + at / 64)).collect();
+    surfaces.delete(PatchId(1), &square);
+    let drawn = stage.draw(&surfaces, &camera, Smoothing::Blended);
+    assert_eq!(drawn.covered(), 32 * 32 - 8 * 8);
+    assert!(surfaces.quads_drawn(&camera) < before + 64 * 64, "other parts stay coarse");
+    // A narrow view beside what was deleted.
+    let narrow = view(DVec3::ZERO, DVec3::new(-0.3, 0.2, -1.0), 64, 8.0);
+    assert_eq!(stage.draw(&surfaces, &narrow, Smoothing::Blended).covered(), 64 * 64);
+    let part = surfaces.quads_drawn(&narrow);
+    assert!(part < 256 * 256 / 8, "{part}");
+    assert_eq!(surfaces.quads_drawn(&view(DVec3::ZERO, DVec3::Z, 64, 60.0)), 0);
 }

@@ -45,7 +45,7 @@ struct VertexIn {
     @location(3) corner_colour_trim: u32,
     @location(4) corner_normal_mover: u32,
     @location(5) pixel: u32,
-    @location(6) normal_rests: u32,
+    @location(6) normal_rests_level: u32,
 }
 
 struct Corner {
@@ -56,9 +56,9 @@ struct Corner {
     @location(2) normal: vec3f,
     @location(3) @interpolate(flat, either) quad_colour_material: u32,
     @location(4) @interpolate(flat, either) quad_pixel: u32,
-    // Three numbers for the normal, which a moving object turns, and the object.
+    // Three numbers for the normal, which a moving object turns, and the object with the quad's level in the high half.
     @location(5) @interpolate(flat, either) quad_normal: vec3f,
-    @location(6) @interpolate(flat, either) quad_object: u32,
+    @location(6) @interpolate(flat, either) quad_object_level: u32,
 }
 
 struct Surface {
@@ -103,8 +103,8 @@ fn eye_from_image(rows: array<vec4f, 3>, image: vec3f) -> vec3f {
 @vertex
 fn vertex(in: VertexIn) -> Corner {
     var rows = view.eye_from_patch;
-    let normal = octahedral_normal_with_rest(in.corner_normal_mover & 0xffffu, (in.normal_rests >> 8u) & 0xffu);
-    let quad_normal = octahedral_normal_with_rest(in.normal_object & 0xffffu, in.normal_rests & 0xffu);
+    let normal = octahedral_normal_with_rest(in.corner_normal_mover & 0xffffu, (in.normal_rests_level >> 8u) & 0xffu);
+    let quad_normal = octahedral_normal_with_rest(in.normal_object & 0xffffu, in.normal_rests_level & 0xffu);
     var out: Corner;
     out.normal = normal;
     out.quad_normal = quad_normal;
@@ -128,14 +128,22 @@ fn vertex(in: VertexIn) -> Corner {
     out.colour = unpack4x8unorm(in.corner_colour_trim).xyz;
     out.quad_colour_material = in.colour_material;
     out.quad_pixel = in.pixel;
-    out.quad_object = in.normal_object >> 16u;
+    out.quad_object_level = (in.normal_object >> 16u) | (in.normal_rests_level & 0xff0000u);
     return out;
+}
+
+// How many pixels wide and high a quad is.
+fn quad_px(in: Corner) -> f32 {
+    return f32(1u << (in.quad_object_level >> 16u));
+}
+
+fn centre_px(in: Corner) -> vec2f {
+    return vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u)) + 0.5 * quad_px(in);
 }
 
 // 1 at the centre of the quad, 0 on its border.
 fn tent(in: Corner) -> f32 {
-    let pixel = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u));
-    let sides = clamp(1.0 - abs(2.0 * (in.image.xy - pixel) - 1.0), vec2f(0.0), vec2f(1.0));
+    let sides = clamp(1.0 - abs(2.0 * (in.image.xy - centre_px(in)) / quad_px(in)), vec2f(0.0), vec2f(1.0));
     return sides.x * sides.y;
 }
 
@@ -145,8 +153,7 @@ fn steps_to_centre(in: Corner) -> vec2f {
     let right = dpdx(in.image.xy);
     let down = dpdy(in.image.xy);
     let determinant = right.x * down.y - right.y * down.x;
-    let centre = vec2f(f32(in.quad_pixel & 0xffffu), f32(in.quad_pixel >> 16u)) + 0.5;
-    let way = centre - in.image.xy;
+    let way = centre_px(in) - in.image.xy;
     let steps = vec2f(way.x * down.y - way.y * down.x, right.x * way.y - right.y * way.x) / determinant;
     return select(vec2f(0.0), steps, abs(determinant) > EDGE_ON * length(right) * length(down));
 }
@@ -187,7 +194,7 @@ fn fragment(in: Corner) -> Surface {
     let material = in.quad_colour_material >> 24u;
     var out: Surface;
     out.colour = vec4f(shown.colour, 1.0);
-    out.normal_ids = vec2u(octahedral_code_fine(shown.normal), in.quad_object | (material << 16u));
+    out.normal_ids = vec2u(octahedral_code_fine(shown.normal), (in.quad_object_level & 0xffffu) | (material << 16u));
     out.w = w_of(in);
     return out;
 }
@@ -240,5 +247,5 @@ fn address(in: Corner) -> @location(0) vec4u {
     // Without slopes: a comparison of surfaces wants the steadier normal.
     let normal = octahedral_code(mix(in.normal, in.quad_normal, tent(in)));
     let w = w_of(in);
-    return vec4u(view.patch_id, in.quad_pixel, normal | (in.quad_object << 16u), bitcast<u32>(w));
+    return vec4u(view.patch_id, in.quad_pixel, normal | (in.quad_object_level << 16u), bitcast<u32>(w));
 }

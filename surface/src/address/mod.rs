@@ -42,7 +42,7 @@ impl AddressPass {
     /// Surfaces of the kind that this pass draws.
     pub fn new_surfaces(&self) -> HeldSurfaces {
         match &self.0 {
-            Way::Gpu(pass) => HeldSurfaces::new(pass.gpu()),
+            Way::Gpu(pass) => HeldSurfaces::new(pass.gpu()).at_finest_level(),
             Way::Host => HeldSurfaces::on_host(),
         }
     }

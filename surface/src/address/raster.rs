@@ -14,7 +14,8 @@ use protocol::image::{octahedral_code, octahedral_normal_with_rest};
 use rayon::prelude::*;
 
 use super::view::{AddressTexel, AddressView};
-use crate::held::{HeldSurfaces, PatchSurface, QUAD_INDICES, QuadBuffers};
+use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
+use crate::mesh::QUAD_INDICES;
 use crate::mesh::{PatchMesh, Vertex};
 use crate::pass::{Placement, setback};
 use crate::tiles::Pyramid;
@@ -420,11 +421,11 @@ impl Drawn<'_> {
 }
 
 fn quad_normal(vertex: &Vertex) -> Vec3 {
-    octahedral_normal_with_rest((vertex.normal_object as u16).to_le_bytes(), vertex.normal_rests as u8)
+    octahedral_normal_with_rest((vertex.normal_object as u16).to_le_bytes(), vertex.normal_rests_level as u8)
 }
 
 fn corner_normal(vertex: &Vertex) -> Vec3 {
-    octahedral_normal_with_rest((vertex.corner_normal_mover as u16).to_le_bytes(), (vertex.normal_rests >> 8) as u8)
+    octahedral_normal_with_rest((vertex.corner_normal_mover as u16).to_le_bytes(), (vertex.normal_rests_level >> 8) as u8)
 }
 
 /// What the corners of a triangle contribute to a point of it, and the depth there.

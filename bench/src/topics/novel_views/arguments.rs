@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use network::Link;
+use server::options::AnticipationName;
 
 use crate::motion::Motion;
 use crate::options;
@@ -38,6 +39,9 @@ pub(super) struct Arguments {
     /// Antialiasing on both sides: video of frames with 16 samples a pixel, judged by a truth with as many.
     #[arg(long)]
     pub(super) antialias: bool,
+    /// Whether the server sends what a viewer will need next while nobody needs anything. Under a protocol both are shown unless this is off.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) anticipation: AnticipationName,
     /// No video beside it.
     #[arg(long)]
     pub(super) no_video: bool,

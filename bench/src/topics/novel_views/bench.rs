@@ -2,6 +2,7 @@
 
 use gpu::Gpu;
 use protocol::message::Clock;
+use server::options::AnticipationName;
 
 use super::arguments::{Arguments, ClockName, Protocol};
 use super::live::{Drawn, Operation};
@@ -56,6 +57,7 @@ impl<'a> Bench<'a> {
             drawn,
             scored,
             antialias: self.arguments.antialias,
+            anticipates: self.arguments.anticipation == AnticipationName::On,
         }
     }
 }

@@ -41,6 +41,8 @@ pub struct Operation {
     pub drawn: Drawn,
     /// Which of them are given back, to be scored.
     pub scored: Drawn,
+    /// Whether what a viewer will need next is sent while nobody needs anything.
+    pub anticipates: bool,
     /// Whether pictures are to be antialiased.
     pub antialias: bool,
 }
@@ -82,6 +84,7 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
         images: operation.images,
         image_size_px: operation.image_px,
         update_hz: SERVER_HZ,
+        anticipation: operation.anticipates,
         // Coding takes no time on the virtual clock: there error is judged against bytes.
         coding: CodingRule {
             profile: (operation.clock == Clock::Virtual).then_some(Profile::Dense),

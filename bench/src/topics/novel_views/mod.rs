@@ -26,6 +26,7 @@ mod video;
 use anyhow::ensure;
 use clap::Args;
 use network::Link;
+use server::options::AnticipationName;
 
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
@@ -115,6 +116,11 @@ impl Bench<'_> {
             output::pictures(self.run, report, replay, network, &ours, videos.last())?;
             outcomes.push(ours);
             outcomes.extend(videos);
+            // Other systems send what is in view: beside them stands a run that does no more.
+            if self.arguments.protocol.is_some() && self.arguments.anticipation == AnticipationName::On {
+                let operation = Operation { anticipates: false, ..self.operation(network, all, all) };
+                outcomes.push(self.operated(replay, &mut truths, network, &operation, What::InView)?);
+            }
         }
         if !self.arguments.no_sweeps {
             outcomes.extend(self.sizes(replay, &mut truths)?);
@@ -158,9 +164,21 @@ impl Bench<'_> {
         what: What,
     ) -> anyhow::Result<Outcome> {
         let operation = Operation { image_px, ..self.operation(network, drawn, drawn) };
-        self.progress.say(format!("{}: {} images of {image_px}, {}", replay.label, operation.images, network.name));
-        let lived = live::run(self.gpu, replay, &operation)?;
-        outcome::ours(replay, network, &operation, lived, truths, what)
+        self.operated(replay, truths, network, &operation, what)
+    }
+
+    fn operated(
+        &self,
+        replay: &Replay,
+        truths: &mut Truths,
+        network: &Network,
+        operation: &Operation,
+        what: What,
+    ) -> anyhow::Result<Outcome> {
+        let Operation { images, image_px, .. } = operation;
+        self.progress.say(format!("{}: {images} images of {image_px}, {}", replay.label, network.name));
+        let lived = live::run(self.gpu, replay, operation)?;
+        outcome::ours(replay, network, operation, lived, truths, what)
     }
 
     /// Video at bit rates over a network; without ffmpeg one row that says so.

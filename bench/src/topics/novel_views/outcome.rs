@@ -43,6 +43,8 @@ impl Who {
 pub enum What {
     /// The settings asked for.
     Main,
+    /// The same without anticipation, beside other systems, which send what is in view.
+    InView,
     /// Error against bytes, over the main network.
     Size,
     /// Error against the round trip.
@@ -111,7 +113,8 @@ pub fn ours(
     let rows = &summary.frames;
     let pairs = paired(truths, shown)?;
     let scores = scored(&pairs, truths.antialias())?;
-    let method = format!("Vantage, {} images of {}", operation.images, operation.image_px);
+    let anticipated = if operation.anticipates { "" } else { ", nothing anticipated" };
+    let method = format!("Vantage, {} images of {}{anticipated}", operation.images, operation.image_px);
     let mut row = row(replay, network, &method, &scores);
     times(&mut row, &header.server_ms, rows);
     let seconds = replay.trace.poses.len() as f64 / CLIENT_HZ;

@@ -133,11 +133,12 @@ fn table(outcomes: &[Outcome]) -> Table {
 /// Ours against the systems that stand beside it at the settings asked for, wins and losses alike.
 fn bars(replay: &Replay, outcomes: &[Outcome]) -> Vec<Bar> {
     let mut bars = Vec::new();
-    let mains = || outcomes.iter().filter(|outcome| outcome.what == What::Main);
+    let mains = || outcomes.iter().filter(|outcome| matches!(outcome.what, What::Main | What::InView));
     for ours in mains().filter(|outcome| outcome.who == Who::Ours) {
         for other in mains().filter(|other| other.who != Who::Ours && other.network.name == ours.network.name) {
             let what = |measure: &str| {
-                format!("{}, {}: {measure} against {}", replay.label, ours.network.name, other.row.method)
+                let (label, network) = (&replay.label, &ours.network.name);
+                format!("{label}, {network}: {measure} of {} against {}", ours.row.method, other.row.method)
             };
             if let Some(flip) = other.mean("flip") {
                 bars.push(Bar::at_most(what("mean FLIP"), flip, ours.mean("flip"), ""));
@@ -153,7 +154,8 @@ fn bars(replay: &Replay, outcomes: &[Outcome]) -> Vec<Bar> {
 /// FLIP against bytes, round trip and time.
 fn plots(run: &Run, report: &mut Report, replay: &Replay, outcomes: &[Outcome]) -> anyhow::Result<()> {
     let main = &replay.networks[0].name;
-    let of_main = |outcome: &&Outcome| outcome.what != What::RoundTrip && outcome.network.name == *main;
+    let is_of_main = |what| !matches!(what, What::RoundTrip | What::InView);
+    let of_main = |outcome: &&Outcome| is_of_main(outcome.what) && outcome.network.name == *main;
     let bytes = series(outcomes.iter().filter(of_main), |outcome| (outcome.mbit_s(), outcome.mean("flip")));
     let (flip, label) = ("FLIP, mean over all pixels".to_owned(), &replay.label);
     if !bytes.is_empty() {
