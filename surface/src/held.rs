@@ -215,7 +215,7 @@ impl HeldSurfaces {
     pub fn quads_drawn(&self, view: &Pinhole) -> usize {
         let of_patch = |patch: &PatchSurface| match &patch.quads {
             QuadBuffers::Gpu { parts, .. } if patch.may_be_seen_from(view) => {
-                let seen = parts.seen_from(view, &patch.camera, true);
+                let seen = parts.seen_from(view, &patch.camera, (true, self.is_one_sided(patch)));
                 seen.iter().map(|range| range.len() / QUAD_INDICES).sum()
             }
             QuadBuffers::Gpu { .. } => 0,

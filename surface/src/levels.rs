@@ -8,7 +8,7 @@ use std::array;
 use std::ops::Range;
 
 use camera::Pinhole;
-use glam::Vec3;
+use glam::{DVec2, DVec3, Vec3};
 use protocol::{Mask, image};
 
 use crate::mesh::{PatchMesh, ProvokingVertex, QUAD_INDICES, Vertex};
@@ -25,16 +25,74 @@ const MOST_BEND: f32 = 0.125;
 const WORTHWHILE: f64 = 0.75;
 /// A level is drawn where the longest side of its quads comes to no more pixels than this.
 const LONGEST_PX: f64 = 1.0;
+/// A part of fewer samples has but its finest level.
+const FEWEST: usize = 64;
 
 /// One square part of a patch.
 #[derive(Debug, Clone)]
 struct Part {
     /// Around its corners.
     bounds: Bounds,
+    /// Around the planes of its triangles.
+    planes: Planes,
     /// Whether something in it may have moved since.
     moves: bool,
     /// From the finest on; never empty.
     levels: Vec<Level>,
+}
+
+/// How a view shows a part.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    /// Pixels of the view at most that one of the patch's image comes to.
+    px_of_px: f64,
+    /// Pixels of the patch's image at most that a length along the ray comes to, which is as long as its depth.
+    along_px: f64,
+}
+
+impl Seen {
+    /// `eye`: the view's, in the patch's eye space. From beside, what lies along a ray is seen under the angle between that ray and the eye's own, whose sine is no
+    /// more than the eye's distance from the ray over that from the point.
+    fn new(part: &Part, (pyramid, eye): (&Pyramid, DVec3), (view, camera): (&Pinhole, &Pinhole)) -> Seen {
+        let nearer = pyramid.least_depth_share(&part.bounds).max(0.0);
+        let sine = (eye.length() * part.bounds.nearest_w() / nearer).min(1.0);
+        let corner_px = DVec2::new(camera.width_px.into(), camera.height_px.into());
+        let farthest_px = camera.centre_px.max(corner_px - camera.centre_px).length();
+        Seen { px_of_px: view.focal_px / camera.focal_px / nearer, along_px: sine * camera.focal_px.hypot(farthest_px) }
+    }
+}
+
+/// A box around planes, each as the vector `n` with `n . p = 1` for all of its points `p`, in the eye space of the patch at capture: the patch's
+/// own eye has `n . p = 0`, and is before all of them.
+#[derive(Debug, Clone, Copy)]
+struct Planes {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Planes {
+    const NONE: Planes = Planes { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    /// With the planes of a quad's two triangles: its corners are given in the image, as [`ProvokingVertex::corners`] has them.
+    fn with(self, [a, b, c, d]: [Vec3; 4], camera: &Pinhole) -> Planes {
+        [[a, d, b], [a, c, d]].into_iter().fold(self, |around, [a, b, c]| {
+            // `w` is linear in the image: `w = n . ray`.
+            let (to_b, to_c) = ((b - a).as_dvec3(), (c - a).as_dvec3());
+            let area = to_b.x * to_c.y - to_b.y * to_c.x;
+            let right = (to_b.z * to_c.y - to_c.z * to_b.y) / area * camera.focal_px;
+            let down = (to_c.z * to_b.x - to_b.z * to_c.x) / area * camera.focal_px;
+            let ray = camera.ray_eye_from_image(a.x.into(), a.y.into());
+            let n = DVec3::new(right, down, f64::from(a.z) - right * ray.x - down * ray.y);
+            // A triangle without an area shows nothing.
+            if area == 0.0 { around } else { Planes { low: around.low.min(n), high: around.high.max(n) } }
+        })
+    }
+
+    /// Whether an eye lies behind all of them, or there are none.
+    fn are_all_before(&self, eye: DVec3) -> bool {
+        // Products of nothing and infinity are no numbers; nor is any comparison with them true.
+        self.low.x > self.high.x || (self.low * eye).min(self.high * eye).element_sum() >= 1.0
+    }
 }
 
 /// The quads of a part at a level.
@@ -46,35 +104,28 @@ struct Level {
     longest: Sides,
 }
 
-/// The longest sides of quads, seen from where they were captured and as shares of their depths there.
+/// The longest sides of quads, seen from where they were captured.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sides {
-    /// Across the ray.
-    across: f64,
-    /// Along it: what an eye beside sees of it.
-    along: f64,
+    /// Across the ray, in pixels of the patch's image.
+    across_px: f32,
+    /// How much nearer the one end is than the other, as a share of its depth: what an eye beside sees of it.
+    along: f32,
 }
 
 impl Sides {
-    /// The longer of both ways, with the sides of a quad between four corners in an image.
-    fn with(self, [a, b, c, d]: [Vec3; 4], camera: &Pinhole) -> Sides {
+    /// The longer of both ways, with the sides of a quad between four corners in the image.
+    fn with(self, [a, b, c, d]: [Vec3; 4]) -> Sides {
         [(a, b), (a, c), (b, d), (c, d)].into_iter().fold(self, |longest, (from, to)| {
-            let across = f64::from(from.truncate().distance(to.truncate())) / camera.focal_px;
-            let ray = camera.ray_eye_from_image(from.x.into(), from.y.into()).length();
-            let along = f64::from((from.z - to.z).abs() / from.z.min(to.z)) * ray;
-            Sides { across: longest.across.max(across), along: longest.along.max(along) }
+            let across_px = from.truncate().distance(to.truncate());
+            let along = (from.z - to.z).abs() / from.z.min(to.z);
+            Sides { across_px: longest.across_px.max(across_px), along: longest.along.max(along) }
         })
     }
 
-    /// No more than so many pixels in a view whose pyramid and whose eye's distance from where the quads were captured are given. An eye beside sees
-    /// what lies along a ray under the angle between that ray and its own, whose sine is no more than its distance from the ray over that from the point.
-    fn px(self, view: &Pinhole, (pyramid, aside_m): (&Pyramid, f64), bounds: &Bounds) -> f64 {
-        let nearer = pyramid.least_depth_share(bounds);
-        if nearer <= 0.0 {
-            return f64::INFINITY;
-        }
-        let sine = (aside_m * bounds.nearest_w() / nearer).min(1.0);
-        (self.across + self.along * sine) * view.focal_px / nearer
+    /// No more than so many pixels of a view.
+    fn px(self, seen: &Seen) -> f64 {
+        (f64::from(self.across_px) + f64::from(self.along) * seen.along_px) * seen.px_of_px
     }
 }
 
@@ -94,19 +145,23 @@ impl Parts {
         mask: &Mask,
         (camera, provoking, coarsens): (&Pinhole, ProvokingVertex, bool),
     ) -> Parts {
-        let quads: Vec<[u32; 4]> = mesh.indices.chunks_exact(QUAD_INDICES).map(|quad| provoking.corners(quad)).collect();
+        let quads: Vec<[u32; 4]> =
+            mesh.indices.chunks_exact(QUAD_INDICES).map(|quad| provoking.corners(quad)).collect();
         let sorted = by_part(mask);
         let mut parts = Parts { parts: Vec::with_capacity(sorted.len()), places: vec![[0; 2]; quads.len()] };
-        mesh.indices.clear();
+        // Further levels have at most a third as many quads and vertices of their own, where they are worth it.
+        let further = if coarsens { quads.len() / 3 } else { 0 };
+        mesh.indices = Vec::with_capacity((quads.len() + further) * QUAD_INDICES);
+        mesh.vertices.reserve(further);
         for (samples, number) in sorted.iter().zip(0..) {
             let first = mesh.indices.len() as u32;
             for &(sample, _) in samples {
                 parts.places[sample as usize] = [number, (mesh.indices.len() / QUAD_INDICES) as u32];
                 mesh.indices.extend(provoking.indices(quads[sample as usize]));
             }
-            let corners = samples.iter().flat_map(|&(sample, _)| quads[sample as usize]);
+            let quads = samples.iter().map(|&(sample, _)| quads[sample as usize]);
             let finest = Level { indices: first..mesh.indices.len() as u32, longest: Sides::default() };
-            parts.parts.push(part(mesh, corners, finest));
+            parts.parts.push(part(mesh, camera, quads, finest));
         }
         if coarsens {
             parts.coarsen(mesh, &sorted, &quads, (camera, provoking));
@@ -122,7 +177,7 @@ impl Parts {
         quads: &[[u32; 4]],
         (camera, provoking): (&Pinhole, ProvokingVertex),
     ) {
-        let still = self.parts.iter_mut().zip(sorted).filter(|(part, _)| !part.moves);
+        let still = self.parts.iter_mut().zip(sorted).filter(|(part, samples)| !part.moves && samples.len() >= FEWEST);
         let mut stacks: Vec<(&mut Part, Stack)> =
             still.map(|(part, samples)| (part, Stack::of(mesh, samples, quads, camera))).collect();
         for level in 1..LEVELS {
@@ -132,17 +187,20 @@ impl Parts {
         }
     }
 
-    /// The indices of what a view sees, in ascending order as long as levels are alike; `camera` is the patch's. With `coarsens` quads are no finer than the view's pixels ask for.
-    pub fn seen_from(&self, view: &Pinhole, camera: &Pinhole, coarsens: bool) -> Vec<Range<u32>> {
+    /// The indices of what a view sees, in ascending order as long as levels are alike; `camera` is the patch's. With `coarsens` quads are no finer than the view's
+    /// pixels ask for; of one side, they show nothing from behind.
+    pub fn seen_from(&self, view: &Pinhole, camera: &Pinhole, (coarsens, one_sided): (bool, bool)) -> Vec<Range<u32>> {
         let pyramid = Pyramid::new(camera, view);
-        let aside_m = view.world_from_eye.translation.distance(camera.world_from_eye.translation);
+        let eye = camera.world_from_eye.inverse().transform_point(view.world_from_eye.translation);
         let mut ranges: Vec<Range<u32>> = Vec::new();
         for part in &self.parts {
-            if !part.moves && !pyramid.may_see(&part.bounds) {
+            let is_turned_away = one_sided && part.planes.are_all_before(eye);
+            if !part.moves && (is_turned_away || !pyramid.may_see(&part.bounds)) {
                 continue;
             }
-            let is_fine = |level: &&Level| level.longest.px(view, (&pyramid, aside_m), &part.bounds) <= LONGEST_PX;
             let coarser = if coarsens { &part.levels[1..] } else { &[] };
+            let seen = Seen::new(part, (&pyramid, eye), (view, camera));
+            let is_fine = |level: &&Level| level.longest.px(&seen) <= LONGEST_PX;
             let level = coarser.iter().rev().find(is_fine).unwrap_or(&part.levels[0]);
             match ranges.last_mut() {
                 Some(last) if last.end == level.indices.start => last.end = level.indices.end,
@@ -178,10 +236,16 @@ fn by_part(mask: &Mask) -> Vec<Vec<(u32, [u32; 2])>> {
     parts
 }
 
-fn part(mesh: &PatchMesh, corners: impl Iterator<Item = u32> + Clone, finest: Level) -> Part {
-    let vertices = corners.map(|corner| &mesh.vertices[corner as usize]);
-    let moves = vertices.clone().any(|vertex| vertex.corner_normal_mover >> 16 != 0);
-    Part { bounds: Bounds::around(vertices.map(Vertex::image)), moves, levels: vec![finest] }
+fn part(mesh: &PatchMesh, camera: &Pinhole, quads: impl Iterator<Item = [u32; 4]>, finest: Level) -> Part {
+    let (mut bounds, mut planes, mut moves) = (Bounds::around([]), Planes::NONE, false);
+    for quad in quads {
+        let vertices = quad.map(|corner| &mesh.vertices[corner as usize]);
+        let corners = vertices.map(Vertex::image);
+        bounds = bounds.and(Bounds::around(corners));
+        planes = planes.with(corners, camera);
+        moves |= vertices.iter().any(|vertex| vertex.corner_normal_mover >> 16 != 0);
+    }
+    Part { bounds, planes, moves, levels: vec![finest] }
 }
 
 /// A quad of one level or another.
@@ -222,7 +286,7 @@ impl Stack {
                 };
                 if let Some(quad) = joined(mesh, camera, [a, b, c, d], level) {
                     let corners = quad.corners.map(|corner| mesh.vertices[corner as usize].image());
-                    longest[level] = longest[level].with(corners, camera);
+                    longest[level] = longest[level].with(corners);
                     quads[level][cell] = Some(quad);
                 }
             }
@@ -304,13 +368,18 @@ fn first_vertex(corner: &Vertex, four: &[Vertex; 4], level: usize) -> Vertex {
     let normal_of = |quad: &Vertex| {
         image::octahedral_normal_with_rest((quad.normal_object as u16).to_le_bytes(), quad.normal_rests_level as u8)
     };
-    let normal: Vec3 = four.iter().map(normal_of).sum();
-    let has_rests = four.iter().any(|quad| quad.normal_rests_level as u8 != 0);
-    let rest = if has_rests { image::octahedral_rest(normal) } else { 0 };
+    let code = |quad: &Vertex| (quad.normal_object as u16, quad.normal_rests_level as u8);
+    let (normal, rest) = if four.iter().all(|quad| code(quad) == code(&four[0])) {
+        code(&four[0])
+    } else {
+        let normal: Vec3 = four.iter().map(normal_of).sum();
+        let has_rests = four.iter().any(|quad| code(quad).1 != 0);
+        let rest = if has_rests { image::octahedral_rest(normal) } else { 0 };
+        (u16::from_le_bytes(image::octahedral_code(normal)), rest)
+    };
     Vertex {
         colour_material: mean(0) | mean(1) | mean(2) | four[0].colour_material & 0xff00_0000,
-        normal_object: u32::from(u16::from_le_bytes(image::octahedral_code(normal)))
-            | four[0].normal_object & 0xffff_0000,
+        normal_object: u32::from(normal) | four[0].normal_object & 0xffff_0000,
         pixel: four[0].pixel,
         normal_rests_level: corner.normal_rests_level & 0xff00 | u32::from(rest) | (level as u32) << 16,
         ..*corner

@@ -204,11 +204,13 @@ impl Quads {
             if !is_drawn(&patch.camera) || !patch.may_be_seen_from(camera) {
                 continue;
             }
-            let seen = parts.seen_from(camera, &patch.camera, self.coarsens);
+            // What casts is drawn from both sides.
+            let is_one_sided = surfaces.is_one_sided(patch);
+            let seen = parts.seen_from(camera, &patch.camera, (self.coarsens, is_one_sided && self.is_seen));
             if seen.is_empty() {
                 continue;
             }
-            pass.set_pipeline(if surfaces.is_one_sided(patch) { &self.one_sided } else { &self.both_sides });
+            pass.set_pipeline(if is_one_sided { &self.one_sided } else { &self.both_sides });
             pass.set_bind_group(0, &group, &[index as u32 * stride]);
             pass.set_vertex_buffer(0, vertices.slice(..));
             pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);

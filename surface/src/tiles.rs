@@ -31,7 +31,7 @@ impl Bounds {
         self.high.z.into()
     }
 
-    fn and(self, other: Bounds) -> Bounds {
+    pub(crate) fn and(self, other: Bounds) -> Bounds {
         Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 }

@@ -9,7 +9,7 @@ use common::{Shape, Stage, ball, capture, held, truth, view};
 use glam::{DAffine3, DQuat, DVec3};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Mask, ObjectPose, PatchId};
+use protocol::{DepthImage, DepthScale, Mask, Material, ObjectPose, PatchId};
 use vantage_surface::{CornerRules, Corners, HeldSurfaces, Smoothing};
 
 const FLOOR: Shape = Shape::Plane { point: DVec3::ZERO, normal: DVec3::Y };
@@ -303,4 +303,26 @@ fn deleted_samples_are_gone_at_every_level_and_what_no_view_sees_is_passed_over(
     let part = surfaces.quads_drawn(&narrow);
     assert!(part < 256 * 256 / 8, "{part}");
     assert_eq!(surfaces.quads_drawn(&view(DVec3::ZERO, DVec3::Z, 64, 60.0)), 0);
+}
+
+#[test]
+fn parts_that_turn_away_are_passed_over_where_surfaces_have_one_side() {
+    let stage = Stage::new();
+    let ball = [Shape::Sphere { centre: DVec3::new(0.0, 0.0, -4.0), radius: 1.0 }];
+    let patch = capture(&ball, &view(DVec3::ZERO, DVec3::NEG_Z, 256, 60.0));
+    let held = patch.patch.image.mask.count();
+    let mut surfaces = HeldSurfaces::new(&stage.gpu).at_finest_level();
+    surfaces.insert(&patch);
+    let quads_at = |surfaces: &HeldSurfaces, degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let eye = DVec3::new(4.0 * sin, 0.0, -4.0 + 4.0 * cos);
+        surfaces.quads_drawn(&view(eye, DVec3::new(0.0, 0.0, -4.0), 256, 60.0))
+    };
+    assert_eq!(quads_at(&surfaces, 180.0), held, "nobody has said how many sides it has");
+    let side = Material { double_sided: false, ..Material::default() };
+    surfaces.set_materials(&[side; 16]);
+    assert_eq!(quads_at(&surfaces, 0.0), held);
+    assert_eq!(quads_at(&surfaces, 180.0), 0);
+    let aside = quads_at(&surfaces, 90.0);
+    assert!(aside >= held / 2 && aside < held * 9 / 10, "{aside} of {held}");
 }

@@ -425,7 +425,10 @@ fn quad_normal(vertex: &Vertex) -> Vec3 {
 }
 
 fn corner_normal(vertex: &Vertex) -> Vec3 {
-    octahedral_normal_with_rest((vertex.corner_normal_mover as u16).to_le_bytes(), (vertex.normal_rests_level >> 8) as u8)
+    octahedral_normal_with_rest(
+        (vertex.corner_normal_mover as u16).to_le_bytes(),
+        (vertex.normal_rests_level >> 8) as u8,
+    )
 }
 
 /// What the corners of a triangle contribute to a point of it, and the depth there.
