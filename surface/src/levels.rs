@@ -18,9 +18,12 @@ use crate::tiles::{Bounds, Pyramid};
 const SIDE_PX: u32 = 32;
 /// Quads over 1, 2, 4 and 8 samples along a side; [`SIDE_PX`] is a multiple.
 const LEVELS: usize = 4;
-/// The corners that vanish between four quads lie off the middle of those that stay by no more than this share of the new quad's side. It is drawn no
-/// wider than a pixel, so cracks beside finer quads stay far below one.
-const MOST_BEND: f32 = 0.125;
+/// The corners that vanish between four quads lie off the middle of those that stay by no more than this share of the new quad's side in the image ...
+const MOST_BEND_ACROSS: f32 = 0.125;
+/// ... and along the ray by no more than this share: what is coded in steps is rough.
+const MOST_BEND_ALONG: f32 = 0.25;
+/// A level is drawn where what its quads bend along rays comes to no more pixels than this, so that cracks beside finer quads stay far below one.
+const MOST_BEND_PX: f64 = 0.125;
 /// A level is kept where it has no more than this share of the quads of the one before.
 const WORTHWHILE: f64 = 0.75;
 /// A level is drawn where the longest side of its quads comes to no more pixels than this.
@@ -101,31 +104,36 @@ struct Level {
     /// Their indices.
     indices: Range<u32>,
     /// Of those that stand for several.
-    longest: Sides,
+    most: Coarseness,
 }
 
-/// The longest sides of quads, seen from where they were captured.
+/// How coarse quads are at most, seen from where they were captured.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sides {
-    /// Across the ray, in pixels of the patch's image.
+struct Coarseness {
+    /// Their sides across the ray, in pixels of the patch's image.
     across_px: f32,
-    /// How much nearer the one end is than the other, as a share of its depth: what an eye beside sees of it.
+    /// How much nearer the one end of a side is than the other, as a share of its depth: what an eye beside sees of it.
     along: f32,
+    /// How far they bend along the ray, likewise.
+    bend: f32,
 }
 
-impl Sides {
-    /// The longer of both ways, with the sides of a quad between four corners in the image.
-    fn with(self, [a, b, c, d]: [Vec3; 4]) -> Sides {
-        [(a, b), (a, c), (b, d), (c, d)].into_iter().fold(self, |longest, (from, to)| {
+impl Coarseness {
+    /// The most of both, with a quad between four corners in the image that bends by so much.
+    fn with(self, [a, b, c, d]: [Vec3; 4], bend: f32) -> Coarseness {
+        let most = Coarseness { bend: self.bend.max(bend), ..self };
+        [(a, b), (a, c), (b, d), (c, d)].into_iter().fold(most, |most, (from, to)| {
             let across_px = from.truncate().distance(to.truncate());
             let along = (from.z - to.z).abs() / from.z.min(to.z);
-            Sides { across_px: longest.across_px.max(across_px), along: longest.along.max(along) }
+            Coarseness { across_px: most.across_px.max(across_px), along: most.along.max(along), ..most }
         })
     }
 
-    /// No more than so many pixels of a view.
-    fn px(self, seen: &Seen) -> f64 {
-        (f64::from(self.across_px) + f64::from(self.along) * seen.along_px) * seen.px_of_px
+    /// Whether a view cannot tell.
+    fn is_unseen(self, seen: &Seen) -> bool {
+        let along_px = |along: f32| f64::from(along) * seen.along_px * seen.px_of_px;
+        f64::from(self.across_px) * seen.px_of_px + along_px(self.along) <= LONGEST_PX
+            && along_px(self.bend) <= MOST_BEND_PX
     }
 }
 
@@ -160,7 +168,7 @@ impl Parts {
                 mesh.indices.extend(provoking.indices(quads[sample as usize]));
             }
             let quads = samples.iter().map(|&(sample, _)| quads[sample as usize]);
-            let finest = Level { indices: first..mesh.indices.len() as u32, longest: Sides::default() };
+            let finest = Level { indices: first..mesh.indices.len() as u32, most: Coarseness::default() };
             parts.parts.push(part(mesh, camera, quads, finest));
         }
         if coarsens {
@@ -200,8 +208,7 @@ impl Parts {
             }
             let coarser = if coarsens { &part.levels[1..] } else { &[] };
             let seen = Seen::new(part, (&pyramid, eye), (view, camera));
-            let is_fine = |level: &&Level| level.longest.px(&seen) <= LONGEST_PX;
-            let level = coarser.iter().rev().find(is_fine).unwrap_or(&part.levels[0]);
+            let level = coarser.iter().rev().find(|level| level.most.is_unseen(&seen)).unwrap_or(&part.levels[0]);
             match ranges.last_mut() {
                 Some(last) if last.end == level.indices.start => last.end = level.indices.end,
                 _ => ranges.push(level.indices.clone()),
@@ -261,7 +268,7 @@ struct Quad {
 struct Stack {
     /// By level and cell, row by row.
     quads: [Vec<Option<Quad>>; LEVELS],
-    longest: [Sides; LEVELS],
+    most: [Coarseness; LEVELS],
 }
 
 fn side(level: usize) -> usize {
@@ -276,22 +283,22 @@ impl Stack {
             let corners = corners[sample as usize];
             quads[0][y as usize * side(0) + x as usize] = Some(Quad { corners, first: corners[0] });
         }
-        let mut longest = [Sides::default(); LEVELS];
+        let mut most = [Coarseness::default(); LEVELS];
         for level in 1..LEVELS {
-            longest[level] = longest[level - 1];
+            most[level] = most[level - 1];
             for cell in 0..side(level) * side(level) {
                 let [Some(a), Some(b), Some(c), Some(d)] = children(level, cell).map(|child| quads[level - 1][child])
                 else {
                     continue;
                 };
-                if let Some(quad) = joined(mesh, camera, [a, b, c, d], level) {
+                if let Some((quad, bend)) = joined(mesh, camera, [a, b, c, d], level) {
                     let corners = quad.corners.map(|corner| mesh.vertices[corner as usize].image());
-                    longest[level] = longest[level].with(corners);
+                    most[level] = most[level].with(corners, bend);
                     quads[level][cell] = Some(quad);
                 }
             }
         }
-        Stack { quads, longest }
+        Stack { quads, most }
     }
 
     /// Writes a level behind all indices, if it is worth it.
@@ -308,7 +315,7 @@ impl Stack {
             mesh.indices.truncate(first);
         } else {
             let indices = first as u32..mesh.indices.len() as u32;
-            levels.push(Level { indices, longest: self.longest[level] });
+            levels.push(Level { indices, most: self.most[level] });
         }
     }
 
@@ -331,8 +338,8 @@ fn children(level: usize, cell: usize) -> [usize; 4] {
     [first, first + 1, first + side(level - 1), first + side(level - 1) + 1]
 }
 
-/// One quad in place of four, where they are of one flat surface.
-fn joined(mesh: &mut PatchMesh, camera: &Pinhole, four: [Quad; 4], level: usize) -> Option<Quad> {
+/// One quad in place of four, where they are of one flat surface, and how far they bend along the ray, as a share of its depth.
+fn joined(mesh: &mut PatchMesh, camera: &Pinhole, four: [Quad; 4], level: usize) -> Option<(Quad, f32)> {
     let [a, b, c, d] = four.map(|quad| quad.corners);
     let is_shared = [a[3], b[2], c[1]] == [d[0]; 3] && (a[1], a[2]) == (b[0], c[0]) && (b[3], c[3]) == (d[1], d[2]);
     let firsts = four.map(|quad| mesh.vertices[quad.first as usize]);
@@ -343,19 +350,20 @@ fn joined(mesh: &mut PatchMesh, camera: &Pinhole, four: [Quad; 4], level: usize)
     let corners = [a[0], b[1], c[2], d[3]];
     let at = |corner: u32| mesh.vertices[corner as usize].image();
     let [p, q, r, s] = corners.map(at);
-    let bend = |corner: u32, middle: Vec3| {
-        let off = (at(corner) - middle).abs();
-        off.x.max(off.y).max(off.z / middle.z * camera.focal_px as f32)
-    };
     let middles = [(a[1], (p + q) / 2.0), (a[2], (p + r) / 2.0), (d[1], (q + s) / 2.0), (d[2], (r + s) / 2.0)];
-    let mut middles = middles.into_iter().chain([(a[3], (p + q + r + s) / 4.0)]);
-    let most = MOST_BEND * (1 << level) as f32;
+    let middles = middles.into_iter().chain([(a[3], (p + q + r + s) / 4.0)]);
+    let bend = middles.fold(Vec3::ZERO, |most, (corner, middle)| {
+        let off = (at(corner) - middle).abs();
+        most.max(Vec3::new(off.x, off.y, off.z / middle.z))
+    });
+    let side_px = (1 << level) as f32;
     // Not for NaN either.
-    let is_flat = middles.all(|(corner, middle)| bend(corner, middle) <= most);
+    let is_flat = bend.x.max(bend.y) <= MOST_BEND_ACROSS * side_px
+        && bend.z * camera.focal_px as f32 <= MOST_BEND_ALONG * side_px;
     is_flat.then(|| {
         let first = mesh.vertices.len() as u32;
         mesh.vertices.push(first_vertex(&mesh.vertices[corners[0] as usize], &firsts, level));
-        Quad { corners, first }
+        (Quad { corners, first }, bend.z)
     })
 }
 

@@ -264,7 +264,7 @@ fn samples_finer_than_a_views_pixels_are_drawn_together_and_show_their_means() {
     surfaces.insert(&patch);
     let mut finest = HeldSurfaces::new(&stage.gpu).at_finest_level();
     finest.insert(&patch);
-    for (size_px, level) in [(256, 0), (120, 1), (60, 2), (30, 3)] {
+    for (size_px, level) in [(256, 0), (110, 1), (55, 2), (27, 3)] {
         let camera = view(DVec3::new(0.02, 0.01, 0.0), DVec3::new(0.02, 0.01, -1.0), size_px, 58.0);
         let (few, all) = (surfaces.quads_drawn(&camera), finest.quads_drawn(&camera));
         assert!(all > 256 * 256 * 9 / 10, "the view sees nearly all: {all}");
