@@ -45,9 +45,9 @@ fn next_revision() -> u64 {
 /// What is held for drawing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SurfaceStats {
-    /// Quads.
+    /// Quads of samples.
     pub samples: usize,
-    /// Corners.
+    /// Their corners.
     pub vertices: usize,
     /// Samples whose normal gives no usable plane, see [`PatchMesh::guarded`].
     pub guarded: usize,
@@ -328,6 +328,16 @@ impl QuadBuffers {
     }
 }
 
+impl QuadBuffers {
+    /// Memory of vertices and indices, of all levels.
+    fn bytes(&self) -> u64 {
+        match self {
+            QuadBuffers::Gpu { vertices, indices, .. } => vertices.size() + indices.size(),
+            QuadBuffers::Host { mesh, .. } => (size_of_val(&*mesh.vertices) + size_of_val(&*mesh.indices)) as u64,
+        }
+    }
+}
+
 /// Of a sample's quad.
 fn bounds(mesh: &PatchMesh, sample: usize) -> Bounds {
     let corners = &mesh.indices[sample * QUAD_INDICES..(sample + 1) * QUAD_INDICES];
@@ -371,18 +381,20 @@ impl PatchSurface {
             samples: mesh.indices.len() / 6,
             vertices: mesh.vertices.len(),
             guarded: mesh.guarded,
-            bytes: (size_of_val(&*mesh.vertices) + size_of_val(&*mesh.indices)) as u64,
+            bytes: 0,
         };
+        let bounds = (ball_eye(&camera, &mesh), bounds_world(&camera, &mesh));
+        let quads = QuadBuffers::new(gpu, (&held.patch.image.mask, &camera), mesh, options);
         PatchSurface {
             camera,
             objects: held.patch.objects.clone(),
             ranks: Ranks::new(&held.patch.image.mask),
             built: held.patch.image.mask.clone(),
-            ball_eye: ball_eye(&camera, &mesh),
-            bounds_world: bounds_world(&camera, &mesh),
-            quads: QuadBuffers::new(gpu, (&held.patch.image.mask, &camera), mesh, options),
+            ball_eye: bounds.0,
+            bounds_world: bounds.1,
             materials: materials_in(&held.patch.image),
-            stats,
+            stats: SurfaceStats { bytes: quads.bytes(), ..stats },
+            quads,
         }
     }
 

@@ -39,8 +39,9 @@ use findings::{Lacking, Retraction};
 use record::Record;
 use samples::{Address, Captured, Samples};
 
-/// What one sample costs a client, in bytes: 12 of planes with its extent, 1.4 vertices of 32 and six indices of 4.
-pub const BYTES_PER_SAMPLE: u64 = 81;
+/// What one sample costs a client, in bytes: 12 of planes with its extent, 8 of its place, 1.4 vertices of 36 and six indices of 4, and a third of a vertex and of as many
+/// indices for levels.
+pub const BYTES_PER_SAMPLE: u64 = 114;
 
 /// See the module.
 #[derive(Debug, Default)]

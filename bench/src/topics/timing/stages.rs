@@ -19,6 +19,8 @@ use crate::stage::Stage;
 /// Of a set.
 pub(super) const IMAGES: usize = 4;
 pub(super) const IMAGE_PX: u32 = 512;
+/// How many times as fine the samples are that are far finer than a frame's pixels.
+const FINER: u32 = 3;
 /// Field of view of the output.
 const FOV_Y_RAD: f64 = std::f64::consts::TAU / 6.0;
 /// zstd's level in the comparison: the codec's own.
@@ -68,7 +70,37 @@ pub(super) fn measure(
         client(gpu, &stage, &mut view, &output, &images, repeats, &mut row)?;
         rows.push(row);
     }
+    rows.push(held_finely(gpu, &stage, (&mut discretizer, &mut view), &output, repeats)?);
     Ok(rows)
+}
+
+/// A frame of samples far finer than its pixels, over one of the usual ones: drawing is to cost by pixels, not by what is held.
+fn held_finely(
+    gpu: &Gpu,
+    stage: &Stage,
+    (discretizer, view): (&mut Discretizer, &mut ClientView),
+    output: &Pinhole,
+    repeats: usize,
+) -> anyhow::Result<Row> {
+    let look = (stage.renderer.materials(), &stage.lighting);
+    let mut row = Row::new(&stage.scene.name, &format!("samples {FINER} times as fine"));
+    let mut medians = Vec::new();
+    for (name, image_px) in [("usual", IMAGE_PX), ("finer", IMAGE_PX * FINER)] {
+        let discretization = Discretization::default();
+        let plan = SetPlan { discretization, images: IMAGES, image_px };
+        let (views, precision) = sets::planned(&stage.scene, output.world_from_eye, output, &plan);
+        let captures = discretizer.run(&stage.renderer, &views, discretization)?.wait()?;
+        let images: Vec<DepthImage> = captures.iter().map(|capture| capture.depth_image(precision)).collect();
+        let set = HeldSet::new(gpu, &images, look)?;
+        let frames: Result<Vec<f64>, _> = (0..=repeats).map(|_| view.draw(&set, output, Options::default())).collect();
+        let frame_ms = spread(&frames?[1..]);
+        medians.push(frame_ms.median);
+        row.time_ms.set(format!("frame_{name}"), frame_ms);
+        row.counts.set(format!("samples_{name}"), set.surfaces.stats().samples as f64);
+        row.counts.set(format!("quads_drawn_{name}"), set.surfaces.quads_drawn(output) as f64);
+    }
+    row.counts.set("frame_finer_over_usual", medians[1] / medians[0]);
+    Ok(row)
 }
 
 fn images(
