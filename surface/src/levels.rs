@@ -15,7 +15,7 @@ use crate::mesh::{PatchMesh, ProvokingVertex, QUAD_INDICES, Vertex};
 use crate::tiles::{Bounds, Pyramid};
 
 /// Pixels of a part's side: so small that a part at the rim of a view is mostly seen and has one distance, and that its quads outweigh a draw call.
-const SIDE_PX: u32 = 32;
+const SIDE_PX: u32 = 16;
 /// Quads over 1, 2, 4 and 8 samples along a side; [`SIDE_PX`] is a multiple.
 const LEVELS: usize = 4;
 /// The corners that vanish between four quads lie off the middle of those that stay by no more than this share of the new quad's side in the image ...
@@ -26,8 +26,9 @@ const MOST_BEND_ALONG: f32 = 0.25;
 const MOST_BEND_PX: f64 = 0.125;
 /// A level is kept where it has no more than this share of the quads of the one before.
 const WORTHWHILE: f64 = 0.75;
-/// A level is drawn where the longest side of its quads comes to no more pixels than this.
-const LONGEST_PX: f64 = 1.0;
+/// A level is drawn where the longest side of its quads comes to no more pixels than this: they are from half of a pixel large to two. Of a machine full of ribs, held
+/// with up to two samples a pixel, FLIP is the same with 1, the square root of 2 and 2.
+const LONGEST_PX: f64 = std::f64::consts::SQRT_2;
 /// A part of fewer samples has but its finest level.
 const FEWEST: usize = 64;
 
