@@ -154,6 +154,9 @@ impl Parts {
         mask: &Mask,
         (camera, provoking, coarsens): (&Pinhole, ProvokingVertex, bool),
     ) -> Parts {
+        if !mesh.is_of_samples {
+            return Parts::whole(mesh);
+        }
         let quads: Vec<[u32; 4]> =
             mesh.indices.chunks_exact(QUAD_INDICES).map(|quad| provoking.corners(quad)).collect();
         let sorted = by_part(mask);
@@ -176,6 +179,13 @@ impl Parts {
             parts.coarsen(mesh, &sorted, &quads, (camera, provoking));
         }
         parts
+    }
+
+    /// One part for all of a mesh that is not of quads of samples: every view draws it whole, and no sample of it can be deleted.
+    fn whole(mesh: &PatchMesh) -> Parts {
+        let finest = Level { indices: 0..mesh.indices.len() as u32, most: Coarseness::default() };
+        let all = Part { bounds: Bounds::around([]), planes: Planes::NONE, moves: true, levels: vec![finest] };
+        Parts { parts: vec![all], places: Vec::new() }
     }
 
     /// Levels lie behind each other, so that neighbours at one level are drawn at once.

@@ -81,8 +81,10 @@ impl ProvokingVertex {
 pub struct PatchMesh {
     /// Corners.
     pub vertices: Vec<Vertex>,
-    /// Six a sample, in the order of the samples.
+    /// Six a sample, in the order of the samples; of any triangles unless it `is_of_samples`.
     pub indices: Vec<u32>,
+    /// Whether its quads are the samples'. Other meshes are what ours are compared with: GPUs draw them whole, and hosts not at all.
+    pub is_of_samples: bool,
     /// Samples whose normal gives no usable plane: their corners were kept within [`CornerRules::max_ratio`].
     pub guarded: usize,
 }
@@ -176,7 +178,7 @@ impl<'a> Builder<'a> {
         }
         self.shrink_trimmed();
         let indices = self.indices();
-        PatchMesh { vertices: self.vertices, indices, guarded: self.guarded }
+        PatchMesh { vertices: self.vertices, indices, is_of_samples: true, guarded: self.guarded }
     }
 
     fn corner_row(&mut self, y: u32, offset: Option<&OffsetPlane<'_>>) {

@@ -27,8 +27,8 @@ pub fn grid_mesh(image: &DepthImage, camera: &Pinhole, borders: bool) -> PatchMe
     let centre = |(sample, &(x, y)): (usize, &(u32, u32))| {
         vertex(image, sample, (x, y), [x as f32 + 0.5, y as f32 + 0.5, planes[sample].w])
     };
-    let mut mesh =
-        PatchMesh { vertices: pixels.iter().enumerate().map(centre).collect(), indices: Vec::new(), guarded };
+    let vertices = pixels.iter().enumerate().map(centre).collect();
+    let mut mesh = PatchMesh { vertices, guarded, ..PatchMesh::default() };
     for y in 0..=camera.height_px {
         for x in 0..=camera.width_px {
             let (left, above) = (x.wrapping_sub(1), y.wrapping_sub(1));

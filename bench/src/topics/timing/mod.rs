@@ -166,13 +166,15 @@ mod tests {
         let mut report = Report::new("timing", "");
         Timing.run(&run, &mut report).expect("a GPU adapter, software or not");
         assert!(!report.has_failures(), "{:?}", report.rows);
-        let [conventional, non_redundant, first_picture] = &report.rows[..] else { panic!("{:?}", report.rows) };
+        let [conventional, non_redundant, finer, first_picture] = &report.rows[..] else { panic!("{:?}", report.rows) };
         for stage in ["image", "readback", "encode", "decode", "build_4_images", "frame_4_images"] {
             let median = |row: &Row| row.figure(&format!("time_ms.{stage}.median")).expect(stage);
             assert!(median(conventional) > 0.0 && median(non_redundant) > 0.0, "{stage}");
         }
         let figure = |row: &Row, path: &str| row.figure(path).expect(path);
         assert!(figure(non_redundant, "counts.samples") < figure(conventional, "counts.samples"));
+        let quads_drawn = ["usual", "finer"].map(|of| figure(finer, &format!("counts.quads_drawn_{of}")));
+        assert!(quads_drawn[1] < figure(finer, "counts.samples_finer"), "{quads_drawn:?}");
         assert!(figure(first_picture, "error.holes_share.worst") <= 0.02);
         assert_eq!(report.bars.len(), 2, "the codec's");
         for figure in &report.figures {
