@@ -19,8 +19,8 @@ pub struct Client {
     pub focus: Option<Focus>,
     /// What moving costs it.
     pub pace: Pace,
-    /// Whether it was sent a picture, coarse as it may be.
-    pub has_picture: bool,
+    /// Server time when it was sent its first picture, coarse as it may be; `None` before.
+    pub picture_sent_at_s: Option<f64>,
     /// The impostors it was sent.
     pub impostors: Kept,
     /// The reliefs it was sent.
@@ -43,7 +43,7 @@ impl Default for Client {
             account: Account::default(),
             focus: None,
             pace: Pace::default(),
-            has_picture: false,
+            picture_sent_at_s: None,
             impostors: Kept::default(),
             reliefs: KeptReliefs::default(),
             lights: lights::Kept::default(),
@@ -63,6 +63,6 @@ impl Client {
         self.rest = rest::Kept::default();
         self.ahead = anticipate::Kept::default();
         self.focus = None;
-        self.has_picture = false;
+        self.picture_sent_at_s = None;
     }
 }

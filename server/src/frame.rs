@@ -149,11 +149,13 @@ impl Stage {
             return Ok(None);
         }
         let time_s = self.scene_time_s(viewer, client, now_s);
-        self.with_surroundings(time_s, |stage, snapshot, now| match (strip, plan) {
+        let made = self.with_surroundings(time_s, |stage, snapshot, now| match (strip, plan) {
             (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
             (None, Some(plan)) => stage.look(&plan, snapshot, now, client, viewer),
             (None, None) => Ok(None),
-        })
+        })?;
+        client.picture_sent_at_s.get_or_insert(now_s);
+        Ok(made)
     }
 
     /// Does something with what the scene is at a time.
@@ -198,7 +200,7 @@ impl Stage {
     }
 
     fn begins_coarsely(&self, client: &Client) -> bool {
-        self.coarse_first && client.focus.is_none() && !client.has_picture
+        self.coarse_first && client.focus.is_none() && client.picture_sent_at_s.is_none()
     }
 
     fn look(
@@ -253,7 +255,6 @@ impl Stage {
         let settled = counts.is_still() || is_full || self.method == Discretization::Conventional;
         // After a coarse picture the first set is still to come.
         client.focus = (!self.begins_coarsely(client)).then_some(Focus { coverage: plan.coverage, settled, looks });
-        client.has_picture = true;
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels, lights }))

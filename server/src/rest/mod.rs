@@ -56,7 +56,9 @@ fn wanted(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> Option
     let (width_px, height_px) = (viewer.view.width_px, viewer.view.height_px);
     let fits = u64::from(width_px) * u64::from(height_px) * HELD_BYTES_PER_PX <= client.budget_bytes / BUDGET_SHARE
         && width_px.max(height_px) <= protocol::Limits::default().image_side_px;
-    let rests = viewer.rested_s(now_s) >= REST_AFTER_S;
+    // Whether he stays where his first picture found him is heard a round trip after it was sent.
+    let saw_s = client.picture_sent_at_s.map_or(0.0, |sent_at_s| now_s - sent_at_s - viewer.round_trip_s);
+    let rests = viewer.rested_s(now_s).min(saw_s) >= REST_AFTER_S;
     (rules.rests && fits && rests && client.focus.is_some())
         .then(|| Pinhole::symmetric(viewer.world_from_eye, (width_px, height_px), viewer.view.fov_y_rad, rules.near_m))
 }
@@ -104,7 +106,11 @@ mod tests {
             view: VIEW,
             scene_time_s: 0.0,
         };
-        Client { focus: Some(Focus { coverage, settled: false, looks: 1 }), ..Client::default() }
+        Client {
+            focus: Some(Focus { coverage, settled: false, looks: 1 }),
+            picture_sent_at_s: Some(0.0),
+            ..Client::default()
+        }
     }
 
     /// The first row and the number of rows of every strip, of which each cost so many bytes a pixel.
@@ -149,6 +155,11 @@ mod tests {
         assert!(lacking(&RULES, &client, &viewer, 1.0 + REST_AFTER_S / 2.0).is_none(), "just stopped");
         assert!(lacking(&RULES, &client, &viewer, 2.0).is_some());
         assert!(lacking(&RULES, &Client::default(), &viewer, 2.0).is_none(), "no picture");
+        let mut far = viewer;
+        far.round_trip_s = 0.5;
+        let fresh = Client { picture_sent_at_s: Some(1.5), ..self::client(&viewer) };
+        assert!(lacking(&RULES, &fresh, &far, 2.0).is_none(), "may have left again");
+        assert!(lacking(&RULES, &fresh, &far, 2.2).is_some());
         assert!(lacking(&Rules { rests: false, ..RULES }, &client, &viewer, 2.0).is_none());
         let poor = Client { budget_bytes: BUDGET_SHARE * HELD_BYTES_PER_PX * 400 * 320 - BUDGET_SHARE, ..client };
         assert!(lacking(&RULES, &poor, &viewer, 2.0).is_none(), "no room");
