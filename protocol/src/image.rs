@@ -266,6 +266,36 @@ impl DepthImage {
         }
     }
 
+    /// The samples of a mask of this image's size alone.
+    pub fn only(&self, mask: &Mask) -> DepthImage {
+        let ranks = Ranks::new(&self.mask);
+        let (mut only, mut kept) = (Mask::empty(self.mask.width_px, self.mask.height_px), Vec::new());
+        for (x, y) in mask.occupied() {
+            if let Some(rank) = ranks.of(&self.mask, x as u16, y as u16) {
+                only.set(x, y, true);
+                kept.push(rank);
+            }
+        }
+        // Planes that say nothing are empty.
+        fn of<T: Copy>(plane: &[T], kept: &[usize]) -> Vec<T> {
+            if plane.is_empty() { Vec::new() } else { kept.iter().map(|&rank| plane[rank]).collect() }
+        }
+        DepthImage {
+            camera: self.camera.clone(),
+            depth_scale: self.depth_scale,
+            depth: of(&self.depth, &kept),
+            normal: of(&self.normal, &kept),
+            normal_rest: of(&self.normal_rest, &kept),
+            ends: of(&self.ends, &kept),
+            colour: of(&self.colour, &kept),
+            colour_rest: of(&self.colour_rest, &kept),
+            object: of(&self.object, &kept),
+            material: of(&self.material, &kept),
+            share: of(&self.share, &kept),
+            mask: only,
+        }
+    }
+
     /// Raw bytes at wire width: depth 2, normal 2 and 1 for what is left off, ends 2, colour 3 and 1 for what is left off, object 2, material 1,
     /// share 1 a sample; planes of one value are left out, as the codec leaves them out.
     pub fn raw_bytes(&self) -> usize {

@@ -1,6 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use bytemuck::Zeroable;
 use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
 use glam::{DAffine3, DVec3};
 use gpu::Gpu;
@@ -11,13 +12,14 @@ use wgpu::util::DeviceExt;
 
 use crate::corners::{CornerRules, Corners};
 use crate::levels::Parts;
-use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex, QUAD_INDICES};
+use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex, QUAD_INDICES, Vertex};
+use crate::redraw::{self, Redrawn};
 use crate::tiles::{Bounds, Tiles};
 
 /// The surfaces of everything held that is for one purpose, the eye if nothing else is said, one mesh a patch: on the GPU, or in the host's memory for what draws there.
 ///
-/// A patch whose samples were trimmed is built anew. Deleted samples are no longer drawn; the corners that they shared stay
-/// where they are. A moved object costs nothing here, as its pose is read when it is drawn.
+/// Where samples were trimmed, their quads and those around them are drawn anew ([`crate::redraw`]). Deleted samples are no longer drawn; the corners
+/// that they shared stay where they are. A moved object costs nothing here, as its pose is read when it is drawn.
 #[derive(Debug)]
 pub struct HeldSurfaces {
     /// `None` on the host.
@@ -35,6 +37,15 @@ pub struct HeldSurfaces {
     /// Of the last change that may show in a picture.
     revision: u64,
 }
+
+/// Of a quad.
+const CORNERS: usize = 4;
+/// A patch that is trimmed gets room for further corners: this part of those it has, and this many.
+const ROOM_SHARE: usize = 8;
+const LEAST_ROOM: usize = 1024;
+
+/// How a patch is drawn: which vertex bears what is flat, whether its quads coarsen, and how many corners can be added.
+type Options = (ProvokingVertex, bool, usize);
 
 /// A number that no store has had.
 fn next_revision() -> u64 {
@@ -71,6 +82,8 @@ pub(crate) struct PatchSurface {
     /// Around all corners at capture.
     bounds_world: WorldBounds,
     stats: SurfaceStats,
+    /// Corners that can be added.
+    room: usize,
 }
 
 /// The mesh of a patch, where it is drawn from.
@@ -78,6 +91,8 @@ pub(crate) struct PatchSurface {
 pub(crate) enum QuadBuffers {
     Gpu {
         vertices: wgpu::Buffer,
+        /// Those in use.
+        vertex_count: usize,
         indices: wgpu::Buffer,
         /// Of the quads of samples; those of further levels are behind them.
         index_count: u32,
@@ -135,13 +150,17 @@ impl HeldSurfaces {
     /// Follows an update that `held` has just applied.
     pub fn apply(&mut self, held: &Held, update: &Update) {
         let mut changed = BTreeSet::new();
+        let mut trimmed: BTreeMap<PatchId, Vec<(u16, u16)>> = BTreeMap::new();
         for edit in &update.edits {
             match edit {
                 Edit::Add(patch) => {
                     changed.insert(patch.id);
                 }
-                Edit::Remove(id) | Edit::Trim(id, _) => {
+                Edit::Remove(id) => {
                     changed.insert(*id);
+                }
+                Edit::Trim(id, trims) => {
+                    trimmed.entry(*id).or_default().extend(trims.iter().map(|&(x, y, _)| (x, y)));
                 }
                 Edit::Delete(id, pixels) => self.delete(*id, pixels),
                 Edit::Clear => changed.extend(self.patches.keys().copied()),
@@ -151,6 +170,11 @@ impl HeldSurfaces {
         }
         self.set_poses(&held.poses_now);
         self.set_materials(&held.materials);
+        for (id, pixels) in trimmed.iter().filter(|(id, _)| !changed.contains(id)) {
+            if let Some(patch) = held.patches.get(id) {
+                self.trim(patch, pixels);
+            }
+        }
         for id in changed {
             match held.patches.get(&id) {
                 Some(patch) => self.insert(patch),
@@ -189,12 +213,33 @@ impl HeldSurfaces {
 
     /// Draws a patch by its mesh from now on.
     pub fn place(&mut self, held: &HeldPatch, mesh: PatchMesh) {
+        // Most patches are never trimmed.
+        self.place_with_room(held, mesh, 0);
+    }
+
+    fn place_with_room(&mut self, held: &HeldPatch, mesh: PatchMesh, room: usize) {
         if mesh.indices.is_empty() {
             self.remove(held.patch.id);
         } else {
             self.revision = next_revision();
-            let options = (self.provoking_vertex(), self.coarsens);
+            let options = (self.provoking_vertex(), self.coarsens, room);
             self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh, options));
+        }
+    }
+
+    /// Draws samples of a patch as they are trimmed now.
+    pub fn trim(&mut self, held: &HeldPatch, pixels: &[(u16, u16)]) {
+        let options = self.mesh_options();
+        let Some(patch) = self.patches.get_mut(&held.patch.id) else { return };
+        let redrawn = redraw::around(held, pixels, &options);
+        if patch.room < redrawn.len() * CORNERS {
+            // Which was trimmed once will be trimmed again.
+            let mesh = self.mesh(held);
+            let room = mesh.vertices.len() / ROOM_SHARE + LEAST_ROOM;
+            self.place_with_room(held, mesh, room);
+        } else {
+            self.revision = next_revision();
+            patch.redraw(self.gpu.as_ref(), &redrawn, options.provoking);
         }
     }
 
@@ -305,7 +350,7 @@ impl QuadBuffers {
         gpu: Option<&Gpu>,
         (mask, camera): (&Mask, &Pinhole),
         mut mesh: PatchMesh,
-        (provoking, coarsens): (ProvokingVertex, bool),
+        (provoking, coarsens, room): Options,
     ) -> QuadBuffers {
         let Some(gpu) = gpu else {
             let tiles = Tiles::new(mask, |sample| bounds(&mesh, sample));
@@ -319,8 +364,12 @@ impl QuadBuffers {
         // Compute shaders read them too: see [`crate::FlattenPass`].
         let read = if gpu.caps.compute { wgpu::BufferUsages::STORAGE } else { wgpu::BufferUsages::empty() };
         let changing = wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST | read;
+        let vertex_count = mesh.vertices.len();
+        mesh.vertices.resize(vertex_count + room, Vertex::zeroed());
+        let corners = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST | read;
         QuadBuffers::Gpu {
-            vertices: buffer("corners", bytemuck::cast_slice(&mesh.vertices), wgpu::BufferUsages::VERTEX | read),
+            vertices: buffer("corners", bytemuck::cast_slice(&mesh.vertices), corners),
+            vertex_count,
             indices: buffer("quads", bytemuck::cast_slice(&mesh.indices), changing),
             index_count,
             parts,
@@ -365,7 +414,11 @@ fn bounds_world(camera: &Pinhole, mesh: &PatchMesh) -> WorldBounds {
     WorldBounds { min, max }
 }
 
-fn corner_eye(camera: &Pinhole, vertex: &mesh::Vertex) -> DVec3 {
+fn corners_eye(camera: &Pinhole, redrawn: &[Redrawn]) -> impl Iterator<Item = DVec3> {
+    redrawn.iter().flat_map(|redrawn| redrawn.corners).map(|corner| corner_eye(camera, &corner))
+}
+
+fn corner_eye(camera: &Pinhole, vertex: &Vertex) -> DVec3 {
     camera.ray_eye_from_image(vertex.u_px.into(), vertex.v_px.into()) / f64::from(vertex.w)
 }
 
@@ -374,7 +427,7 @@ fn box_around(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 }
 
 impl PatchSurface {
-    fn new(gpu: Option<&Gpu>, held: &HeldPatch, mesh: PatchMesh, options: (ProvokingVertex, bool)) -> PatchSurface {
+    fn new(gpu: Option<&Gpu>, held: &HeldPatch, mesh: PatchMesh, options: Options) -> PatchSurface {
         // Without a mesh, images of other cameras have no surface.
         let camera = *held.patch.image.camera.root();
         let stats = SurfaceStats {
@@ -395,7 +448,54 @@ impl PatchSurface {
             materials: materials_in(&held.patch.image),
             stats: SurfaceStats { bytes: quads.bytes(), ..stats },
             quads,
+            room: options.2,
         }
+    }
+
+    /// Gives samples other quads, each with corners of its own, for which there must be room.
+    fn redraw(&mut self, gpu: Option<&Gpu>, redrawn: &[Redrawn], provoking: ProvokingVertex) {
+        self.room -= redrawn.len() * CORNERS;
+        let corners: Vec<Vertex> = redrawn.iter().flat_map(|redrawn| redrawn.corners).collect();
+        let samples = redrawn.iter().map(|redrawn| {
+            let (x, y) = redrawn.pixel;
+            (self.ranks.of(&self.built, x, y), redrawn.corners.map(|corner| corner.image()))
+        });
+        let quad = |vertex_count: usize, index: usize| {
+            let first = (vertex_count + index * CORNERS) as u32;
+            provoking.indices([first, first + 1, first + 2, first + 3])
+        };
+        match (&mut self.quads, gpu) {
+            (QuadBuffers::Gpu { vertices, vertex_count, indices, parts, .. }, Some(gpu)) => {
+                let mut quads: Vec<(u32, [u32; QUAD_INDICES])> = samples
+                    .enumerate()
+                    .filter_map(|(index, (sample, corners))| {
+                        Some((parts.redraw(sample?, corners, &self.camera)?, quad(*vertex_count, index)))
+                    })
+                    .collect();
+                quads.sort_unstable_by_key(|(place, _)| *place);
+                for run in quads.chunk_by(|a, b| a.0 + 1 == b.0) {
+                    let at = (run[0].0 as usize * size_of::<[u32; QUAD_INDICES]>()) as u64;
+                    let run: Vec<u32> = run.iter().flat_map(|(_, quad)| *quad).collect();
+                    gpu.queue.write_buffer(indices, at, bytemuck::cast_slice(&run));
+                }
+                let at = (*vertex_count * size_of::<Vertex>()) as u64;
+                gpu.queue.write_buffer(vertices, at, bytemuck::cast_slice(&corners));
+                *vertex_count += corners.len();
+            }
+            (QuadBuffers::Host { mesh, .. }, _) => {
+                for (index, (sample, _)) in samples.enumerate() {
+                    if let Some(sample) = sample {
+                        let quad = quad(mesh.vertices.len(), index);
+                        mesh.indices[sample * QUAD_INDICES..][..QUAD_INDICES].copy_from_slice(&quad);
+                    }
+                }
+                mesh.vertices.extend(corners);
+            }
+            (QuadBuffers::Gpu { .. }, None) => {}
+        }
+        let (centre, radius_m) = self.ball_eye;
+        let farthest_m = corners_eye(&self.camera, redrawn).map(|corner| corner.distance(centre));
+        self.ball_eye.1 = farthest_m.fold(radius_m, f64::max);
     }
 
     /// Makes the triangles of samples empty.

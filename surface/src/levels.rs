@@ -228,6 +228,17 @@ impl Parts {
         ranges
     }
 
+    /// The place among the quads of a sample, whose quad has other corners from now on; `None` of a mesh that is not of samples. Its part is drawn as finely as it is held
+    /// from now on; `camera` is the patch's.
+    pub fn redraw(&mut self, sample: usize, corners: [Vec3; 4], camera: &Pinhole) -> Option<u32> {
+        let &[part, place] = self.places.get(sample)?;
+        let part = &mut self.parts[part as usize];
+        part.levels.truncate(1);
+        part.bounds = part.bounds.and(Bounds::around(corners));
+        part.planes = part.planes.with(corners, camera);
+        Some(place)
+    }
+
     /// The places among the quads of some samples, ascending. Their parts are drawn as finely as they are held from now on: quads of other levels show these samples too.
     pub fn delete(&mut self, samples: impl Iterator<Item = usize>) -> Vec<u32> {
         let mut places: Vec<u32> = samples

@@ -20,6 +20,7 @@ pub mod mesh;
 mod parallelograms;
 mod pass;
 mod points;
+mod redraw;
 pub mod tiles;
 
 #[cfg(not(target_arch = "wasm32"))]

@@ -10,7 +10,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Mask, Material, ObjectPose, PatchId};
-use vantage_surface::{CornerRules, Corners, HeldSurfaces, Smoothing};
+use vantage_surface::{AddressPass, AddressTexel, CornerRules, Corners, HeldSurfaces, Smoothing};
 
 const FLOOR: Shape = Shape::Plane { point: DVec3::ZERO, normal: DVec3::Y };
 const WALL: Shape = Shape::Plane { point: DVec3::new(0.0, 0.0, -6.0), normal: DVec3::Z };
@@ -303,6 +303,46 @@ fn deleted_samples_are_gone_at_every_level_and_what_no_view_sees_is_passed_over(
     let part = surfaces.quads_drawn(&narrow);
     assert!(part < 256 * 256 / 8, "{part}");
     assert_eq!(surfaces.quads_drawn(&view(DVec3::ZERO, DVec3::Z, 64, 60.0)), 0);
+}
+
+#[test]
+fn what_was_trimmed_bit_by_bit_is_drawn_as_what_was_trimmed_at_once() {
+    let stage = Stage::new();
+    let shapes = [FLOOR, WALL, Shape::Sphere { centre: DVec3::new(0.3, 1.2, -3.0), radius: 0.8 }];
+    let (eye, target) = (DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.2, 0.8, -3.0));
+    let mut patch = capture(&shapes, &view(eye, target, 96, 70.0));
+    let mut on_gpu = HeldSurfaces::new(&stage.gpu);
+    let mut pass = AddressPass::on_host();
+    let mut on_host = pass.new_surfaces();
+    on_gpu.insert(&patch);
+    on_host.insert(&patch);
+    patch.trims = vec![0; patch.patch.image.sample_count()];
+    let pixels: Vec<(u16, u16)> = patch.patch.image.mask.occupied().map(|(x, y)| (x as u16, y as u16)).collect();
+    let beside = view(eye + DVec3::new(0.5, 0.1, 0.3), target, 128, 70.0);
+    let mut before = stage.draw(&on_gpu, &beside, Smoothing::Blended).w;
+    for step in 0..4_usize {
+        // A block of samples that grows over the ball's outline, and single ones; some are trimmed for a second time.
+        let is_trimmed = |&(sample, _): &(usize, &(u16, u16))| {
+            let (x, y) = (sample % 96, sample / 96);
+            (40 + step..52 + 2 * step).contains(&x) && (30..34 + step).contains(&y) || sample % 131 == step
+        };
+        let trimmed: Vec<(usize, (u16, u16))> =
+            pixels.iter().enumerate().filter(is_trimmed).map(|(sample, &pixel)| (sample, pixel)).collect();
+        trimmed.iter().for_each(|&(sample, _)| patch.trims[sample] = (patch.trims[sample] + 1).min(3));
+        let trimmed: Vec<(u16, u16)> = trimmed.into_iter().map(|(_, pixel)| pixel).collect();
+        on_gpu.trim(&patch, &trimmed);
+        on_host.trim(&patch, &trimmed);
+        let (mut gpu_anew, mut host_anew) = (HeldSurfaces::new(&stage.gpu), pass.new_surfaces());
+        gpu_anew.insert(&patch);
+        host_anew.insert(&patch);
+        let [bits, once] = [&on_gpu, &gpu_anew].map(|surfaces| stage.draw(surfaces, &beside, Smoothing::Blended));
+        assert!(bits.w == once.w && bits.colour == once.colour, "step {step}");
+        assert_ne!(bits.w, before, "step {step}");
+        let [bits, once] = [&on_host, &host_anew].map(|surfaces| pass.view(surfaces, &beside).expect("a view").texels);
+        let addresses = |texels: &[AddressTexel]| texels.iter().map(AddressTexel::address).collect::<Vec<_>>();
+        assert_eq!(addresses(&bits), addresses(&once), "step {step}");
+        before = stage.draw(&on_gpu, &beside, Smoothing::Blended).w;
+    }
 }
 
 #[test]

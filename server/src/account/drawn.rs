@@ -14,6 +14,8 @@ pub(super) struct Drawn {
     stores: BTreeMap<Purpose, HeldSurfaces>,
     /// Patches that the stores draw as they were, see [`Drawn::refresh`].
     changed: BTreeSet<PatchId>,
+    /// Samples that they draw as they were, of other patches.
+    trimmed: BTreeMap<PatchId, Vec<(u16, u16)>>,
 }
 
 impl Drawn {
@@ -32,6 +34,7 @@ impl Drawn {
 
     pub fn clear(&mut self) {
         self.changed.clear();
+        self.trimmed.clear();
         self.stores.values_mut().for_each(HeldSurfaces::clear);
     }
 
@@ -43,14 +46,20 @@ impl Drawn {
         self.stores.values_mut().for_each(|store| store.set_poses(poses_now));
     }
 
-    /// A patch was added, removed or trimmed.
+    /// A patch was added or removed.
     pub fn change(&mut self, id: PatchId) {
         self.changed.insert(id);
+    }
+
+    /// Samples of a patch were trimmed.
+    pub fn trim(&mut self, id: PatchId, pixels: impl Iterator<Item = (u16, u16)>) {
+        self.trimmed.entry(id).or_default().extend(pixels);
     }
 
     /// A patch was removed, and shall not be drawn any more even if it is not refreshed.
     pub fn remove(&mut self, id: PatchId) {
         self.changed.remove(&id);
+        self.trimmed.remove(&id);
         self.stores.values_mut().for_each(|store| store.remove(id));
     }
 
@@ -65,7 +74,14 @@ impl Drawn {
 
     /// Brings the stores up to date.
     pub fn refresh(&mut self, held: &Held) {
-        let changed = std::mem::take(&mut self.changed);
+        let (changed, trimmed) = (std::mem::take(&mut self.changed), std::mem::take(&mut self.trimmed));
+        for (id, pixels) in trimmed.iter().filter(|(id, _)| !changed.contains(id)) {
+            if let Some(patch) = held.patches.get(id)
+                && let Some(store) = self.stores.get_mut(&patch.patch.purpose)
+            {
+                store.trim(patch, pixels);
+            }
+        }
         let stores = &self.stores;
         let mesh = |id: PatchId| {
             let patch = held.patches.get(&id);

@@ -162,8 +162,8 @@ impl Account {
         let changed = !trims.is_empty() || !retraction.stale.is_empty();
         for (patch, trims) in trims {
             self.counts.trim(purpose, trims.len());
+            self.drawn.trim(patch, trims.iter().map(|&(x, y, _)| (x, y)));
             self.held.edit(Edit::Trim(patch, trims), &mut self.draft)?;
-            self.drawn.change(patch);
         }
         self.counts.delete(purpose, retraction.stale.len());
         self.delete(&retraction.stale)?;
