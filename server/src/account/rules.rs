@@ -24,7 +24,7 @@ pub struct AccountRules {
     /// A view that lacks less than this share of its pixels gets nothing, unless it is the viewer's own.
     pub least_missing: f64,
     /// While the viewer or the scene moves, what covers falsely is trimmed, and what finer samples cover given up, at every so manieth look
-    /// only: a trim builds its patch's surface anew at both ends, and the next views may not show it any more.
+    /// only: the next views may not show it any more.
     pub trim_every: usize,
     /// Sent samples are surrounded by a border of their own surface this wide, so that patches overlap instead of cracking.
     pub border_px: u32,
