@@ -324,7 +324,7 @@ fn what_was_trimmed_bit_by_bit_is_drawn_as_what_was_trimmed_at_once() {
         // A block of samples that grows over the ball's outline, and single ones; some are trimmed for a second time.
         let is_trimmed = |&(sample, _): &(usize, &(u16, u16))| {
             let (x, y) = (sample % 96, sample / 96);
-            (40 + step..52 + 2 * step).contains(&x) && (30..34 + step).contains(&y) || sample % 131 == step
+            (40 + step..52 + 2 * step).contains(&x) && (30..34 + step).contains(&y) || sample % 1301 == step
         };
         let trimmed: Vec<(usize, (u16, u16))> =
             pixels.iter().enumerate().filter(is_trimmed).map(|(sample, &pixel)| (sample, pixel)).collect();
