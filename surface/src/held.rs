@@ -40,9 +40,8 @@ pub struct HeldSurfaces {
 
 /// Of a quad.
 const CORNERS: usize = 4;
-/// A patch that is trimmed gets room for further corners: this part of those it has, and this many.
+/// A patch that is trimmed gets room for further corners: this part of those it has. A small one is built anew as quickly.
 const ROOM_SHARE: usize = 8;
-const LEAST_ROOM: usize = 1024;
 
 /// How a patch is drawn: which vertex bears what is flat, whether its quads coarsen, and how many corners can be added.
 type Options = (ProvokingVertex, bool, usize);
@@ -235,7 +234,7 @@ impl HeldSurfaces {
         if patch.room < redrawn.len() * CORNERS {
             // Which was trimmed once will be trimmed again.
             let mesh = self.mesh(held);
-            let room = mesh.vertices.len() / ROOM_SHARE + LEAST_ROOM;
+            let room = mesh.vertices.len() / ROOM_SHARE;
             self.place_with_room(held, mesh, room);
         } else {
             self.revision = next_revision();
