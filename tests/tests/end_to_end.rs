@@ -53,7 +53,7 @@ fn main() {
     for name in ["mirror-teapots", "glass-teapots", "mirror-maze"] {
         trials.push(test(format!("{name} shows what is around"), move || reflects(built_in(name)?)));
     }
-    for name in ["urban", "birdnest", "barrels", "mirror-teapots"] {
+    for name in ["urban", "birdnest", "tree", "barrels", "mirror-teapots"] {
         trials.push(test(format!("{name} is exact at rest"), move || exact_at_rest(built_in(name)?, false)));
         let antialiased = format!("{name} is exact at rest, antialiased");
         trials.push(test(antialiased, move || exact_at_rest(built_in(name)?, true)));

@@ -238,7 +238,8 @@ impl FrameRenderer {
             if layers > 1 {
                 at_rest.encode(encoder, &targets.gbuffer, layer);
             }
-            self.light.encode(encoder, (&targets.gbuffer, shares), held, &drawn, &targets.lit);
+            let view = (&drawn, at_rest.are_all());
+            self.light.encode(encoder, (&targets.gbuffer, shares), held, view, &targets.lit);
             reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options.reflect);
             if layers > 0 {
                 let made = || PartsPass::new(&self.gpu, self.output_format).expect(EMBEDDED);
@@ -246,6 +247,8 @@ impl FrameRenderer {
                 parts.add(encoder, &targets.lit, &targets.gbuffer, layer + 1 == layers);
             }
         }
+        // Where nothing is in a view at rest, there is nothing.
+        let options = Options { fill: options.fill && !at_rest.are_all(), ..options };
         let present = self.present_uniform(held, options, self.samples);
         match &self.parts {
             Some(parts) if layers > 0 => parts.show(encoder, &present, output),

@@ -43,13 +43,14 @@ impl LightPass {
         Ok(())
     }
 
-    /// Before [`LightPass::prepare_occluded`] all light arrives, whatever the shares say.
+    /// Before [`LightPass::prepare_occluded`] all light arrives, whatever the shares say. What was captured by this very camera, `at_rest`, has the
+    /// side's normal that the camera sees, however it is bent; elsewhere surfaces of two sides are turned towards the eye.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         (gbuffer, shares): (&GBuffer, Shares<'_>),
         held: &Held,
-        camera: &Pinhole,
+        (camera, at_rest): (&Pinhole, bool),
         lit: &Lit,
     ) {
         let eye_world = camera.world_from_eye.translation;
@@ -65,7 +66,10 @@ impl LightPass {
         }
         let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world)));
         let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(&lighting));
-        let table = MaterialUniform::table(&held.materials);
+        let mut table = MaterialUniform::table(&held.materials);
+        if at_rest {
+            table.iter_mut().for_each(|material| material.flags &= !MaterialUniform::DOUBLE_SIDED);
+        }
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&table));
         let mut inputs = vec![
             camera.as_entire_binding(),
