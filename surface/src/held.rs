@@ -18,7 +18,7 @@ use crate::tiles::{Bounds, Tiles};
 
 /// The surfaces of everything held that is for one purpose, the eye if nothing else is said, one mesh a patch: on the GPU, or in the host's memory for what draws there.
 ///
-/// Where samples were trimmed, their quads and those around them are drawn anew ([`crate::redraw`]). Deleted samples are no longer drawn; the corners
+/// Where samples were trimmed, their quads and those around them are drawn anew (`surface/src/redraw.rs`). Deleted samples are no longer drawn; the corners
 /// that they shared stay where they are. A moved object costs nothing here, as its pose is read when it is drawn.
 #[derive(Debug)]
 pub struct HeldSurfaces {
