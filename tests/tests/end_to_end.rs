@@ -112,6 +112,7 @@ fn exact_at_rest(scene: Scene, antialias: bool) -> anyhow::Result<()> {
         options.link = Some(Link { rtt_s: 0.1, ..Link::default() });
         options.drawn = |frame| [20, 80, 109].contains(&frame);
         options.picture.frame.antialias = if antialias { Antialias::On } else { Antialias::Off };
+        options.picture.frame.fill = true;
     })?;
     ensure!(shown.len() == 3, "three frames, {} pictures", shown.len());
     ensure!(shown[1].picture == shown[2].picture, "the picture changes at rest");
