@@ -19,6 +19,7 @@ mod levels;
 pub mod mesh;
 mod parallelograms;
 mod pass;
+mod patch;
 mod points;
 mod redraw;
 pub mod tiles;
@@ -27,10 +28,11 @@ pub mod tiles;
 pub use address::{AddressPass, AddressTexel, AddressView};
 pub use corners::{CornerRules, Corners};
 pub use gbuffer::GBuffer;
-pub use held::{HeldSurfaces, SurfaceStats};
+pub use held::HeldSurfaces;
 pub use mesh::{PatchMesh, ProvokingVertex, Vertex};
 pub use parallelograms::{FlattenPass, INVOCATIONS_A_ROW, Parallelograms, dispatch};
 pub use pass::{CastPass, SETBACK_FOOTPRINTS, Smoothing, SurfacePass};
+pub use patch::SurfaceStats;
 pub use points::{FRUSTUM_PLANES, PointBuffer, PointPass, Projection};
 
 /// Why surfaces could not be built or drawn.

@@ -12,9 +12,10 @@ use gpu::uniforms::Rows;
 use wgpu::util::DeviceExt;
 
 use crate::SurfaceError;
-use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
+use crate::held::HeldSurfaces;
 use crate::mesh::QUAD_INDICES;
 use crate::pass::{Placement, movers_texture, setback};
+use crate::patch::{PatchSurface, QuadBuffers};
 
 /// `Patch` of `surface/parallelograms.wgsl`.
 #[repr(C)]

@@ -8,8 +8,9 @@ use wgpu::util::DeviceExt;
 
 use crate::SurfaceError;
 use crate::gbuffer::GBuffer;
-use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
+use crate::held::HeldSurfaces;
 use crate::mesh::Vertex;
+use crate::patch::{PatchSurface, QuadBuffers};
 
 /// What colour and normal are between the centres of two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

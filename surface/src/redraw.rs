@@ -10,6 +10,8 @@ use protocol::{Mask, Patch};
 
 use crate::mesh::{MeshOptions, QUAD_INDICES, Vertex, build};
 
+/// Of a quad.
+pub const CORNERS: usize = 4;
 /// Pixels to the samples that a corner is shared with ...
 const SHARED_PX: u32 = 1;
 /// ... and to all that their quads depend on.
@@ -19,7 +21,7 @@ const KNOWN_PX: u32 = 3;
 #[derive(Debug, Clone, Copy)]
 pub struct Redrawn {
     pub pixel: (u16, u16),
-    pub corners: [Vertex; 4],
+    pub corners: [Vertex; CORNERS],
 }
 
 /// The quads that change where samples of a patch are trimmed.

@@ -233,13 +233,12 @@ impl FrameRenderer {
             self.light.prepare_occluded().expect(EMBEDDED);
         }
         // What is beside the largest part of a pixel gets that part's shares of light; the largest comes last, and stays.
-        let layers = at_rest.parts();
+        let (layers, is_at_rest) = (at_rest.parts(), at_rest.are_all());
         for layer in (0..layers.max(1)).rev() {
             if layers > 1 {
                 at_rest.encode(encoder, &targets.gbuffer, layer);
             }
-            let view = (&drawn, at_rest.are_all());
-            self.light.encode(encoder, (&targets.gbuffer, shares), held, view, &targets.lit);
+            self.light.encode(encoder, (&targets.gbuffer, shares), held, (&drawn, is_at_rest), &targets.lit);
             reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options.reflect);
             if layers > 0 {
                 let made = || PartsPass::new(&self.gpu, self.output_format).expect(EMBEDDED);
@@ -248,7 +247,7 @@ impl FrameRenderer {
             }
         }
         // Where nothing is in a view at rest, there is nothing.
-        let options = Options { fill: options.fill && !at_rest.are_all(), ..options };
+        let options = Options { fill: options.fill && !is_at_rest, ..options };
         let present = self.present_uniform(held, options, self.samples);
         match &self.parts {
             Some(parts) if layers > 0 => parts.show(encoder, &present, output),

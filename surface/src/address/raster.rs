@@ -14,10 +14,11 @@ use protocol::image::{octahedral_code, octahedral_normal_with_rest};
 use rayon::prelude::*;
 
 use super::view::{AddressTexel, AddressView};
-use crate::held::{HeldSurfaces, PatchSurface, QuadBuffers};
+use crate::held::HeldSurfaces;
 use crate::mesh::QUAD_INDICES;
 use crate::mesh::{PatchMesh, Vertex};
 use crate::pass::{Placement, setback};
+use crate::patch::{PatchSurface, QuadBuffers};
 use crate::tiles::Pyramid;
 
 /// Steps a pixel is divided into.
