@@ -155,6 +155,38 @@ fn small_holes_are_filled_and_the_sky_is_not() {
     assert_eq!((marked.at(30, 40), marked.at(5, 5), marked.at(20, 40)), (MARK, MARK, [200, 100, 50]));
 }
 
+/// Says that each sample's surface ends half-way to the next pixel wherever nothing is there.
+fn ending(mut wall: HeldPatch) -> HeldPatch {
+    let count = wall.patch.image.sample_count();
+    wall.patch.image.settle_ends(vec![0x4444; count]);
+    wall
+}
+
+#[test]
+fn a_gap_between_what_ends_stays_open() {
+    let gap = |x: u32, y: u32| (40..44).contains(&x) && (40..44).contains(&y);
+    let filled = show(&held(wall(0, gap)), PLAIN, Options::default());
+    let open = show(&held(ending(wall(0, gap))), PLAIN, Options::default());
+    for (x, y) in (40..44).flat_map(|y| (40..44).map(move |x| (x, y))) {
+        assert_eq!((filled.at(x, y), open.at(x, y)), ([200, 100, 50], BACKGROUND), "{x} {y}");
+    }
+    assert_eq!(open.at(39, 42), [200, 100, 50], "beside it");
+}
+
+#[test]
+fn a_hole_beside_what_ends_shows_what_goes_on_behind() {
+    // A wall half as far to the left, and a strip that nobody saw between the two.
+    let mut nearer = ending(wall(0, |x, _| x >= 20));
+    (nearer.patch.id, nearer.patch.image.depth_scale.w_min) = (PatchId(2), 1.0);
+    nearer.patch.image.object.fill(2);
+    nearer.patch.image.colour.fill([10, 250, 90]);
+    let mut both = held(wall(0, |x, _| x < 22));
+    both.patches.insert(PatchId(2), nearer);
+    let shown = show(&both, PLAIN, Options::default());
+    assert_eq!((shown.at(19, 40), shown.at(22, 40)), ([10, 250, 90], [200, 100, 50]));
+    assert_eq!((shown.at(20, 40), shown.at(21, 40)), ([200, 100, 50], [200, 100, 50]), "the farther one's");
+}
+
 /// A mix of two sRGB-encoded colours in linear light, `share` of the first.
 fn mixed(a: [u8; 3], b: [u8; 3], share: f32) -> [u8; 3] {
     let linear = |code: u8| ((f32::from(code) / 255.0 + 0.055) / 1.055).powf(2.4);

@@ -259,6 +259,8 @@ pub struct Corner {
     pub group: [u8; 4],
     /// How far the corner lies beside the pixels' own, in pixels; the same within a group.
     pub shift_px: [[f32; 2]; 4],
+    /// Whether the group says that its surface ends here.
+    pub ends: [bool; 4],
 }
 
 /// Groups and averages the predictions of the samples around a corner. Samples are one surface when a chain of pairs links
@@ -273,7 +275,7 @@ pub fn averaged(around: [Option<&Plane>; 4], rules: &CornerRules) -> Corner {
             group.iter_mut().filter(|member| **member == high).for_each(|member| *member = low);
         }
     }
-    let mut corner = Corner { w, group, shift_px: [[0.0; 2]; 4] };
+    let mut corner = Corner { w, group, shift_px: [[0.0; 2]; 4], ends: [false; 4] };
     for (index, member) in group.iter().enumerate() {
         let members = || (0..4).filter(|&other| group[other] == *member && around[other].is_some());
         let count = members().count().max(1) as f32;
@@ -353,6 +355,7 @@ fn place_ends(corner: &mut Corner, around: [Option<&Plane>; 4], rules: &CornerRu
             highest_w = highest_w.min(plane.w + plane.end_rise);
         }
         corner.shift_px[index] = shift;
+        corner.ends[index] = said;
         let w = whole.w[index] + (shift[0] * slope[0] + shift[1] * slope[1]) / ending.members as f32;
         corner.w[index] = w.clamp(own.w / rules.max_ratio, own.w * rules.max_ratio).min(highest_w);
     }
@@ -377,7 +380,7 @@ fn behind(axis: usize, group: u8, corner: &Corner, endings: &[Ending; 4]) -> f32
 
 /// Every sample by its own plane; nothing is shared.
 pub fn own_plane(around: [Option<&Plane>; 4], rules: &CornerRules) -> Corner {
-    Corner { w: predictions(around, rules), group: [0, 1, 2, 3], shift_px: [[0.0; 2]; 4] }
+    Corner { w: predictions(around, rules), group: [0, 1, 2, 3], shift_px: [[0.0; 2]; 4], ends: [false; 4] }
 }
 
 /// The offset image's sample at the corner, `(object, w)`, for every sample that no discontinuity separates from it.

@@ -9,7 +9,8 @@ pub struct GBuffer {
     /// [`GBuffer::COLOUR`]: base colour as sRGB bytes; alpha 1 where there is a surface, else 0.
     pub colour: wgpu::Texture,
     /// [`GBuffer::NORMAL_IDS`]: x an octahedral normal (16 + 16 bits, world space now), y the object, from bit 16 the
-    /// material, and from bit 24 what the colour's bytes leave off ([`protocol::image::colour_quarters`]), which only views at rest have.
+    /// material, and from bit 24 what the colour's bytes leave off ([`protocol::image::colour_quarters`]), which only views at rest have. Bit 31: the
+    /// surface says that it ends beside the sample that shows here.
     pub normal_ids: wgpu::Texture,
     /// [`GBuffer::W`]: inverse depth `1/z` in 1/m; 0 where there is no surface.
     pub w: wgpu::Texture,

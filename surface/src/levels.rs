@@ -11,7 +11,7 @@ use camera::Pinhole;
 use glam::{DVec2, DVec3, Vec3};
 use protocol::{Mask, image};
 
-use crate::mesh::{PatchMesh, ProvokingVertex, QUAD_INDICES, Vertex};
+use crate::mesh::{END, PatchMesh, ProvokingVertex, QUAD_INDICES, Vertex};
 use crate::tiles::{Bounds, Pyramid};
 
 /// Pixels of a part's side: so small that a part at the rim of a view is mostly seen and has one distance, and that its quads outweigh a draw call.
@@ -396,9 +396,9 @@ fn first_vertex(corner: &Vertex, four: &[Vertex; 4], level: usize) -> Vertex {
         ((sum + 2) / 4) << (8 * byte)
     };
     let normal_of = |quad: &Vertex| {
-        image::octahedral_normal_with_rest((quad.normal_object as u16).to_le_bytes(), quad.normal_rests_level as u8)
+        image::octahedral_normal_with_rest((quad.normal_object as u16).to_le_bytes(), quad.normal_rests_level_end as u8)
     };
-    let code = |quad: &Vertex| (quad.normal_object as u16, quad.normal_rests_level as u8);
+    let code = |quad: &Vertex| (quad.normal_object as u16, quad.normal_rests_level_end as u8);
     let (normal, rest) = if four.iter().all(|quad| code(quad) == code(&four[0])) {
         code(&four[0])
     } else {
@@ -411,7 +411,7 @@ fn first_vertex(corner: &Vertex, four: &[Vertex; 4], level: usize) -> Vertex {
         colour_material: mean(0) | mean(1) | mean(2) | four[0].colour_material & 0xff00_0000,
         normal_object: u32::from(normal) | four[0].normal_object & 0xffff_0000,
         pixel: four[0].pixel,
-        normal_rests_level: corner.normal_rests_level & 0xff00 | u32::from(rest) | (level as u32) << 16,
+        normal_rests_level_end: corner.normal_rests_level_end & (END | 0xff00) | u32::from(rest) | (level as u32) << 16,
         ..*corner
     }
 }

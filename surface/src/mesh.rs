@@ -35,8 +35,9 @@ pub struct Vertex {
     /// The pixel of the quad: x in the low half, y in the high one.
     pub pixel: u32,
     /// What the codes of both normals leave off ([`protocol::image::octahedral_rest`]): of the quad's in the lowest byte, of the
-    /// corner's in the next one. The third is the quad's level: it covers `2^level` pixels a side, from its pixel on.
-    pub normal_rests_level: u32,
+    /// corner's in the next one. The third is the quad's level: it covers `2^level` pixels a side, from its pixel on. The highest is
+    /// 1 where the corner's surface says that it ends there.
+    pub normal_rests_level_end: u32,
 }
 
 impl Vertex {
@@ -54,6 +55,9 @@ pub enum ProvokingVertex {
     /// OpenGL and WebGL.
     Last,
 }
+
+/// Of [`Vertex::normal_rests_level_end`].
+pub(crate) const END: u32 = 1 << 24;
 
 /// Indices of a quad: two triangles.
 pub(crate) const QUAD_INDICES: usize = 6;
@@ -217,7 +221,8 @@ impl<'a> Builder<'a> {
             if owner != NONE {
                 // The last sample of the group; where this is its top left corner, that is sample 3, which only comes last.
                 let [right, down] = corner.shift_px[first];
-                let vertex = self.vertex(u_px + right, v_px + down, corner.w[first], owner as usize, &mean);
+                let mut vertex = self.vertex(u_px + right, v_px + down, corner.w[first], owner as usize, &mean);
+                vertex.normal_rests_level_end |= if corner.ends[first] { END } else { 0 };
                 self.vertices.push(vertex);
                 if !self.trims.is_empty() {
                     let members = (0..4).filter(|&index| corner.group[index] == corner.group[first]);
@@ -245,7 +250,7 @@ impl<'a> Builder<'a> {
             corner_colour_trim: packed(mean.colour(), self.trims.get(sample).copied().unwrap_or(0)),
             corner_normal_mover: u32::from(u16::from_le_bytes(mean.normal())) | (mover as u32) << 16,
             pixel: x | y << 16,
-            normal_rests_level: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8,
+            normal_rests_level_end: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8,
         }
     }
 
@@ -275,8 +280,9 @@ impl<'a> Builder<'a> {
                 if extents.least == 0 || extents.most == 1 {
                     continue;
                 }
-                let [u_px, v_px, w] = [shared[vertex].u_px, shared[vertex].v_px, shared[vertex].w];
-                let own = drawn_towards(&self.vertex(u_px, v_px, w, sample, &mean), centre, trim);
+                let Vertex { u_px, v_px, w, normal_rests_level_end, .. } = shared[vertex];
+                let mut own = drawn_towards(&self.vertex(u_px, v_px, w, sample, &mean), centre, trim);
+                own.normal_rests_level_end |= normal_rests_level_end & END;
                 self.quads[sample][corner] = self.vertices.len() as u32;
                 self.vertices.push(own);
             }

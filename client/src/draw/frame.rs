@@ -118,7 +118,7 @@ impl FrameRenderer {
     pub fn new(gpu: &Gpu, output_format: TextureFormat) -> Result<FrameRenderer, SurfaceError> {
         use Binding::{FloatTexture, Uniform};
         let mut bindings = vec![Uniform, FloatTexture];
-        bindings.extend([FloatTexture; LEVELS]);
+        bindings.extend([FloatTexture; 2 * LEVELS]);
         Ok(FrameRenderer {
             gpu: gpu.clone(),
             held: HeldPass::new(gpu)?,
@@ -330,11 +330,10 @@ impl FrameRenderer {
         fill: bool,
     ) {
         if fill {
-            self.fill.encode(encoder, &targets.lit, &targets.pyramid);
+            self.fill.encode(encoder, &targets.lit, &targets.gbuffer, &targets.pyramid);
         }
         let mut inputs = vec![present.as_entire_binding(), BindingResource::TextureView(&targets.lit.colour.view)];
-        let levels: [BindingResource<'_>; LEVELS] = targets.pyramid.views();
-        inputs.extend(levels);
+        inputs.extend(targets.pyramid.views());
         self.present.encode(encoder, &inputs, &[output]);
     }
 }

@@ -4,46 +4,63 @@
 
 @group(0) @binding(0) var<uniform> present: Present;
 @group(0) @binding(1) var lit: texture_2d<f32>;
+// Of each level of the pyramid: colour and covered share, and how much goes on (`client/pull_level.wgsl`).
 @group(0) @binding(2) var level_1: texture_2d<f32>;
-@group(0) @binding(3) var level_2: texture_2d<f32>;
-@group(0) @binding(4) var level_3: texture_2d<f32>;
-@group(0) @binding(5) var level_4: texture_2d<f32>;
-@group(0) @binding(6) var level_5: texture_2d<f32>;
+@group(0) @binding(3) var open_1: texture_2d<f32>;
+@group(0) @binding(4) var level_2: texture_2d<f32>;
+@group(0) @binding(5) var open_2: texture_2d<f32>;
+@group(0) @binding(6) var level_3: texture_2d<f32>;
+@group(0) @binding(7) var open_3: texture_2d<f32>;
+@group(0) @binding(8) var level_4: texture_2d<f32>;
+@group(0) @binding(9) var open_4: texture_2d<f32>;
+@group(0) @binding(10) var level_5: texture_2d<f32>;
+@group(0) @binding(11) var open_5: texture_2d<f32>;
 
 // A hole is filled at the first level whose neighbourhood is covered by more than this: beside the straight edge of a
 // surface before the sky it stays below a half at every level, so that nothing grows into the sky.
 const ENCLOSED: f32 = 0.7;
 
-// Bilinear, by the four texels around: colour weighted by coverage, and the coverage.
-fn level_at(level: texture_2d<f32>, pixel: vec2f, scale: f32) -> vec4f {
+struct Around {
+    // sRGB-encoded; the covered share in alpha.
+    colour: vec4f,
+    // Above zero where most of the surface's border goes on, below where most of it ends.
+    open: f32,
+}
+
+// Bilinear, by the four texels around: what weighs by coverage, and the coverage.
+fn level_at(level: texture_2d<f32>, open: texture_2d<f32>, pixel: vec2f, scale: f32) -> Around {
     let place = pixel / scale - 0.5;
     let base = floor(place);
     let part = place - base;
     let last = vec2i(textureDimensions(level)) - 1;
     var sum = vec4f(0.0);
+    var open_sum = 0.0;
     for (var i = 0u; i < 4u; i++) {
         let step = vec2u(i & 1u, i >> 1u);
-        let weight = select(1.0 - part, part, step == vec2u(1u));
-        let value = textureLoad(level, clamp(vec2i(base) + vec2i(step), vec2i(0), last), 0);
-        sum += vec4f(value.rgb * value.a, value.a) * weight.x * weight.y;
+        let weights = select(1.0 - part, part, step == vec2u(1u));
+        let weight = weights.x * weights.y;
+        let texel = clamp(vec2i(base) + vec2i(step), vec2i(0), last);
+        let value = textureLoad(level, texel, 0);
+        sum += vec4f(value.rgb * value.a, value.a) * weight;
+        open_sum += textureLoad(open, texel, 0).y * weight;
     }
-    return vec4f(sum.rgb / max(sum.a, 1e-6), sum.a);
+    return Around(vec4f(sum.rgb / max(sum.a, 1e-6), sum.a), open_sum);
 }
 
-fn filled(pixel: vec2f) -> vec4f {
-    var value = level_at(level_1, pixel, 2.0);
-    if value.a <= ENCLOSED {
-        value = level_at(level_2, pixel, 4.0);
+fn around(pixel: vec2f) -> Around {
+    var value = level_at(level_1, open_1, pixel, 2.0);
+    if value.colour.a <= ENCLOSED {
+        value = level_at(level_2, open_2, pixel, 4.0);
     }
-    if value.a <= ENCLOSED {
-        value = level_at(level_3, pixel, 8.0);
+    if value.colour.a <= ENCLOSED {
+        value = level_at(level_3, open_3, pixel, 8.0);
     }
-    if value.a <= ENCLOSED {
-        value = level_at(level_4, pixel, 16.0);
+    if value.colour.a <= ENCLOSED {
+        value = level_at(level_4, open_4, pixel, 16.0);
     }
     // As many pixels of the picture, where each has several samples.
-    if value.a <= ENCLOSED && present.samples > 1u {
-        value = level_at(level_5, pixel, 32.0);
+    if value.colour.a <= ENCLOSED && present.samples > 1u {
+        value = level_at(level_5, open_5, pixel, 32.0);
     }
     return value;
 }
@@ -57,9 +74,10 @@ fn shown(pixel: vec2f) -> vec3f {
         return present.mark;
     }
     if present.fill != 0u {
-        let value = filled(pixel);
-        if value.a > ENCLOSED {
-            return value.rgb;
+        // Where a surface ends, it leaves a gap, and no hole.
+        let value = around(pixel);
+        if value.colour.a > ENCLOSED && value.open >= 0.0 {
+            return value.colour.rgb;
         }
     }
     return present.background;

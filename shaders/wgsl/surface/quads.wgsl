@@ -45,14 +45,15 @@ struct VertexIn {
     @location(3) corner_colour_trim: u32,
     @location(4) corner_normal_mover: u32,
     @location(5) pixel: u32,
-    @location(6) normal_rests_level: u32,
+    @location(6) normal_rests_level_end: u32,
 }
 
 struct Corner {
     @builtin(position) clip: vec4f,
     // (u, v, w) in the patch's image.
     @location(0) image: vec3f,
-    @location(1) colour: vec3f,
+    // sRGB-encoded, and 1 where the surface says that it ends.
+    @location(1) colour_end: vec4f,
     @location(2) normal: vec3f,
     @location(3) @interpolate(flat, either) quad_colour_material: u32,
     @location(4) @interpolate(flat, either) quad_pixel: u32,
@@ -64,7 +65,7 @@ struct Corner {
 struct Surface {
     // sRGB bytes; alpha 1: covered.
     @location(0) colour: vec4f,
-    // x: octahedral normal, 16 + 16 bits; y: object, material << 16.
+    // x: octahedral normal, 16 + 16 bits; y: object, material << 16, and bit 31 where the surface says that it ends close by.
     @location(1) normal_ids: vec2u,
     // 1/z in the output's eye space, 1/m.
     @location(2) w: f32,
@@ -103,8 +104,8 @@ fn eye_from_image(rows: array<vec4f, 3>, image: vec3f) -> vec3f {
 @vertex
 fn vertex(in: VertexIn) -> Corner {
     var rows = view.eye_from_patch;
-    let normal = octahedral_normal_with_rest(in.corner_normal_mover & 0xffffu, (in.normal_rests_level >> 8u) & 0xffu);
-    let quad_normal = octahedral_normal_with_rest(in.normal_object & 0xffffu, in.normal_rests_level & 0xffu);
+    let normal = octahedral_normal_with_rest(in.corner_normal_mover & 0xffffu, (in.normal_rests_level_end >> 8u) & 0xffu);
+    let quad_normal = octahedral_normal_with_rest(in.normal_object & 0xffffu, in.normal_rests_level_end & 0xffu);
     var out: Corner;
     out.normal = normal;
     out.quad_normal = quad_normal;
@@ -125,10 +126,10 @@ fn vertex(in: VertexIn) -> Corner {
     let depth = set_back(view.near_m * in.image.z, eye.z);
     out.clip = vec4f(view.clip_scale * eye.xy + view.clip_shift * eye.z, depth, eye.z);
     out.image = in.image;
-    out.colour = unpack4x8unorm(in.corner_colour_trim).xyz;
+    out.colour_end = vec4f(unpack4x8unorm(in.corner_colour_trim).xyz, f32(in.normal_rests_level_end >> 24u));
     out.quad_colour_material = in.colour_material;
     out.quad_pixel = in.pixel;
-    out.quad_object_level = (in.normal_object >> 16u) | (in.normal_rests_level & 0xff0000u);
+    out.quad_object_level = (in.normal_object >> 16u) | (in.normal_rests_level_end & 0xff0000u);
     return out;
 }
 
@@ -171,19 +172,20 @@ struct Look {
 
 fn look(in: Corner) -> Look {
     let steps = steps_to_centre(in);
-    let colour_at_centre = in.colour + steps.x * dpdx(in.colour) + steps.y * dpdy(in.colour);
+    let colour = in.colour_end.rgb;
+    let colour_at_centre = colour + steps.x * dpdx(colour) + steps.y * dpdy(colour);
     let normal_at_centre = in.normal + steps.x * dpdx(in.normal) + steps.y * dpdy(in.normal);
     let quad_colour = unpack4x8unorm(in.quad_colour_material).xyz;
     if view.smoothing == SMOOTHING_NONE {
         return Look(quad_colour, in.quad_normal);
     }
     if view.smoothing == SMOOTHING_LINEAR {
-        return Look(in.colour, in.normal);
+        return Look(colour, in.normal);
     }
     // How much of what the sample differs from its corners shows: all at the centre, half on the border.
     let share = mix(0.5, 1.0, sqrt(tent(in)));
     return Look(
-        in.colour + share * (quad_colour - colour_at_centre),
+        colour + share * (quad_colour - colour_at_centre),
         in.normal + share * (in.quad_normal - normal_at_centre),
     );
 }
@@ -194,7 +196,8 @@ fn fragment(in: Corner) -> Surface {
     let material = in.quad_colour_material >> 24u;
     var out: Surface;
     out.colour = vec4f(shown.colour, 1.0);
-    out.normal_ids = vec2u(octahedral_code_fine(shown.normal), (in.quad_object_level & 0xffffu) | (material << 16u));
+    let end = select(0u, 1u << 31u, in.colour_end.a > 0.0);
+    out.normal_ids = vec2u(octahedral_code_fine(shown.normal), (in.quad_object_level & 0xffffu) | (material << 16u) | end);
     out.w = w_of(in);
     return out;
 }

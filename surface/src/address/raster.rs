@@ -422,13 +422,13 @@ impl Drawn<'_> {
 }
 
 fn quad_normal(vertex: &Vertex) -> Vec3 {
-    octahedral_normal_with_rest((vertex.normal_object as u16).to_le_bytes(), vertex.normal_rests_level as u8)
+    octahedral_normal_with_rest((vertex.normal_object as u16).to_le_bytes(), vertex.normal_rests_level_end as u8)
 }
 
 fn corner_normal(vertex: &Vertex) -> Vec3 {
     octahedral_normal_with_rest(
         (vertex.corner_normal_mover as u16).to_le_bytes(),
-        (vertex.normal_rests_level >> 8) as u8,
+        (vertex.normal_rests_level_end >> 8) as u8,
     )
 }
 

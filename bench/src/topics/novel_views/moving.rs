@@ -124,7 +124,10 @@ impl Moved<'_> {
         let missed = expected::missed(replay, network.link);
         self.cut(Seen { who: Who::Ours, method, network, pairs, scores }, report, |part, row| {
             let frames = part.frames(CLIENT_HZ);
-            times(row, &summary.header.server_ms, summary.frames.iter().filter(|frame| frames.contains(&frame.frame)));
+            let during = || summary.frames.iter().filter(|frame| frames.contains(&frame.frame));
+            times(row, &summary.header.server_ms, during());
+            let ages_ms: Vec<_> = during().filter_map(|frame| frame.age_ms).collect();
+            Spread::of(&ages_ms, Better::Lower).into_iter().for_each(|spread| row.error.set("age_ms", spread));
             let missed = missed.iter().filter(|missed| part.time_s.contains(&missed.shown_s));
             let (far_m, turned_deg): (Vec<_>, Vec<_>) = missed.map(|m| (m.distance_m, m.turn_deg)).unzip();
             for (name, values) in [("predicted_off_m", far_m), ("predicted_off_deg", turned_deg)] {
@@ -132,8 +135,7 @@ impl Moved<'_> {
             }
             row.counts.set("mbit_s", mbit_s);
             row.counts.set("updates", summary.header.updates as f64);
-            let last = summary.frames.iter().rfind(|frame| frames.contains(&frame.frame));
-            last.into_iter().for_each(|frame| row.counts.set("samples_held", frame.samples as f64));
+            during().last().into_iter().for_each(|frame| row.counts.set("samples_held", frame.samples as f64));
             after_rest.into_iter().for_each(|bytes| row.counts.set("bytes_after_1_s_of_rest", bytes as f64));
         })?;
         Ok(mbit_s)

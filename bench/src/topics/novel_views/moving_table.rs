@@ -46,7 +46,8 @@ pub fn describe(report: &mut Report, arguments: &Arguments) {
     );
     report.notes.push(
         "predicted_off: where the server's predictor expected the eye, by the poses it had heard over this network, against where it was in \
-         the middle of the time for which what was made for it is shown."
+         the middle of the time for which what was made for it is shown. Age: scene time when a picture was drawn, less that of the newest \
+         update in it."
             .to_owned(),
     );
     report.notes.push(
@@ -90,6 +91,7 @@ fn table(rows: &[PartRow]) -> Table {
         "flicker",
         "off m",
         "off deg",
+        "age p95 ms",
         "Mbit/s",
         "B after 1 s",
     ]);
@@ -114,6 +116,7 @@ fn table(rows: &[PartRow]) -> Table {
             figure("error.flicker.mean", 2, 1.0),
             row.figure("error.predicted_off_m.mean").map_or(String::new(), number),
             figure("error.predicted_off_deg.mean", 2, 1.0),
+            figure("error.age_ms.p95", 0, 1.0),
             figure("counts.mbit_s", 2, 1.0),
             figure("counts.bytes_after_1_s_of_rest", 0, 1.0),
         ]);
@@ -122,7 +125,7 @@ fn table(rows: &[PartRow]) -> Table {
 }
 
 /// The figures that are kept: a name a path.
-const SUMMARY: [(&str, &str); 21] = [
+const SUMMARY: [(&str, &str); 24] = [
     ("flip", "error.flip.mean"),
     ("flip_covered", "error.flip_covered.mean"),
     ("flip_covered_p95", "error.flip_covered.p95"),
@@ -140,6 +143,9 @@ const SUMMARY: [(&str, &str); 21] = [
     ("predicted_off_m", "error.predicted_off_m.mean"),
     ("predicted_off_deg", "error.predicted_off_deg.mean"),
     ("predicted_off_deg_p95", "error.predicted_off_deg.p95"),
+    ("age_ms_median", "error.age_ms.median"),
+    ("age_ms_p95", "error.age_ms.p95"),
+    ("age_ms_worst", "error.age_ms.worst"),
     ("mbit_s", "counts.mbit_s"),
     ("bytes_after_1_s_of_rest", "counts.bytes_after_1_s_of_rest"),
     ("samples_held", "counts.samples_held"),

@@ -124,7 +124,7 @@ fn vertex(image: &DepthImage, sample: usize, (x, y): (u32, u32), [u_px, v_px, w]
         normal_object: normal | u32::from(image.object[sample]) << 16,
         corner_colour_trim: u32::from_le_bytes([r, g, b, 0]),
         corner_normal_mover: normal,
-        normal_rests_level: u32::from(image.normal_rest.get(sample).copied().unwrap_or(0)) * 0x101,
+        normal_rests_level_end: u32::from(image.normal_rest.get(sample).copied().unwrap_or(0)) * 0x101,
         pixel: x | y << 16,
     }
 }

@@ -57,6 +57,6 @@ fn corner(view: &Pinhole, eye_from_mesh: &DAffine3, position: [f32; 3]) -> Verte
         corner_colour_trim: 0,
         corner_normal_mover: 0,
         pixel: 0,
-        normal_rests_level: 0,
+        normal_rests_level_end: 0,
     }
 }

@@ -27,7 +27,9 @@ fn normal_change(pixel: vec2i, step: vec2i, ids: vec2u, own: vec3f) -> vec3f {
     let normal_a = octahedral_normal_fine(a.x);
     let normal_b = octahedral_normal_fine(b.x);
     let is_smooth = min(dot(normal_a, own), dot(normal_b, own)) >= NORMAL_TURN_COS;
-    return select(vec3f(0.0), (normal_a - normal_b) * 0.5, is_smooth && a.y == ids.y && b.y == ids.y);
+    // Of one object and one material, whatever else is said of them.
+    let others = ((a.y ^ ids.y) | (b.y ^ ids.y)) & 0xffffffu;
+    return select(vec3f(0.0), (normal_a - normal_b) * 0.5, is_smooth && others == 0u);
 }
 
 // The normal `offset_px` beside a pixel's centre. At the centre it is the pixel's own: an average over neighbours would be steadier, but
