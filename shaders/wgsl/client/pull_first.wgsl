@@ -6,8 +6,8 @@
 @group(0) @binding(1) var w: texture_2d<f32>;
 @group(0) @binding(2) var normal_ids: texture_2d<u32>;
 
-// An end is told, while a surface also goes on, as far as its samples know, where it turns away from the eye. So an end weighs more. (In
-// orbits of the built-in tree, FLIP is 0.104 with equal weights, 0.102 with these and 0.101 without filling; walls are filled with either.)
+// Where a surface turns away from the eye nothing tells that it ends to the sight, so an end that is told weighs more. (FLIP over covered
+// pixels in a fast orbit of the built-in tree: 0.1024 with equal weights, 0.1017 with these, 0.1014 without any filling.)
 const END_WEIGHT: f32 = 3.0;
 
 // 1 where the surface goes on beside what is not covered, below zero where it ends there, 0 within it.
