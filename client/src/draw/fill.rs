@@ -43,7 +43,10 @@ impl Pyramid {
 
     /// Both textures of each level, level 1 first.
     pub(crate) fn views(&self) -> impl Iterator<Item = BindingResource<'_>> {
-        self.levels.iter().flat_map(|level| [&level.colour, &level.w_open]).map(|of| BindingResource::TextureView(&of.view))
+        self.levels
+            .iter()
+            .flat_map(|level| [&level.colour, &level.w_open])
+            .map(|of| BindingResource::TextureView(&of.view))
     }
 }
 

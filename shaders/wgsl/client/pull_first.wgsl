@@ -6,7 +6,7 @@
 @group(0) @binding(1) var w: texture_2d<f32>;
 @group(0) @binding(2) var normal_ids: texture_2d<u32>;
 
-// Where a surface turns away from the eye nothing tells that it ends to the sight, so an end that is told weighs more. (FLIP over covered
+// Where a surface turns away from the eye nothing tells that it is seen to end, so an end that is told weighs more. (FLIP over covered
 // pixels in a fast orbit of the built-in tree: 0.1024 with equal weights, 0.1017 with these, 0.1014 without any filling.)
 const END_WEIGHT: f32 = 3.0;
 
