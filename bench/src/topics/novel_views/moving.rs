@@ -135,7 +135,7 @@ impl Moved<'_> {
             }
             row.counts.set("mbit_s", mbit_s);
             row.counts.set("updates", summary.header.updates as f64);
-            during().last().into_iter().for_each(|frame| row.counts.set("samples_held", frame.samples as f64));
+            during().next_back().into_iter().for_each(|frame| row.counts.set("samples_held", frame.samples as f64));
             after_rest.into_iter().for_each(|bytes| row.counts.set("bytes_after_1_s_of_rest", bytes as f64));
         })?;
         Ok(mbit_s)
