@@ -228,7 +228,21 @@ fn a_slow_path_holds_the_server_back() {
     assert!(most < 128 * 1024, "but never filled: {most} bytes in flight");
     let throughput = pair.server.throughput_bytes_per_s().unwrap();
     assert!((60_000.0..250_000.0).contains(&throughput), "{throughput}");
+    assert!(pair.server.queue_s() > 0.1, "and seen to be full: {} s", pair.server.queue_s());
     assert!(sent > 50);
+}
+
+#[test]
+fn who_is_sent_little_does_not_make_the_path_look_full() {
+    let mut pair = Pair::new("rtt=100,mbit=5");
+    pair.run(5.0, |pair| {
+        if ((pair.now_s * 1000.0).round() as u64).is_multiple_of(100) && pair.server.can_send_update() {
+            pair.send(vec![]);
+        }
+    });
+    let throughput = pair.server.throughput_bytes_per_s().unwrap();
+    assert!(throughput < 10_000.0, "{throughput} of the path's 625000");
+    assert!(pair.server.queue_s() < 0.02, "{} s", pair.server.queue_s());
 }
 
 #[test]

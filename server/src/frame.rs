@@ -191,7 +191,7 @@ impl Stage {
         if self.begins_coarsely(client) {
             return planned(Rules { images: 1, image_size_px: smaller(COARSE_SIDE), ..rules });
         }
-        let share = client.pace.side_share(whole.pixels(), viewer.bytes_per_s, rules.update_interval_s);
+        let share = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
         if whole.reason.is_passing() && share < 1.0 {
             planned(Rules { image_size_px: smaller(share), ..rules })
         } else {

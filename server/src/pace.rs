@@ -3,8 +3,13 @@
 //! Credit alone makes updates rarer on a slow path, and each then shows where the viewer was. What comes into view is rather sampled more
 //! coarsely, so that an update takes about an interval to get through, and again when the viewer stands still: coarse before fine.
 
+use crate::viewer::Viewer;
+
 /// Of the side of the largest images; the least is what still makes a picture.
 const SIDE_SHARES: [f64; 4] = [1.0, std::f64::consts::FRAC_1_SQRT_2, 0.5, 0.25];
+/// Who is sent little is delivered little, whatever the path could carry. So while updates take less than this part of an interval longer
+/// than the fastest did, the next may be so many times as large as the throughput says: it then takes an interval at most.
+const GROWTH: f64 = 2.0;
 /// Share of a new update in what a pixel is expected to cost.
 const SMOOTHING: f64 = 0.25;
 
@@ -22,11 +27,12 @@ impl Pace {
         self.bytes_per_px = Some(self.bytes_per_px.map_or(cost, |old| old + SMOOTHING * (cost - old)));
     }
 
-    /// The side of the next images as a share of the largest, when views of that have so many pixels together and the path carries
-    /// `bytes_per_s`. Sides come in few steps: views of one size share their targets.
-    pub fn side_share(&self, pixels: u64, bytes_per_s: Option<f64>, interval_s: f64) -> f64 {
-        let (Some(bytes_per_px), Some(bytes_per_s)) = (self.bytes_per_px, bytes_per_s) else { return 1.0 };
-        let expected_s = bytes_per_px * pixels as f64 / bytes_per_s.max(1.0);
+    /// The side of the next images as a share of the largest, when views of that have so many pixels together. Sides come in few steps:
+    /// views of one size share their targets.
+    pub fn side_share(&self, pixels: u64, viewer: &Viewer, interval_s: f64) -> f64 {
+        let (Some(bytes_per_px), Some(bytes_per_s)) = (self.bytes_per_px, viewer.bytes_per_s) else { return 1.0 };
+        let growth = if viewer.queue_s < interval_s / GROWTH { GROWTH } else { 1.0 };
+        let expected_s = bytes_per_px * pixels as f64 / (bytes_per_s * growth).max(1.0);
         let fits = |share: &&f64| expected_s * share.powi(2) <= interval_s;
         *SIDE_SHARES.iter().find(fits).unwrap_or(&SIDE_SHARES[SIDE_SHARES.len() - 1])
     }
@@ -34,18 +40,29 @@ impl Pace {
 
 #[cfg(test)]
 mod tests {
+    use camera::Rigid;
+    use protocol::message::ViewSize;
+
     use super::*;
 
     #[test]
     fn images_are_as_large_as_the_path_carries_in_an_interval() {
         let mut pace = Pace::default();
         let pixels = 3 * 512 * 512;
-        let share = |pace: &Pace, bytes_per_s| pace.side_share(pixels, bytes_per_s, 0.1);
-        assert_eq!(share(&pace, Some(1.0)), 1.0, "nothing is known of what updates cost");
+        let still = Viewer::at_start(ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 }, Rigid::IDENTITY, 0.0);
+        let share =
+            |pace: &Pace, bytes_per_s, queue_s| pace.side_share(pixels, &Viewer { bytes_per_s, queue_s, ..still }, 0.1);
+        assert_eq!(share(&pace, Some(1.0), 0.05), 1.0, "nothing is known of what updates cost");
         pace.made(50_000, pixels);
-        assert_eq!(share(&pace, None), 1.0, "nothing is known of the path");
-        let shares = [500e3, 499e3, 251e3, 125e3, 1.0, 0.0].map(|rate| share(&pace, Some(rate)));
-        assert_eq!(shares, [1.0, SIDE_SHARES[1], SIDE_SHARES[1], 0.5, 0.25, 0.25]);
+        assert_eq!(share(&pace, None, 0.05), 1.0, "nothing is known of the path");
+        let rates = [500e3, 499e3, 251e3, 125e3, 1.0, 0.0];
+        let full = [1.0, SIDE_SHARES[1], SIDE_SHARES[1], 0.5, 0.25, 0.25];
+        assert_eq!(rates.map(|rate| share(&pace, Some(rate), 0.05)), full);
+        assert_eq!(
+            rates.map(|rate| share(&pace, Some(rate / 2.0), 0.049)),
+            full,
+            "what was not full may carry twice as much"
+        );
     }
 
     #[test]

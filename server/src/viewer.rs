@@ -52,6 +52,8 @@ pub struct Viewer {
     forecast: Option<Forecast>,
     /// What the path to it was seen to take; `None` before the first acknowledgement.
     pub bytes_per_s: Option<f64>,
+    /// How much longer the last acknowledged update took to it than the fastest one lately; 0 before any.
+    pub queue_s: f64,
 }
 
 /// How far a viewer was from where it was expected.
@@ -118,6 +120,7 @@ impl Viewer {
             error: None,
             forecast: None,
             bytes_per_s: None,
+            queue_s: 0.0,
         }
     }
 

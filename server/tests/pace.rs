@@ -42,8 +42,8 @@ fn who_moves_on_a_slow_path_gets_smaller_images_and_whole_ones_when_standing() {
     assert_eq!((fast.reason, fast.pixels), (Reason::Moved, whole_px), "three views of a size");
     // A quarter of its pixels in an interval, and then less than any size has.
     session.client.pace.made(4000, whole_px);
-    for (bytes_per_s, share) in [(10e3, 4), (1.0, 16)] {
-        session.viewer.bytes_per_s = Some(bytes_per_s);
+    for (bytes_per_s, queue_s, share) in [(10e3, 0.1, 4), (5e3, 0.0, 4), (1.0, 0.1, 16)] {
+        (session.viewer.bytes_per_s, session.viewer.queue_s) = (Some(bytes_per_s), queue_s);
         let slow = step_m(&mut session, 0.2);
         assert_eq!((slow.reason, slow.pixels), (Reason::Moved, whole_px / share));
     }

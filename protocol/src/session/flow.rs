@@ -57,6 +57,7 @@ pub(super) struct Flow {
     acked_at_s: f64,
     in_flight: VecDeque<InFlight>,
     smoothed_delay_s: Option<f64>,
+    last_delay_s: f64,
     delays_s: VecDeque<(f64, f64)>,
     rates: VecDeque<(f64, f64)>,
 }
@@ -92,6 +93,7 @@ impl Flow {
         self.acked_at_s = now_s;
         let delay_s = (now_s - update.sent_at_s).max(0.0);
         self.smoothed_delay_s = Some(self.smoothed_delay_s.map_or(delay_s, |old| old + SMOOTHING * (delay_s - old)));
+        self.last_delay_s = delay_s;
         remember(&mut self.delays_s, now_s, delay_s);
         let rate = (self.acked_bytes - update.acked_bytes) as f64 / (now_s - update.acked_at_s).max(1e-4);
         if !update.source_limited || self.bytes_per_s().is_none_or(|known| rate > known) {
@@ -112,8 +114,7 @@ impl Flow {
 
     /// What may be in flight; at least one update whatever its size.
     pub fn window_bytes(&self) -> f64 {
-        let delay_s = self.delays_s.iter().map(|&(_, delay_s)| delay_s).reduce(f64::min);
-        match (self.bytes_per_s(), delay_s) {
+        match (self.bytes_per_s(), self.least_delay_s()) {
             (Some(bytes_per_s), Some(delay_s)) => (GAIN * bytes_per_s * delay_s).max(LEAST_WINDOW_BYTES),
             _ => FIRST_WINDOW_BYTES,
         }
@@ -126,6 +127,15 @@ impl Flow {
     /// The path's throughput; `None` before the first acknowledgement.
     pub fn bytes_per_s(&self) -> Option<f64> {
         self.rates.iter().map(|&(_, rate)| rate).reduce(f64::max)
+    }
+
+    /// How much longer the last update took than the fastest one lately.
+    pub fn queue_s(&self) -> f64 {
+        self.least_delay_s().map_or(0.0, |least_s| self.last_delay_s - least_s)
+    }
+
+    fn least_delay_s(&self) -> Option<f64> {
+        self.delays_s.iter().map(|&(_, delay_s)| delay_s).reduce(f64::min)
     }
 
     /// From the sending of an update to its acknowledgement, smoothed.

@@ -461,6 +461,12 @@ impl ServerSession {
         self.flow.bytes_per_s()
     }
 
+    /// How much longer the last acknowledged update took than the fastest one of the last seconds: what it waited, and its own
+    /// transmission. While that is short, the path may carry more than its throughput says.
+    pub fn queue_s(&self) -> f64 {
+        self.flow.queue_s()
+    }
+
     /// Bytes of updates sent and not acknowledged, and how many may be.
     pub fn in_flight_and_window_bytes(&self) -> (u64, u64) {
         (self.flow.in_flight_bytes(), self.flow.window_bytes() as u64)

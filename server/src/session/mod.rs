@@ -259,6 +259,7 @@ impl Connection<'_> {
             ServerEvent::Acked { .. } => {
                 viewer.round_trip_s = self.session.round_trip_s().unwrap_or(0.0);
                 viewer.bytes_per_s = self.session.throughput_bytes_per_s();
+                viewer.queue_s = self.session.queue_s();
             }
             ServerEvent::Restart => {
                 tracing::info!(peer = %self.peer, "the client's copy is broken: starting anew");
