@@ -213,6 +213,9 @@ fn rest_costs_next_to_nothing() {
 #[test]
 fn a_slow_path_holds_the_server_back() {
     let mut pair = Pair::new("rtt=100,mbit=1");
+    pair.run(0.3, |_| {});
+    pair.send(vec![]);
+    pair.run(0.3, |_| {});
     let (mut sent, mut most) = (0, 0);
     pair.run(20.0, |pair| {
         if pair.server.can_send_update() {

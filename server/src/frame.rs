@@ -193,7 +193,7 @@ impl Stage {
         }
         let share = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
         if whole.reason.is_passing() && share < 1.0 {
-            planned(Rules { image_size_px: smaller(share), ..rules })
+            Some(Plan { is_coarse: true, ..planned(Rules { image_size_px: smaller(share), ..rules })? })
         } else {
             Some(whole)
         }
@@ -252,7 +252,9 @@ impl Stage {
         let looks = client.focus.map_or(0, |focus| focus.looks) + 1;
         // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
         let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
-        let settled = counts.is_still() || is_full || self.method == Discretization::Conventional;
+        // A coarse look that finds nothing says nothing of what whole images would find.
+        let found_nothing = counts.is_still() && !plan.is_coarse;
+        let settled = found_nothing || is_full || self.method == Discretization::Conventional;
         // After a coarse picture the first set is still to come.
         client.focus = (!self.begins_coarsely(client)).then_some(Focus { coverage: plan.coverage, settled, looks });
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;

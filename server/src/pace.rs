@@ -7,8 +7,8 @@ use crate::viewer::Viewer;
 
 /// Of the side of the largest images; the least is what still makes a picture.
 const SIDE_SHARES: [f64; 4] = [1.0, std::f64::consts::FRAC_1_SQRT_2, 0.5, 0.25];
-/// Who is sent little is delivered little, whatever the path could carry. So while updates take less than this part of an interval longer
-/// than the fastest did, the next may be so many times as large as the throughput says: it then takes an interval at most.
+/// Who is sent little is delivered little, whatever the path could carry. So where the last update took less than this part of an interval
+/// longer than the fastest one did, the next may be so many times as large as the throughput says: it then takes an interval at most.
 const GROWTH: f64 = 2.0;
 /// Share of a new update in what a pixel is expected to cost.
 const SMOOTHING: f64 = 0.25;
@@ -49,9 +49,12 @@ mod tests {
     fn images_are_as_large_as_the_path_carries_in_an_interval() {
         let mut pace = Pace::default();
         let pixels = 3 * 512 * 512;
-        let still = Viewer::at_start(ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 }, Rigid::IDENTITY, 0.0);
-        let share =
-            |pace: &Pace, bytes_per_s, queue_s| pace.side_share(pixels, &Viewer { bytes_per_s, queue_s, ..still }, 0.1);
+        let view = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
+        let share = |pace: &Pace, bytes_per_s, queue_s| {
+            let mut viewer = Viewer::at_start(view, Rigid::IDENTITY, 0.0);
+            (viewer.bytes_per_s, viewer.queue_s) = (bytes_per_s, queue_s);
+            pace.side_share(pixels, &viewer, 0.1)
+        };
         assert_eq!(share(&pace, Some(1.0), 0.05), 1.0, "nothing is known of what updates cost");
         pace.made(50_000, pixels);
         assert_eq!(share(&pace, None, 0.05), 1.0, "nothing is known of the path");

@@ -178,6 +178,8 @@ pub struct Plan {
     pub refining: usize,
     /// How finely depth is stored.
     pub precision: DepthPrecision,
+    /// Whether its images are smaller than they would be on a path that carries more.
+    pub is_coarse: bool,
 }
 
 impl Plan {
@@ -210,7 +212,8 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
             (views, on_way)
         }
     };
-    Some(Plan { reason, coverage: wanted, views, refining, precision: precision(rules, &wanted) })
+    let precision = precision(rules, &wanted);
+    Some(Plan { reason, coverage: wanted, views, refining, precision, is_coarse: false })
 }
 
 /// Where a viewer who moves will be from now on: an interval further, and between, as far as images are left, where he turns so fast that

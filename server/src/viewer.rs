@@ -52,7 +52,7 @@ pub struct Viewer {
     forecast: Option<Forecast>,
     /// What the path to it was seen to take; `None` before the first acknowledgement.
     pub bytes_per_s: Option<f64>,
-    /// How much longer the last acknowledged update took to it than the fastest one lately; 0 before any.
+    /// How much longer the last acknowledged update took to it than the fastest one; 0 before any.
     pub queue_s: f64,
 }
 

@@ -58,6 +58,7 @@ pub(super) struct Flow {
     in_flight: VecDeque<InFlight>,
     smoothed_delay_s: Option<f64>,
     last_delay_s: f64,
+    fastest_s: Option<f64>,
     delays_s: VecDeque<(f64, f64)>,
     rates: VecDeque<(f64, f64)>,
 }
@@ -94,6 +95,7 @@ impl Flow {
         let delay_s = (now_s - update.sent_at_s).max(0.0);
         self.smoothed_delay_s = Some(self.smoothed_delay_s.map_or(delay_s, |old| old + SMOOTHING * (delay_s - old)));
         self.last_delay_s = delay_s;
+        self.fastest_s = Some(self.fastest_s.map_or(delay_s, |fastest_s| fastest_s.min(delay_s)));
         remember(&mut self.delays_s, now_s, delay_s);
         let rate = (self.acked_bytes - update.acked_bytes) as f64 / (now_s - update.acked_at_s).max(1e-4);
         if !update.source_limited || self.bytes_per_s().is_none_or(|known| rate > known) {
@@ -114,7 +116,8 @@ impl Flow {
 
     /// What may be in flight; at least one update whatever its size.
     pub fn window_bytes(&self) -> f64 {
-        match (self.bytes_per_s(), self.least_delay_s()) {
+        let delay_s = self.delays_s.iter().map(|&(_, delay_s)| delay_s).reduce(f64::min);
+        match (self.bytes_per_s(), delay_s) {
             (Some(bytes_per_s), Some(delay_s)) => (GAIN * bytes_per_s * delay_s).max(LEAST_WINDOW_BYTES),
             _ => FIRST_WINDOW_BYTES,
         }
@@ -129,13 +132,9 @@ impl Flow {
         self.rates.iter().map(|&(_, rate)| rate).reduce(f64::max)
     }
 
-    /// How much longer the last update took than the fastest one lately.
+    /// How much longer the last update took than the fastest of all: on a path that is always full, none of the last seconds was fast.
     pub fn queue_s(&self) -> f64 {
-        self.least_delay_s().map_or(0.0, |least_s| self.last_delay_s - least_s)
-    }
-
-    fn least_delay_s(&self) -> Option<f64> {
-        self.delays_s.iter().map(|&(_, delay_s)| delay_s).reduce(f64::min)
+        self.fastest_s.map_or(0.0, |fastest_s| self.last_delay_s - fastest_s)
     }
 
     /// From the sending of an update to its acknowledgement, smoothed.

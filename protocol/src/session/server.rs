@@ -461,8 +461,8 @@ impl ServerSession {
         self.flow.bytes_per_s()
     }
 
-    /// How much longer the last acknowledged update took than the fastest one of the last seconds: what it waited, and its own
-    /// transmission. While that is short, the path may carry more than its throughput says.
+    /// How much longer the last acknowledged update took than the fastest one of the session: what it waited, and its own transmission.
+    /// While that is short, the path may carry more than its throughput says.
     pub fn queue_s(&self) -> f64 {
         self.flow.queue_s()
     }

@@ -19,26 +19,27 @@ use crate::topic::scene_label;
 /// Measures every motion that was asked for in a scene; what fails becomes a row.
 pub fn measure(bench: &Bench<'_>, scene: &str, report: &mut Report) {
     let label = scene_label(scene);
-    let mut rows = Vec::new();
     match setup::moving(scene, bench.run.size_px, bench.arguments.held_at) {
         Ok(still) => {
-            for &motion in Motion::ALL.iter().filter(|motion| bench.arguments.motion.iter().any(|m| m.contains(motion)))
-            {
+            let asked = |motion: &&Motion| bench.arguments.motion.iter().any(|motions| motions.contains(motion));
+            for &motion in Motion::ALL.iter().filter(asked) {
                 match measured(bench, &still, motion, report) {
-                    Ok(more) => rows.extend(more),
+                    Ok(rows) => moving_table::show(report, &label, motion, rows),
                     Err(error) => report.rows.push(Row::failed(&label, motion.name(), &error)),
                 }
+                write_summary(bench, &label, report);
             }
         }
         Err(error) => report.rows.push(Row::failed(&label, "motions", &error)),
     }
     bench.progress.step();
-    moving_table::show(report, &label, rows);
-    // A line a part of all scenes so far, small enough to keep and to compare.
+}
+
+/// A line a part of all motions so far, small enough to keep and to compare: a run that is stopped leaves what it had measured.
+fn write_summary(bench: &Bench<'_>, label: &str, report: &mut Report) {
     let path = bench.run.out.join("motions.csv");
-    let written = std::fs::write(&path, moving_table::summary(&report.rows).csv());
-    if let Err(error) = written {
-        report.rows.push(Row::failed(&label, "motions.csv", &error.into()));
+    if let Err(error) = std::fs::write(&path, moving_table::summary(&report.rows).csv()) {
+        report.rows.push(Row::failed(label, "motions.csv", &error.into()));
     }
 }
 

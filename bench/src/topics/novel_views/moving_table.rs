@@ -3,6 +3,7 @@
 use super::arguments::Arguments;
 use super::outcome::Who;
 use super::setup::Network;
+use crate::motion::Motion;
 use crate::report::table::{Table, number};
 use crate::report::{Bar, Report, Row};
 
@@ -63,12 +64,12 @@ fn motion_names(arguments: &Arguments) -> String {
     names.join(", ")
 }
 
-/// Adds a scene's rows to the report, with their table and bars.
-pub fn show(report: &mut Report, label: &str, rows: Vec<PartRow>) {
+/// Adds the rows of a scene's motion to the report, with their table and bars.
+pub fn show(report: &mut Report, label: &str, motion: Motion, rows: Vec<PartRow>) {
     if rows.is_empty() {
         return;
     }
-    report.tables.push((format!("{label}: motions"), table(&rows)));
+    report.tables.push((format!("{label}: {}", motion.name()), table(&rows)));
     report.bars.extend(bars(label, &rows));
     report.rows.extend(rows.into_iter().map(|row| row.row));
 }
