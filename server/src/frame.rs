@@ -13,7 +13,7 @@ use protocol::{Lamp, Lighting, Material, Purpose};
 use scene::{Bounds, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
-use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Surroundings};
+use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Deforming, Surroundings};
 use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
@@ -25,6 +25,7 @@ use crate::impostors::Needs;
 use crate::impostors::relief::{self, Eye, Reliefs};
 use crate::lights::{self, Serving};
 use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
+use crate::render::triangle_bases;
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
@@ -53,7 +54,8 @@ pub struct Stage {
     coarse_first: bool,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
-    deforms: Vec<bool>,
+    /// By object: the id of its first triangle.
+    first_triangles: Arc<[u32]>,
     /// Samples a pixel of an output at most, along each axis.
     densest: f64,
     needs: Needs,
@@ -93,10 +95,11 @@ impl Stage {
     pub fn new(scene: Arc<Scene>, rules: Rules, method: Discretization, imager: Box<dyn Imager>) -> Stage {
         let materials = imager.materials();
         let still = (!scene.is_animated()).then(|| Arc::new(scene.at(0.0)));
-        let deforms: Vec<bool> = scene.instances.iter().map(|instance| instance.deforms).collect();
-        let densest = if deforms.contains(&true) { density::DENSEST_DEFORMING } else { density::DENSEST };
+        let deforms = scene.instances.iter().any(|instance| instance.deforms);
+        let densest = if deforms { density::DENSEST_DEFORMING } else { density::DENSEST };
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
         Stage {
+            first_triangles: triangle_bases(&scene).into(),
             needs: Needs::new(&scene),
             reliefs: Reliefs::default(),
             scene,
@@ -108,7 +111,6 @@ impl Stage {
             coarse_first: false,
             imager,
             materials,
-            deforms,
             densest,
             still,
         }
@@ -168,17 +170,18 @@ impl Stage {
         let lighting = self.imager.lighting(&snapshot);
         let moving = self.moving_objects(&snapshot);
         let materials = std::mem::take(&mut self.materials);
-        let deforms = std::mem::take(&mut self.deforms);
+        let (scene, first_triangles) = (self.scene.clone(), self.first_triangles.clone());
+        let deforming = Deforming::new(&scene, &snapshot, &first_triangles);
         let now = Surroundings {
             time_s: scene_time_s,
             colour: self.coding.colour,
             materials: &materials,
             lighting: &lighting,
             moving: &moving,
-            deforms: &deforms,
+            deforming: &deforming,
         };
         let result = act(self, &snapshot, &now);
-        (self.materials, self.deforms) = (materials, deforms);
+        self.materials = materials;
         result
     }
 
@@ -243,7 +246,6 @@ impl Stage {
             self.send_impostors(plan, snapshot, now, client)?;
         }
         let lights = self.send_lights(plan, snapshot, now, client)?;
-        client.account.expire(Purpose::Eye)?;
         client.account.evict((self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize)?;
         let counts = client.account.counts();
         if counts.evicted > 0 {

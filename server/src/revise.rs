@@ -48,17 +48,16 @@ pub fn revise(
     let peers = account.captured_by(revision.peers);
     let judge = |account: &Account, copy: &AddressView, capture: &Capture| {
         let comparison = Comparison::new(capture, copy, account, &peers, revision.rules);
-        let (retraction, mut lacking) = (comparison.retraction(revision.trims), comparison.lacking());
+        let false_cover = if revision.trims { comparison.false_cover() } else { Vec::new() };
+        let mut lacking = comparison.lacking();
         if lacking.missing as f64 <= revision.least_px {
             lacking = Lacking::nothing(capture);
         }
         let superseded = revision.supersedes.then(|| account.superseded(&comparison, &lacking));
-        (retraction, lacking, superseded.unwrap_or_default())
+        (false_cover, lacking, superseded.unwrap_or_default())
     };
-    let (retraction, mut lacking, mut superseded) = judge(account, &copy, capture);
-    // A deformed object leaves nothing behind to look past.
-    let looks_again = revision.looks_again || !retraction.stale.is_empty();
-    if account.retract(purpose, &retraction)? && looks_again {
+    let (false_cover, mut lacking, mut superseded) = judge(account, &copy, capture);
+    if account.retract(purpose, &false_cover)? && revision.looks_again {
         account.refresh();
         copy = imager.copy_view(account, purpose, &view)?;
         (_, lacking, superseded) = judge(account, &copy, capture);

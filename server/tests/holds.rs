@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use camera::Rigid;
 use common::session::{INTERVAL_S, Session, TICKS_PER_S, added};
 use common::witness::Witness;
-use common::{ball_before_wall, bending_figure, moving_ball, swing, with_ball};
+use common::{ball_before_wall, bending_figure, moving_ball, sliding_wall, swing, with_ball};
 use glam::{DAffine3, DVec3};
 use vantage_server::account::{BYTES_PER_SAMPLE, Counts};
 use vantage_server::plan::region_views;
@@ -277,4 +277,21 @@ fn somebody_who_bends_costs_less_than_being_sampled_anew() {
     }
     println!("figure: {sent} sent, {anew} anew");
     assert!(anew > 3000 && sent * 10 < anew * 8, "{sent} sent, {anew} anew");
+}
+
+/// Depths and normals stay as they are, but what is painted on it does not.
+#[test]
+fn what_slides_along_itself_is_sent_anew_once_it_slid_half_a_pixel() {
+    let sent = |slides_m: f32| {
+        let mut session = Session::small(sliding_wall(slides_m), 2);
+        session.ticks(8);
+        let counts = session.ticks(6);
+        let hits = hits_of(&session, &mut session.witness(), 0);
+        (added(&counts), counts.iter().map(|counts| counts.deleted).sum::<usize>(), hits)
+    };
+    // A pixel of these images is 5 cm there.
+    let (few, gone, hits) = sent(0.005);
+    assert!(hits > 1000 && few * 20 < hits && gone * 20 < hits, "{few} sent and {gone} deleted of {hits}");
+    let (all, gone, hits) = sent(0.2);
+    assert!(all * 10 > hits * 9 && gone * 10 > hits * 9, "{all} sent and {gone} deleted of {hits}");
 }

@@ -12,7 +12,7 @@ use protocol::{PatchId, Purpose};
 use vantage_server::Config;
 use vantage_server::account::compare::Comparison;
 use vantage_server::account::findings::Lacking;
-use vantage_server::account::{Account, AccountRules, Surroundings};
+use vantage_server::account::{Account, AccountRules, Deforming, Surroundings};
 use vantage_server::discretize::{Capture, DepthPrecision, Discretization};
 use vantage_server::imager::{GpuImager, Imager};
 
@@ -36,7 +36,7 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
         materials: &materials,
         lighting: &lighting,
         moving: &[],
-        deforms: &[],
+        deforming: &Deforming::default(),
     };
     // The wall from 4 m and from 1.5 m; the ball is at the rim of the nearer view.
     let (far, near) = (view(DVec3::ZERO), view(DVec3::new(0.8, 0.0, -2.5)));

@@ -11,7 +11,6 @@
 //! - A hit that is held with another normal is sent in its place. Neither is done on outlines and edges while the viewer moves:
 //!   of a twig thinner than a pixel each view hits another side, and views would take turns.
 //! - A held sample **covers falsely** where it lies in front of the hit, or where there is none, and no hit around is on it.
-//! - A sample of a deforming object that no longer lies on its object is **stale**.
 //!
 //! What covers falsely is never sent behind: the next look, after it was trimmed, tells whether anything lacks there.
 
@@ -24,7 +23,7 @@ use protocol::{Mask, PatchId};
 use rayon::prelude::*;
 use surface::{AddressTexel, AddressView};
 
-use super::findings::{Lacking, Retraction, ascending, is_among};
+use super::findings::{Lacking, ascending, is_among};
 use super::rules::AccountRules;
 use super::samples::{Address, Captured, Samples, density};
 use crate::discretize::Capture;
@@ -126,36 +125,17 @@ impl<'a, S: Samples> Comparison<'a, S> {
         }
     }
 
-    /// What is stale and, if asked for, what covers falsely.
-    pub fn retraction(&self, trims: bool) -> Retraction {
-        if !trims && !self.samples.any_deforms() {
-            return Retraction::default();
-        }
-        let rows = (0..self.height).into_par_iter().map(|y| {
-            let mut row = Retraction::default();
-            for x in 0..self.width {
-                let (Some(held), Some(address)) = (self.held_at(x, y), self.copy.texels[self.at(x, y)].address())
-                else {
-                    continue;
-                };
-                if self.samples.deforms(held.object) {
-                    if !self.is_held_at(x, y, x, y) {
-                        row.stale.push(address);
-                    }
-                } else if trims && self.covers_falsely(x, y, &held) {
-                    row.false_cover.push(address);
-                }
-            }
-            row
+    /// The held samples that cover falsely; they ascend.
+    pub fn false_cover(&self) -> Vec<Address> {
+        let rows = (0..self.height).into_par_iter().flat_map_iter(|y| {
+            (0..self.width).filter_map(move |x| {
+                let (held, address) = (self.held_at(x, y)?, self.copy.texels[self.at(x, y)].address()?);
+                self.covers_falsely(x, y, &held).then_some(address)
+            })
         });
-        let mut all = rows.reduce(Retraction::default, |mut a, b| {
-            a.false_cover.extend(b.false_cover);
-            a.stale.extend(b.stale);
-            a
-        });
-        ascending(&mut all.false_cover);
-        ascending(&mut all.stale);
-        all
+        let mut addresses = rows.collect();
+        ascending(&mut addresses);
+        addresses
     }
 
     /// What is to be sent.
@@ -172,8 +152,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
     fn verdict(&self, x: i32, y: i32) -> Verdict {
         let Some(hit) = self.truth_at(x, y) else { return Verdict::Leave };
         let Some(held) = self.held_at(x, y) else {
-            let stands_in =
-                self.rules.outlines_stand_in && self.ends_in_nothing(x, y) && self.is_held_around(x, y, &hit);
+            let stands_in = self.rules.outlines_stand_in && self.ends_in_nothing(x, y) && self.is_held_around(x, y);
             return if stands_in || self.was_sent(x, y, &hit) { Verdict::Leave } else { Verdict::Missing };
         };
         if self.is_in_place(&hit, &held, 0, 0, x, y) {
@@ -182,11 +161,10 @@ impl<'a, S: Samples> Comparison<'a, S> {
             }
             let on_edge = self.rules.outlines_stand_in && self.is_outline(x, y, &hit);
             let shows_peer = self.seen_at(self.at(x, y)).is_some_and(|(patch, ..)| self.peers.contains(&patch));
-            let leave = on_edge || self.is_held_around(x, y, &hit) || shows_peer && self.was_sent(x, y, &hit);
+            let leave = on_edge || self.is_held_around(x, y) || shows_peer && self.was_sent(x, y, &hit);
             return if leave { Verdict::Leave } else { Verdict::Turned };
         }
-        let stands_in =
-            || self.rules.outlines_stand_in && self.is_outline(x, y, &hit) && self.is_held_around(x, y, &hit);
+        let stands_in = || self.rules.outlines_stand_in && self.is_outline(x, y, &hit) && self.is_held_around(x, y);
         if held.w > hit.w || self.was_sent(x, y, &hit) || stands_in() {
             return Verdict::Leave;
         }
@@ -367,9 +345,9 @@ impl<'a, S: Samples> Comparison<'a, S> {
         self.is_in_place(&hit, &held, held_x - x, held_y - y, x, y) && self.is_same_way(&hit, &held)
     }
 
-    /// Whether one of the nine pixels around shows a held surface that the hit lies on.
-    fn is_held_around(&self, x: i32, y: i32, hit: &Point) -> bool {
-        !self.samples.deforms(hit.object) && square(1).any(|(dx, dy)| self.is_held_at(x, y, x + dx, y + dy))
+    /// Whether one of the nine pixels around shows a held surface that the hit of this one lies on.
+    fn is_held_around(&self, x: i32, y: i32) -> bool {
+        square(1).any(|(dx, dy)| self.is_held_at(x, y, x + dx, y + dy))
     }
 
     fn is_one_surface(&self, a: &Point, b: &Point, x: i32, y: i32, dx: i32, dy: i32) -> bool {

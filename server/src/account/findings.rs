@@ -1,18 +1,9 @@
-//! What a comparison finds: what is to be taken back, and what is to be sent.
+//! What a comparison finds to be sent, and addresses in order.
 
 use protocol::Mask;
 
 use super::samples::Address;
 use crate::discretize::Capture;
-
-/// What is to be taken back. Addresses ascend by patch, then row by row.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub struct Retraction {
-    /// Cover falsely: their extent is to be halved.
-    pub false_cover: Vec<Address>,
-    /// No longer true at all: to be deleted.
-    pub stale: Vec<Address>,
-}
 
 /// What is to be sent.
 #[derive(Debug)]
@@ -21,7 +12,7 @@ pub struct Lacking {
     pub send: Mask,
     /// Pixels whose hit is not held, or too coarsely; without the border.
     pub missing: usize,
-    /// Held samples that what is sent replaces; ascending as in [`Retraction`].
+    /// Held samples that what is sent replaces; ascending by patch, then row by row.
     pub replaced: Vec<Address>,
 }
 

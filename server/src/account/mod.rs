@@ -1,18 +1,19 @@
 //! The account of one client: the server's copy of what it holds, and the edits that bring it up to date.
 //!
 //! What the client holds counts as sampled. For each view of a plan the copy is drawn as the client would draw it
-//! ([`surface::AddressPass`]) and laid beside the scene ([`compare`]): what covers falsely is trimmed, what is stale deleted,
-//! the copy is drawn again, and what is then still missing or too coarse is sent. So a viewer pays only for surface that
-//! comes into view for the first time, or must get finer, or deformed.
+//! ([`surface::AddressPass`]) and laid beside the scene ([`compare`]): what covers falsely is trimmed, the copy is drawn
+//! again, and what is then still missing or too coarse is sent. What deformed away from where it was captured is deleted
+//! before ([`deforming`]). So a viewer pays only for surface that comes into view for the first time, or must get finer, or deformed.
 //!
 //! The copy is exact: it takes each edit as the client will, after coding, and both fold it into the same digest. Trims and
 //! deletes go over the wire; a client never derives them from its own pictures, as GPUs differ.
 //!
-//! A trim never removes a sample, whose centre is a true hit on an object that did not deform: its extent shrinks, at most
+//! A trim never removes a sample, whose centre is a true hit: its extent shrinks, at most
 //! to `2^-`[`Edit::MAX_TRIM`], so taking back comes to an end.
 
 pub mod compare;
 mod counts;
+mod deforming;
 mod drawn;
 pub mod findings;
 mod record;
@@ -22,6 +23,7 @@ pub mod samples;
 mod superseded;
 
 pub use counts::{Counts, LightCounts};
+pub use deforming::Deforming;
 pub use rules::AccountRules;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,7 +37,7 @@ use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
 use drawn::Drawn;
-use findings::{Lacking, Retraction};
+use findings::Lacking;
 use record::Record;
 use samples::{Address, Captured, Samples};
 
@@ -52,8 +54,6 @@ pub struct Account {
     records: BTreeMap<PatchId, Record>,
     last_patch: u32,
     draft: Draft,
-    /// Objects that deformed since the last update.
-    deformed: Vec<bool>,
     /// Counts updates in the making: what the copy showed when.
     look: u32,
     /// The one that sent the first set.
@@ -75,8 +75,8 @@ pub struct Surroundings<'a> {
     pub lighting: &'a Lighting,
     /// Where the moving rigid objects are; ids ascend.
     pub moving: &'a [ObjectPose],
-    /// By object: whether it deforms with time.
-    pub deforms: &'a [bool],
+    /// Where the triangles of deforming objects are.
+    pub deforming: &'a Deforming<'a>,
 }
 
 impl Account {
@@ -102,8 +102,7 @@ impl Account {
         self.broken = true;
     }
 
-    /// Begins an update: tables, lights and moved objects where they changed. Deforming objects count as deformed where the
-    /// scene's time advanced.
+    /// Begins an update: tables, lights and moved objects where they changed. What the eye is shown of deforming objects goes where it moved.
     pub fn begin(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
         self.look += 1;
         self.counts = Counts::default();
@@ -113,8 +112,6 @@ impl Account {
             self.records.clear();
             self.drawn.clear();
         }
-        let advanced = now.time_s != self.held.scene_time_s;
-        self.deformed = if advanced { now.deforms.to_vec() } else { Vec::new() };
         if self.held.materials != now.materials {
             self.held.edit(Edit::Materials(now.materials.to_vec()), &mut self.draft)?;
             self.drawn.set_materials(now.materials);
@@ -128,7 +125,7 @@ impl Account {
             self.held.edit(Edit::Move(moved), &mut self.draft)?;
             self.drawn.set_poses(&self.held.poses_now);
         }
-        Ok(())
+        self.delete_moved(Purpose::Eye, now)
     }
 
     /// Removes everything but what lights see and what a viewer at rest is shown, to be sent anew.
@@ -149,24 +146,22 @@ impl Account {
         Ok(())
     }
 
-    /// Takes back what covers falsely, by halving its extent, and what is stale, by deleting it. Whether the copy changed.
-    pub fn retract(&mut self, purpose: Purpose, retraction: &Retraction) -> Result<bool, HeldError> {
+    /// Takes back what covers falsely, by halving its extent; addresses ascend. Whether the copy changed.
+    pub fn retract(&mut self, purpose: Purpose, false_cover: &[Address]) -> Result<bool, HeldError> {
         let mut trims: BTreeMap<PatchId, Vec<(u16, u16, u8)>> = BTreeMap::new();
-        for &(patch, x, y) in &retraction.false_cover {
+        for &(patch, x, y) in false_cover {
             let Some(record) = self.records.get_mut(&patch) else { continue };
             // Once an update: a sample that two views of one plan see covering falsely shrinks by one step.
             if let Some(extent) = record.trim(x, y, self.look) {
                 trims.entry(patch).or_default().push((x, y, extent));
             }
         }
-        let changed = !trims.is_empty() || !retraction.stale.is_empty();
+        let changed = !trims.is_empty();
         for (patch, trims) in trims {
             self.counts.trim(purpose, trims.len());
             self.drawn.trim(patch, trims.iter().map(|&(x, y, _)| (x, y)));
             self.held.edit(Edit::Trim(patch, trims), &mut self.draft)?;
         }
-        self.counts.delete(purpose, retraction.stale.len());
-        self.delete(&retraction.stale)?;
         Ok(changed)
     }
 
@@ -193,7 +188,8 @@ impl Account {
         let id = PatchId(self.last_patch);
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects: objects_in(&image, now.moving), image };
         let triangles = mask.occupied().map(|(x, y)| cropped.triangle_at(x as i32, y as i32)).collect();
-        self.records.insert(id, Record::new(&patch.image, &cropped.camera, triangles, self.look));
+        let record = Record::new(&patch.image, &cropped.camera, triangles, self.look, now.deforming);
+        self.records.insert(id, record);
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
         self.drawn.change(id);
         Ok(())
@@ -369,10 +365,6 @@ impl Account {
         self.delete(superseded)
     }
 
-    fn is_deformed(&self, object: u16) -> bool {
-        self.deformed.get(usize::from(object)) == Some(&true)
-    }
-
     /// Deletes samples; `addresses` ascend. A patch left without any is removed.
     fn delete(&mut self, addresses: &[Address]) -> Result<(), HeldError> {
         for of_patch in addresses.chunk_by(|a, b| a.0 == b.0) {
@@ -428,14 +420,6 @@ impl Samples for Account {
             }
         }
         triangles
-    }
-
-    fn deforms(&self, object: u16) -> bool {
-        self.is_deformed(object)
-    }
-
-    fn any_deforms(&self) -> bool {
-        self.deformed.contains(&true)
     }
 }
 

@@ -1,7 +1,8 @@
-use camera::Pinhole;
+use camera::{ImagePoint, Pinhole};
 use protocol::image::Ranks;
 use protocol::{DepthImage, Edit, Mask};
 
+use super::deforming::{Deforming, SurfacePoint};
 use super::samples::{Captured, density};
 
 /// What the server knows of a patch's samples beside what the client holds: by the places that they had when the patch was
@@ -15,6 +16,8 @@ pub(super) struct Record {
     mask: Mask,
     ranks: Ranks,
     samples: Vec<Sample>,
+    /// By place, row by row, of deforming objects only.
+    points: Vec<((u16, u16), SurfacePoint)>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +36,14 @@ pub(super) struct Sample {
 
 impl Record {
     /// Of an image's samples, captured and seen by look number `look`.
-    pub fn new(image: &DepthImage, camera: &Pinhole, triangles: Vec<u32>, look: u32) -> Record {
+    pub fn new(
+        image: &DepthImage,
+        camera: &Pinhole,
+        triangles: Vec<u32>,
+        look: u32,
+        deforming: &Deforming<'_>,
+    ) -> Record {
+        let points = points_of(image, camera, &triangles, deforming);
         let samples = image.mask.occupied().enumerate().zip(triangles).map(|((index, (x, y)), triangle)| {
             let ray_eye = camera.ray_eye_from_image(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let ray_world = camera.world_from_eye.transform_vector(ray_eye).as_vec3();
@@ -43,7 +53,12 @@ impl Record {
             Sample { density, w, triangle, seen: look, trimmed: 0, extent: 0 }
         });
         let (mask, samples, ranks) = (image.mask.clone(), samples.collect(), Ranks::new(&image.mask));
-        Record { added: look, w_step: image.depth_scale.w_step, mask, ranks, samples }
+        Record { added: look, w_step: image.depth_scale.w_step, mask, ranks, samples, points }
+    }
+
+    /// The places whose points of deforming objects are no longer where they were captured, row by row; deleted samples among them.
+    pub fn moved(&self, deforming: &Deforming<'_>) -> impl Iterator<Item = (u16, u16)> {
+        self.points.iter().filter(|(_, point)| point.has_moved(deforming)).map(|(at, _)| *at)
     }
 
     pub fn sample(&self, x: u16, y: u16) -> Option<&Sample> {
@@ -93,4 +108,25 @@ impl Record {
         sample.trimmed = look;
         Some(sample.extent)
     }
+}
+
+fn points_of(
+    image: &DepthImage,
+    camera: &Pinhole,
+    triangles: &[u32],
+    deforming: &Deforming<'_>,
+) -> Vec<((u16, u16), SurfacePoint)> {
+    if deforming.is_empty() {
+        return Vec::new();
+    }
+    let samples = image.mask.occupied().enumerate().zip(triangles);
+    let point = |((index, (x, y)), &triangle): ((usize, (u32, u32)), &u32)| {
+        let w = f64::from(image.depth_scale.w(image.depth[index]));
+        let place = ImagePoint { u: f64::from(x) + 0.5, v: f64::from(y) + 0.5, w };
+        let footprint_m = 1.0 / (w * camera.focal_px);
+        let of = (image.object[index], triangle);
+        let point = SurfacePoint::nearest(deforming, of, camera.world_from_image(place), footprint_m)?;
+        Some(((x as u16, y as u16), point))
+    };
+    samples.filter_map(point).collect()
 }

@@ -5,23 +5,26 @@ use std::collections::BTreeMap;
 use protocol::Purpose;
 use protocol::held::{HeldError, HeldPatch, PatchId};
 
-use super::Account;
 use super::record::Record;
 use super::samples::Address;
+use super::{Account, Surroundings};
 
 /// A copy over its budget shrinks to this share of it, so that it is not evicted from at every update.
 const EVICT_TO: f64 = 0.9;
 
 impl Account {
-    /// Deletes the samples of deformed objects that no view of this update showed in their place.
-    pub fn expire(&mut self, purpose: Purpose) -> Result<(), HeldError> {
-        if !self.deformed.contains(&true) {
+    /// Deletes the samples of deforming objects whose points are no longer where they were captured.
+    pub fn delete_moved(&mut self, purpose: Purpose, now: &Surroundings<'_>) -> Result<(), HeldError> {
+        if now.deforming.is_empty() {
             return Ok(());
         }
-        let look = self.look;
-        let stale = self.surfaces_where(purpose, |object, seen| self.is_deformed(object) && seen != look);
-        self.counts.delete(purpose, stale.len());
-        self.delete(&stale)
+        let moved = self.surfaces_of(purpose).flat_map(|(id, held, record)| {
+            let is_held = |&(x, y): &(u16, u16)| held.patch.image.mask.get(x.into(), y.into());
+            record.moved(now.deforming).filter(is_held).map(move |(x, y)| (id, x, y))
+        });
+        let moved: Vec<Address> = moved.collect();
+        self.counts.delete(purpose, moved.len());
+        self.delete(&moved)
     }
 
     /// Deletes what the eye was least recently shown, until the copy fits `budget_samples` with some room. What this update showed

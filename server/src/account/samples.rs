@@ -32,10 +32,6 @@ pub trait Samples: Sync {
     /// By pixel of a view: the triangle of the sample that is held from this very camera, and was not carried elsewhere since;
     /// 0 where there is none.
     fn sent_by(&self, camera: &Pinhole) -> Vec<u32>;
-    /// Whether an object deforms, and did since the copy was last compared.
-    fn deforms(&self, object: u16) -> bool;
-    /// Whether any does.
-    fn any_deforms(&self) -> bool;
 }
 
 /// Samples an area: `f² |n.r| w²`, with the ray `r = (x', y', 1)`, from the area `z² / (f² |n.r|)` that a pixel covers.

@@ -78,7 +78,6 @@ impl Account {
             let Some(sample) = record.sample(address.1, address.2) else { continue };
             if view.at_if_inside(centre).is_none_or(|at| shown[at] < FINER * sample.density)
                 || carried.contains(&object)
-                || self.is_deformed(object)
             {
                 continue;
             }

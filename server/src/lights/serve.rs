@@ -120,6 +120,7 @@ impl Serving<'_> {
         let faces = self.bounds(light, &lamp).map(|bounds| (bounds, lamp.corner_views(bounds, self.side_px)));
         let deforms = self.scene.instances.iter().any(|instance| instance.deforms);
         let corners = if deforms { CORNERS } else { 1 };
+        self.account.delete_moved(purpose, self.now)?;
         if let Some((bounds, faces)) = faces {
             let precision = precision(&lamp, bounds, self.side_px);
             for _ in 0..corners {
@@ -129,7 +130,6 @@ impl Serving<'_> {
             }
         }
         set.due = set.due.saturating_sub(corners);
-        self.account.expire(purpose)?;
         Ok(self.account.evict_light(light, GROWS_TO * set.samples)?)
     }
 

@@ -23,6 +23,7 @@ pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry};
 pub use pipelines::{Faces, Layouts, Pass, Pipelines};
 pub(crate) use rays::RayBuffers;
 pub use rays::{FirstHit, RayScene};
+pub(crate) use upload::triangle_bases;
 
 use std::collections::BTreeSet;
 

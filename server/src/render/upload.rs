@@ -111,7 +111,7 @@ fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<In
 }
 
 /// The id of each instance's first triangle.
-fn triangle_bases(scene: &Scene) -> Vec<u32> {
+pub(crate) fn triangle_bases(scene: &Scene) -> Vec<u32> {
     let triangles =
         scene.instances.iter().map(|instance| scene.meshes[instance.mesh as usize].indices.len() as u32 / 3);
     let base = |next: &mut u32, count: u32| {

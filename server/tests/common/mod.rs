@@ -201,6 +201,19 @@ pub fn bending_figure(period_s: f64) -> Scene {
     })
 }
 
+/// A wall of 3 m, two metres before the origin and object 0, that deforms: it slides along itself, by so many metres from one second on.
+pub fn sliding_wall(slides_m: f32) -> Scene {
+    let wall = DAffine3::from_translation(DVec3::Z * -2.0) * DAffine3::from_scale(DVec3::splat(1.5));
+    let mut scene = scene(vec![square(4, 0)], vec![coloured([0.6, 0.5, 0.4, 1.0])], &[(0, wall)]);
+    scene.instances[0].deforms = true;
+    let before = scene.meshes[0].vertices.clone();
+    animated(scene, move |snapshot| {
+        let by = if snapshot.time_s < 1.0 { 0.0 } else { slides_m / 1.5 };
+        let slid = |vertex: &Vertex| Vertex { position: [vertex.position[0] + by, vertex.position[1], 0.0], ..*vertex };
+        snapshot.deformed = vec![Deformed { instance: 0, vertices: before.iter().map(slid).collect() }];
+    })
+}
+
 /// `x' = x + b y^2`, and its normal by the inverse transpose.
 fn bent(vertex: &Vertex, bend: f32) -> Vertex {
     let ([x, y, z], [nx, ny, nz]) = (vertex.position, vertex.normal);
