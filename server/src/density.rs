@@ -14,7 +14,8 @@ use crate::plan::{SIZE_STEP_PX, output_focal_px};
 
 /// Samples a pixel of the output at most, along each axis.
 pub const DENSEST: f64 = 2.0;
-/// The same where something deforms: that is sent anew with every update, and is gone before anybody looks closely.
+/// The same where something deforms: that is sent anew wherever it moves. Of a running figure in a fast orbit FLIP is 0.10 with 1 and 0.09 with
+/// 1.5, for 3.2 and 5.3 Mbit/s for as long as it runs.
 pub const DENSEST_DEFORMING: f64 = 1.0;
 /// Pixels around what is seen, so that its outlines are outlines within the image.
 const RIM_PX: f64 = 2.0;
