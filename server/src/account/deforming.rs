@@ -37,11 +37,6 @@ impl<'a> Deforming<'a> {
         Deforming { instances, meshes, world_from_mesh: &snapshot.world_from_mesh, first_triangles, deformed }
     }
 
-    /// Whether an object deforms.
-    pub fn has(&self, object: u16) -> bool {
-        self.deformed.get(usize::from(object)).is_some_and(Option::is_some)
-    }
-
     /// Whether nothing does.
     pub fn is_empty(&self) -> bool {
         self.deformed.is_empty()

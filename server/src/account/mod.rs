@@ -3,7 +3,7 @@
 //! What the client holds counts as sampled. For each view of a plan the copy is drawn as the client would draw it
 //! ([`surface::AddressPass`]) and laid beside the scene ([`compare`]): what covers falsely is trimmed, the copy is drawn
 //! again, and what is then still missing or too coarse is sent. What deformed away from where it was captured is deleted
-//! before ([`deforming`]). So a viewer pays only for surface that comes into view for the first time, or must get finer, or deformed.
+//! before (`deforming.rs`). So a viewer pays only for surface that comes into view for the first time, or must get finer, or deformed.
 //!
 //! The copy is exact: it takes each edit as the client will, after coding, and both fold it into the same digest. Trims and
 //! deletes go over the wire; a client never derives them from its own pictures, as GPUs differ.
