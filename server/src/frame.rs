@@ -54,7 +54,7 @@ pub struct Stage {
     coarse_first: bool,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
-    /// By object: the id of its first triangle.
+    /// By object: the id of its first triangle. Empty where nothing deforms.
     first_triangles: Arc<[u32]>,
     /// Samples a pixel of an output at most, along each axis.
     densest: f64,
@@ -99,7 +99,7 @@ impl Stage {
         let densest = if deforms { density::DENSEST_DEFORMING } else { density::DENSEST };
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
         Stage {
-            first_triangles: triangle_bases(&scene).into(),
+            first_triangles: if deforms { triangle_bases(&scene).into() } else { Arc::default() },
             needs: Needs::new(&scene),
             reliefs: Reliefs::default(),
             scene,
