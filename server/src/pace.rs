@@ -7,8 +7,8 @@ use crate::viewer::Viewer;
 
 /// Of the side of the largest images; the least is what still makes a picture.
 const SIDE_SHARES: [f64; 4] = [1.0, std::f64::consts::FRAC_1_SQRT_2, 0.5, 0.25];
-/// Who is sent little is delivered little, whatever the path could carry. So where the last update took less than this part of an interval
-/// longer than the fastest one did, the next may be so many times as large as the throughput says: it then takes an interval at most.
+/// Who is sent little is delivered little, whatever the path could carry. So the next update may be so many times as large as the throughput
+/// says where the last one took less than an interval over this longer than the fastest one did: it then takes an interval at most.
 const GROWTH: f64 = 2.0;
 /// Share of a new update in what a pixel is expected to cost.
 const SMOOTHING: f64 = 0.25;

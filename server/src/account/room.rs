@@ -69,22 +69,17 @@ impl Account {
             (sum >= excess).then_some(look)
         });
         let last = enough.or_else(|| self.look.checked_sub(1));
-        last.map_or_else(Vec::new, |last| self.surfaces_where(purpose, |_, seen| seen <= last))
+        last.map_or_else(Vec::new, |last| self.last_seen_by(purpose, last))
     }
 
-    /// The surface samples of a purpose that are meant by their objects and the last look that showed them. Addresses ascend.
-    fn surfaces_where(&self, purpose: Purpose, is_meant: impl Fn(u16, u32) -> bool) -> Vec<Address> {
-        let mut meant = Vec::new();
-        for (id, held, record) in self.surfaces_of(purpose) {
-            let image = &held.patch.image;
-            for ((x, y), &object) in image.mask.occupied().zip(&image.object) {
-                let (x, y) = (x as u16, y as u16);
-                if record.seen(x, y).is_some_and(|seen| is_meant(object, seen)) {
-                    meant.push((id, x, y));
-                }
-            }
-        }
-        meant
+    /// The surface samples of a purpose that no look after this one showed. Addresses ascend.
+    fn last_seen_by(&self, purpose: Purpose, look: u32) -> Vec<Address> {
+        let all = self.surfaces_of(purpose).flat_map(|(id, held, record)| {
+            let places = held.patch.image.mask.occupied().map(|(x, y)| (x as u16, y as u16));
+            let is_meant = |&(x, y): &(u16, u16)| record.seen(x, y).is_some_and(|seen| seen <= look);
+            places.filter(is_meant).map(move |(x, y)| (id, x, y))
+        });
+        all.collect()
     }
 
     fn surfaces_of(&self, purpose: Purpose) -> impl Iterator<Item = (PatchId, &HeldPatch, &Record)> {
