@@ -202,10 +202,9 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
         Reason::Moved | Reason::Turned | Reason::Animated => {
             let rim = Rules { images: 1 + RIM_VIEWS, ..*rules };
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
-            let mut views = vec![all[0]];
-            views.extend(
-                way(rules, viewer, &predicted, now_s).map(|world_from_eye| Pinhole { world_from_eye, ..all[0] }),
-            );
+            let own = on_way(rules, viewer, &predicted, all[0]);
+            let mut views = vec![own];
+            views.extend(way(rules, viewer, &predicted, now_s).map(|world_from_eye| Pinhole { world_from_eye, ..own }));
             let on_way = views.len();
             views.push(region_views(&wanted, &rim)[1 + in_turn]);
             views.truncate(rules.images);
@@ -214,6 +213,18 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
     };
     let precision = precision(rules, &wanted);
     Some(Plan { reason, coverage: wanted, views, refining, precision, is_coarse: false })
+}
+
+/// A view on the way, no wider than for turns that are expected: what is only possible is covered from the rim, more coarsely.
+fn on_way(rules: &Rules, viewer: &Viewer, predicted: &Prediction, wide: Pinhole) -> Pinhole {
+    let turn_rad = TURN_MARGIN_RAD + turned_rad(rules, predicted);
+    let (_, half_field) = field(rules, half_view(viewer.view), turn_rad);
+    Pinhole { focal_px: wide.centre_px.x / half_field.x, ..wide }
+}
+
+/// Views along an arc follow its turn; one that turns on the spot sees by a wider field what they would.
+fn turned_rad(rules: &Rules, predicted: &Prediction) -> f64 {
+    if predicted.is_on_arc { 0.0 } else { predicted.turn_rad_s * rules.update_interval_s / 2.0 }
 }
 
 /// Where a viewer who moves will be from now on: an interval further, and between, as far as images are left, where he turns so fast that
@@ -248,9 +259,7 @@ fn wanted_coverage(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s
     let (error, half_interval_s) = (viewer.expected_error(predicted), rules.update_interval_s / 2.0);
     let away_m = predicted.speed_m_s * half_interval_s + error.distance_m;
     let radius_m = (away_m + rules.margin_m).min(rules.max_radius_m());
-    // Views along an arc follow its turn; one that turns on the spot sees by a wider field what they would.
-    let turned_rad = if predicted.is_on_arc { 0.0 } else { predicted.turn_rad_s * half_interval_s };
-    let turn_rad = TURN_MARGIN_RAD + turned_rad + error.turn_rad;
+    let turn_rad = TURN_MARGIN_RAD + turned_rad(rules, predicted) + error.turn_rad;
     let (image_size_px, half_field) = field(rules, half_view(viewer.view), turn_rad);
     Coverage {
         world_from_eye: predicted.world_from_eye,
@@ -431,6 +440,21 @@ mod tests {
             let turned_deg = a.rotation.angle_between(b.rotation).to_degrees();
             assert!((turned_deg - deg_per_s * RULES.update_interval_s).abs() < 1e-3, "{turned_deg}");
         }
+    }
+
+    #[test]
+    fn what_may_be_is_covered_from_the_rim_and_what_is_expected_more_finely() {
+        let mut viewer = viewer();
+        let last = settled(first(&viewer, 0.0));
+        viewer.error = Some(crate::viewer::PredictionError { distance_m: 0.0, turn_rad: 0.4 });
+        let motion = Motion::about(DVec3::new(0.0, 1.7, -3.0), viewer.world_from_eye.translation, DVec3::Y);
+        viewer.hear(1, 1.0, viewer.world_from_eye, motion, 1.0);
+        let plan = plan(&RULES, &viewer, 1.0, Some(&last)).expect("a look");
+        let half_rad = |view: &Pinhole| (view.centre_px.x / view.focal_px).atan();
+        let (way, rim) = plan.views.split_at(plan.refining);
+        let rest_rad = last.coverage.half_field.x.atan();
+        assert!(way.iter().all(|view| (half_rad(view) - rest_rad).abs() < 1e-9), "along an arc, no wider than at rest");
+        assert!(rim.iter().all(|view| half_rad(view) > half_rad(&way[0]) + 0.3));
     }
 
     #[test]

@@ -50,6 +50,8 @@ pub struct Viewer {
     pub error: Option<PredictionError>,
     /// The prediction that will be judged next.
     forecast: Option<Forecast>,
+    /// The last pose at rest, where the motion began.
+    rested: Rigid,
     /// What the path to it was seen to take; `None` before the first acknowledgement.
     pub bytes_per_s: Option<f64>,
     /// How much longer the last acknowledged update took to it than the fastest one; 0 before any.
@@ -119,6 +121,7 @@ impl Viewer {
             round_trip_s: 0.0,
             error: None,
             forecast: None,
+            rested: start_world_from_eye,
             bytes_per_s: None,
             queue_s: 0.0,
         }
@@ -131,7 +134,9 @@ impl Viewer {
         }
         self.world_from_eye = world_from_eye;
         self.motion = if motion.is_valid() { motion } else { Motion::STILL };
-        if !self.motion.is_still() {
+        if self.motion.is_still() {
+            self.rested = world_from_eye;
+        } else {
             self.pivot = self.pivot_after();
         }
         self.pose_seq = seq;
@@ -190,11 +195,16 @@ impl Viewer {
         (now_s - self.heard_at_s - if self.motion.is_still() { 0.0 } else { STILL_AFTER_S }).max(0.0)
     }
 
-    /// How far off a prediction may be: as far as lately, or as far as the viewer comes in a round trip where none was judged yet.
+    /// How far off a prediction may be: as far as lately or, where none was judged yet, as a start leads that goes on as it began.
     pub fn expected_error(&self, predicted: &Prediction) -> PredictionError {
-        self.error.unwrap_or(PredictionError {
-            distance_m: predicted.speed_m_s * self.round_trip_s,
-            turn_rad: predicted.turn_rad_s * self.round_trip_s,
+        self.error.unwrap_or_else(|| {
+            let (now, there) = (&self.world_from_eye, &predicted.world_from_eye);
+            let way_m = |a: &Rigid, b: &Rigid| a.translation.distance(b.translation);
+            let turn_rad = |a: &Rigid, b: &Rigid| turn_between(a.rotation, b.rotation).length();
+            PredictionError {
+                distance_m: gained(way_m(&self.rested, now), way_m(now, there)),
+                turn_rad: gained(turn_rad(&self.rested, now), turn_rad(now, there)),
+            }
         })
     }
 
@@ -225,6 +235,12 @@ impl Viewer {
             is_on_arc: self.motion.path == Path::Arc,
         }
     }
+}
+
+/// How much farther than `ahead` somebody comes whose speed goes on growing evenly, as it did from rest on a way of `gone`: after a time `s` at
+/// an acceleration `a`, `gone` is `a s²/2`, `ahead` is `a s t`, and what growth adds to it is `a t²/2`.
+fn gained(gone: f64, ahead: f64) -> f64 {
+    if ahead > 0.0 { ahead * ahead / (4.0 * gone) } else { 0.0 }
 }
 
 /// The shortest turn from one orientation to another: axis times angle, in world space.
@@ -323,6 +339,24 @@ mod tests {
         let away = Rigid { translation: at(1.0).translation * 1.5, ..at(1.0) };
         viewer.hear(102, 102.2, away, Motion::along(DVec3::X), 102.2);
         assert_eq!(viewer.pivot, None, "who walks has left it");
+    }
+
+    #[test]
+    fn a_start_may_go_on_growing_as_it_began() {
+        let start = Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z);
+        let (metres_s2, heard_s) = (12.0, 0.05);
+        let mut viewer = Viewer::at_start(VIEW, start, 0.0);
+        viewer.hear(1, 0.0, start, Motion::STILL, 0.0);
+        let now = Rigid { translation: DVec3::X * metres_s2 * heard_s * heard_s / 2.0, ..start };
+        viewer.hear(2, heard_s, now, Motion::along(DVec3::X * metres_s2 * heard_s), heard_s);
+        let predicted = viewer.predict(heard_s, 0.2, 0.0, f64::INFINITY);
+        let at_s = heard_s + 0.1;
+        let truth_m = metres_s2 * at_s * at_s / 2.0;
+        let error = viewer.expected_error(&predicted);
+        assert!((predicted.world_from_eye.translation.x + error.distance_m - truth_m).abs() < 1e-6, "{error:?}");
+        assert_eq!(error.turn_rad, 0.0);
+        let rests = viewer.predict(heard_s + 1.0, 0.2, 0.0, f64::INFINITY);
+        assert_eq!(viewer.expected_error(&rests), PredictionError { distance_m: 0.0, turn_rad: 0.0 });
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! A line and an even turn are fitted to a tenth of a second by least squares. Who turns about a point is told by geometry alone: that
 //! point stays where it is in the eye's own space at every pose, however irregular in time the steps of a mouse are. A speed that falls
-//! (or grows) exponentially is taken for that where it fits clearly better than an even one.
+//! exponentially, as friction has it, or grew evenly from rest, as a hand begins, is taken for that where it fits clearly better than an
+//! even one.
 
 use std::collections::VecDeque;
 
@@ -25,10 +26,16 @@ const UNEVEN: f64 = 2.0;
 const PAUSE_S: f64 = 0.045;
 /// A model with one more number must leave at most this share of the error, or noise would choose it.
 const CLEARLY: f64 = 0.5;
-/// Poses that a changing speed is seen in at least.
+/// Poses that a falling speed is seen in at least.
 const LEAST_TO_FADE: usize = 4;
+/// And one that grows from rest: the first of them is at rest.
+const LEAST_TO_GROW: usize = 3;
 /// Times in which speeds fall to a share of 1/e, in seconds, from keys that are let go to a flick that runs out slowly.
 const FADES_S: [f64; 9] = [0.04, 0.06, 0.08, 0.12, 0.16, 0.24, 0.32, 0.5, 0.8];
+/// For how long a motion grew from rest, in seconds: up to the window.
+const GROWTHS_S: [f64; 8] = [0.015, 0.025, 0.035, 0.05, 0.065, 0.08, 0.1, 0.12];
+/// For how long it has been even since, in seconds.
+const EVEN_SINCE_S: [f64; 6] = [0.0, 0.015, 0.03, 0.045, 0.06, 0.08];
 
 /// See the module.
 #[derive(Debug, Clone, Default)]
@@ -196,35 +203,48 @@ impl Pivot {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Change {
     None,
-    /// They fall by a share of 1/e in this time, in seconds; where it is negative they grow.
+    /// They fall by a share of 1/e in this time, in seconds.
     Fade(f64),
+    /// They grew evenly from rest, and are even since some seconds.
+    Start {
+        growth_s: f64,
+        even_s: f64,
+    },
 }
 
 impl Change {
     fn fit(at_s: &[f64], values: &[DVec3]) -> Change {
         let even = Line::fit(at_s, values).error;
-        if at_s.len() < LEAST_TO_FADE {
-            return Change::None;
-        }
-        let changes = FADES_S.iter().flat_map(|&fade_s| [fade_s, -fade_s]).map(Change::Fade);
-        let errors = changes.map(|change| (change, Line::fit(&change.even(at_s), values).error));
+        let fades = FADES_S.iter().filter(|_| at_s.len() >= LEAST_TO_FADE).map(|&s| Change::Fade(s));
+        let starts = EVEN_SINCE_S.iter().flat_map(|&even_s| {
+            let least = LEAST_TO_GROW + usize::from(even_s > 0.0);
+            let growths = GROWTHS_S.iter().filter(move |_| at_s.len() >= least);
+            growths.map(move |&growth_s| Change::Start { growth_s, even_s })
+        });
+        let errors = fades.chain(starts).map(|change| (change, Line::fit(&change.even(at_s), values).error));
         let best = errors.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, error)| *error < CLEARLY * even);
         best.map_or(Change::None, |(change, _)| change)
     }
 
     /// The times at which what moves as fast as now, but evenly, is as far.
     fn even(self, at_s: &[f64]) -> Vec<f64> {
-        match self {
-            Change::None => at_s.to_vec(),
-            Change::Fade(fade_s) => at_s.iter().map(|at_s| -fade_s * (-at_s / fade_s).exp_m1()).collect(),
-        }
+        let even = |at_s: f64| match self {
+            Change::None => at_s,
+            Change::Fade(fade_s) => -fade_s * (-at_s / fade_s).exp_m1(),
+            Change::Start { even_s, .. } if at_s >= -even_s => at_s,
+            Change::Start { growth_s, even_s } => {
+                let grown_s = (at_s + even_s + growth_s).max(0.0);
+                (grown_s * grown_s / growth_s - growth_s) / 2.0 - even_s
+            }
+        };
+        at_s.iter().map(|&at_s| even(at_s)).collect()
     }
 
     /// Nobody grows faster for ever: what grows is expected to stay as it is.
     fn fades_in_s(self) -> Option<f32> {
         match self {
-            Change::Fade(fade_s) if fade_s > 0.0 => Some(fade_s as f32),
-            _ => None,
+            Change::Fade(fade_s) => Some(fade_s as f32),
+            Change::None | Change::Start { .. } => None,
         }
     }
 }
