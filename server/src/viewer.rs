@@ -344,7 +344,7 @@ mod tests {
     #[test]
     fn a_start_may_go_on_growing_as_it_began() {
         let start = Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z);
-        let (metres_s2, heard_s) = (12.0, 0.05);
+        let (metres_s2, heard_s) = (12.0, 0.04);
         let mut viewer = Viewer::at_start(VIEW, start, 0.0);
         viewer.hear(1, 0.0, start, Motion::STILL, 0.0);
         let now = Rigid { translation: DVec3::X * metres_s2 * heard_s * heard_s / 2.0, ..start };
