@@ -238,7 +238,8 @@ impl Viewer {
 }
 
 /// How much farther than `ahead` somebody comes whose speed goes on growing evenly, as it did from rest on a way of `gone`: after a time `s` at
-/// an acceleration `a`, `gone` is `a s²/2`, `ahead` is `a s t`, and what growth adds to it is `a t²/2`.
+/// an acceleration `a`, `gone` is `a s²/2`, `ahead` is `a s t`, and what growth adds to it is `a t²/2`. Infinite
+/// where a key says a speed that led nowhere yet: the plan caps it.
 fn gained(gone: f64, ahead: f64) -> f64 {
     if ahead > 0.0 { ahead * ahead / (4.0 * gone) } else { 0.0 }
 }
