@@ -77,3 +77,10 @@ impl std::ops::Mul for Rigid {
         }
     }
 }
+
+/// The shortest turn from one orientation to another: axis times angle, in world space.
+pub fn turn_between(world_from_a: DQuat, world_from_b: DQuat) -> DVec3 {
+    let turn = (world_from_b * world_from_a.conjugate()).normalize();
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    turn.to_scaled_axis()
+}

@@ -2,8 +2,11 @@
 
 mod common;
 
+use std::collections::BTreeMap;
+
 use common::{Block, FLOOR, OnFloor, Stage, World, camera, lit_by, on_floor};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+use protocol::held::ObjectPose;
 use protocol::{Area, AreaShape, Edit, Held, Light, Patch, PatchId, Purpose};
 use surface::Corners;
 use vantage_client::draw::light_images::LightImages;
@@ -94,6 +97,25 @@ fn what_only_the_lamp_saw_casts() {
     assert_eq!(client.shares(), [1.0, 1.0], "it was taken back");
     client.update(seen_by_lamp(&[FLOOR], 20));
     assert_eq!(client.shares(), [1.0, 1.0], "the plate is gone");
+}
+
+#[test]
+fn a_shadow_goes_where_its_object_is_moved_between_updates() {
+    const PLATES: u16 = 5;
+    let at = |x_m: f64| BTreeMap::from([(PLATES, DAffine3::from_translation(DVec3::X * x_m))]);
+    let mut plate = seen_by_lamp(&[PLATE], 10);
+    for edit in &mut plate {
+        let Edit::Add(patch) = edit else { continue };
+        patch.objects = vec![ObjectPose { object: PLATES, world_from_object: DAffine3::IDENTITY }];
+        patch.image.object.fill(PLATES);
+    }
+    let mut client = Client::new(&[FLOOR]);
+    client.update(plate);
+    for (x_m, is_there) in [(0.0, true), (20.0, false), (0.0, true)] {
+        client.stage.lights.as_mut().expect("made").move_objects(&at(x_m));
+        let [under, beside] = client.shares();
+        assert!(if is_there { under < 0.01 } else { under == 1.0 } && beside > 0.99, "{x_m}: {under} and {beside}");
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 //! A client sends its pose only while it moves, so silence means that it stands still. It says how it moves on ([`Motion`]); how far
 //! off that leads is measured: one prediction at a time waits for the pose that it was made for.
 
-use camera::{Motion, Path, Rigid};
-use glam::{DQuat, DVec3};
+use camera::{Motion, Path, Rigid, turn_between};
+use glam::DVec3;
 use protocol::message::ViewSize;
 
 /// A viewer that was silent for this long stands still, whatever velocity its last pose had. Longer than the frame time of
@@ -244,16 +244,9 @@ fn gained(gone: f64, ahead: f64) -> f64 {
     if ahead > 0.0 { ahead * ahead / (4.0 * gone) } else { 0.0 }
 }
 
-/// The shortest turn from one orientation to another: axis times angle, in world space.
-fn turn_between(world_from_a: DQuat, world_from_b: DQuat) -> DVec3 {
-    let turn = (world_from_b * world_from_a.conjugate()).normalize();
-    let turn = if turn.w < 0.0 { -turn } else { turn };
-    turn.to_scaled_axis()
-}
-
 #[cfg(test)]
 mod tests {
-    use glam::{DVec2, Vec3};
+    use glam::{DQuat, DVec2, Vec3};
 
     use super::*;
 

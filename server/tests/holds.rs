@@ -201,7 +201,7 @@ fn time_that_jumps_back_while_nothing_lacks_is_followed() {
     assert!(session.client.focus.is_some_and(|focus| focus.settled), "nothing lacks");
     session.now_s = 1.0;
     let made = session.tick().expect("clients are told");
-    assert_eq!(made.update.scene_time_s, 1.0 + INTERVAL_S / 2.0, "when it will be seen");
+    assert_eq!(made.update.scene_time_s, 1.0 + INTERVAL_S, "until then it goes there");
 }
 
 #[test]
@@ -294,4 +294,12 @@ fn what_slides_along_itself_is_sent_anew_once_it_slid_half_a_pixel() {
     assert!(hits > 1000 && few * 20 < hits && gone * 20 < hits, "{few} sent and {gone} deleted of {hits}");
     let (all, gone, hits) = sent(0.2);
     assert!(all * 10 > hits * 9 && gone * 10 > hits * 9, "{all} sent and {gone} deleted of {hits}");
+}
+
+#[test]
+fn what_deforms_is_captured_for_the_middle_of_the_time_it_is_shown() {
+    let mut session = Session::small(common::bending_figure(4.0), 2);
+    session.now_s = 1.0;
+    let made = session.tick().expect("a first set");
+    assert_eq!(made.update.scene_time_s, 1.0 + INTERVAL_S / 2.0);
 }

@@ -236,7 +236,7 @@ impl HeldSurfaces {
         self.poses_now.clear();
     }
 
-    /// Where the moving objects are now.
+    /// Moves the moving objects there.
     pub fn set_poses(&mut self, poses_now: &BTreeMap<u16, DAffine3>) {
         if self.poses_now != *poses_now {
             self.revision = next_revision();
@@ -273,7 +273,8 @@ impl HeldSurfaces {
         self.patches.iter().map(|(id, patch)| (*id, patch))
     }
 
-    pub(crate) fn poses_now(&self) -> &BTreeMap<u16, DAffine3> {
+    /// Where the moving objects are.
+    pub fn poses_now(&self) -> &BTreeMap<u16, DAffine3> {
         &self.poses_now
     }
 

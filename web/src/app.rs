@@ -355,6 +355,7 @@ impl App {
             self.drawn.uncovered = Some(share);
             self.viewer.set_uncovered_share(share);
         }
+        self.drawn.stale |= screen.picture.move_objects(&self.viewer.poses_at(now_s));
         let pose = self.controls.as_ref().map(Controls::pose);
         let goes_on = screen.picture.soft_progress().is_some_and(SoftProgress::goes_on);
         if !self.drawn.stale && !goes_on && pose == self.drawn.pose {

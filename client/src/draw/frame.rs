@@ -343,7 +343,7 @@ fn reflect(
     gpu: &Gpu,
     pass: &mut Option<ReflectPass>,
     encoder: &mut wgpu::CommandEncoder,
-    Shown { held, impostors, .. }: Shown<'_>,
+    Shown { surfaces, held, impostors, .. }: Shown<'_>,
     camera: &Pinhole,
     targets: &Targets,
     settings: Settings,
@@ -356,7 +356,8 @@ fn reflect(
         return;
     };
     let pass = pass.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
-    let inputs = ReflectInputs { gbuffer: &targets.gbuffer, held, camera, impostors, settings };
+    let inputs =
+        ReflectInputs { gbuffer: &targets.gbuffer, held, poses_now: surfaces.poses_now(), camera, impostors, settings };
     pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
 }
 

@@ -43,7 +43,7 @@ impl HeldPass {
         let Some(impostors) = impostors.filter(|_| !held.instances.is_empty()) else { return };
         let embedded = "the shaders are embedded, and tests compose each of them";
         let relief = self.relief.get_or_insert_with(|| ReliefPass::new(&self.gpu).expect(embedded));
-        relief.encode(encoder, &ReliefInputs { impostors, held, camera }, target);
+        relief.encode(encoder, &ReliefInputs { impostors, held, poses_now: surfaces.poses_now(), camera }, target);
     }
 
     /// Whether a relief ever showed something, and so a pipeline for it exists.
@@ -57,7 +57,7 @@ pub(crate) fn bounds_world(Shown { surfaces, held, impostors, .. }: Shown<'_>) -
     let of_instance = |(&(object, relief), instance): (&(u16, PatchId), &HeldInstance)| {
         let relief = impostors?.relief(relief.0)?;
         let capture_from_object = relief.pose.map_or(DAffine3::IDENTITY, |(_, at_capture)| at_capture);
-        let world_from_object = *held.poses_now.get(&object).unwrap_or(&instance.world_from_object);
+        let world_from_object = *surfaces.poses_now().get(&object).unwrap_or(&instance.world_from_object);
         let world_from_anchor =
             world_from_object * capture_from_object.inverse() * DAffine3::from_translation(relief.anchor_world);
         let bounds = Bounds::around(relief.bounds_anchor().corners().map(|p| world_from_anchor.transform_point3(p)))?;

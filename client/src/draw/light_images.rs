@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::DAffine3;
 use gpu::Gpu;
 use protocol::{Held, Purpose, Update};
 use surface::{CornerRules, Corners, HeldSurfaces};
@@ -47,6 +48,13 @@ impl LightImages {
         for light in lights(held) {
             self.store(light).rebuild(held);
         }
+    }
+
+    /// Puts rigid objects where they are when the next picture is seen.
+    pub fn move_objects(&mut self, world_from_objects: &BTreeMap<u16, DAffine3>) {
+        let before = self.revisions();
+        self.seen.values_mut().for_each(|surfaces| surfaces.set_poses(world_from_objects));
+        self.revision += u64::from(self.revisions() != before);
     }
 
     fn store(&mut self, light: u16) -> &mut HeldSurfaces {

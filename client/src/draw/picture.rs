@@ -1,6 +1,9 @@
 //! The picture of what is held: surfaces and the frame that is drawn from them, as windows, pages and headless runs use it.
 
+use std::collections::BTreeMap;
+
 use camera::Pinhole;
+use glam::DAffine3;
 use gpu::Gpu;
 use protocol::message::Draws;
 use protocol::{Held, Update};
@@ -98,6 +101,15 @@ impl Picture {
     /// How it is drawn.
     pub fn options_mut(&mut self) -> &mut frame::Options {
         &mut self.options.frame
+    }
+
+    /// Puts rigid objects where they are when the next picture is seen; whether that changes it. Where updates leave them they are
+    /// put by each of these.
+    pub fn move_objects(&mut self, world_from_objects: &BTreeMap<u16, DAffine3>) -> bool {
+        let before = self.surfaces.revision();
+        self.surfaces.set_poses(world_from_objects);
+        self.lights.iter_mut().for_each(|lights| lights.move_objects(world_from_objects));
+        self.surfaces.revision() != before
     }
 
     /// Draws and submits; does not wait.

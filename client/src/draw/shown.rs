@@ -11,9 +11,9 @@ use crate::draw::rest::{RestView, RowsOf};
 /// What a frame shows.
 #[derive(Debug, Clone, Copy)]
 pub struct Shown<'a> {
-    /// What is held, as surfaces.
+    /// What is held, as surfaces, and where its objects are.
     pub surfaces: &'a HeldSurfaces,
-    /// Its materials and lights, and where its objects are.
+    /// Its materials and lights, and which objects reliefs show.
     pub held: &'a Held,
     /// What mirrors and glass show, and what objects are drawn by; without, mirrors and glass are plain surfaces, and objects
     /// that reliefs show are missing.

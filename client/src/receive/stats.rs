@@ -28,7 +28,7 @@ pub struct Stats {
     pub patches: usize,
     /// Share of the last counted picture that no sample covers: sky and holes, which a client cannot tell apart.
     pub uncovered_share: Option<f64>,
-    /// Scene time now less scene time shown, in milliseconds.
+    /// Scene time now less scene time shown, in milliseconds; 0 where what is shown was made for a moment that is still to come.
     pub age_ms: Option<f64>,
     /// Seconds between the server's updates, as it announced it.
     pub update_interval_s: Option<f64>,

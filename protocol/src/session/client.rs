@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use camera::{Motion, Rigid};
 
 use super::SessionError;
+use super::scene_clock::SceneClock;
 use crate::limits::Limits;
 use crate::message::{ClientMessage, Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
@@ -112,6 +113,7 @@ pub struct ClientSession {
     pose_waiting: Option<EyePose>,
     next_pose_at_s: f64,
     ping: Ping,
+    scene_clock: Option<SceneClock>,
     heard_at_s: f64,
     busy_at_s: f64,
     bytes_received: u64,
@@ -151,6 +153,7 @@ impl ClientSession {
             pose_waiting: None,
             next_pose_at_s: now_s,
             ping: Ping::default(),
+            scene_clock: None,
             heard_at_s: now_s,
             busy_at_s: now_s,
             bytes_received: 0,
@@ -193,9 +196,13 @@ impl ClientSession {
                 check_welcome(&welcome)?;
                 self.state = State::Open;
                 self.send_ping(now_s);
+                self.scene_clock = Some(match self.config.clock {
+                    Clock::Wall => SceneClock::said(welcome.scene_time_s, at_s, now_s),
+                    Clock::Virtual => SceneClock::shared(welcome.scene_time_s - at_s),
+                });
                 self.events.push_back(ClientEvent::Welcome(Box::new(welcome)));
             }
-            ServerMessage::Pong(number) => self.pong(number, now_s)?,
+            ServerMessage::Pong(number) => self.pong(number, at_s, now_s)?,
             ServerMessage::Advanced { to_s } => self.events.push_back(ClientEvent::Advanced { to_s }),
             ServerMessage::Goodbye { reason } => return Err(SessionError::Goodbye { reason }),
             ServerMessage::Update(_) => unreachable!("updates come in fragments"),
@@ -222,11 +229,14 @@ impl ClientSession {
         Ok(())
     }
 
-    fn pong(&mut self, number: u32, now_s: f64) -> Result<(), SessionError> {
+    fn pong(&mut self, number: u32, stamped_at_s: f64, now_s: f64) -> Result<(), SessionError> {
         if !self.ping.waiting || number != self.ping.number {
             return Err(SessionError::Unexpected("a pong without a ping"));
         }
         self.ping.waiting = false;
+        if let Some(clock) = &mut self.scene_clock {
+            clock.answered(self.ping.sent_at_s, stamped_at_s, now_s);
+        }
         let sample_s = (now_s - self.ping.sent_at_s).max(0.0);
         let smoothed_s = self.ping.round_trip_s.map_or(sample_s, |old_s| old_s + SMOOTHING * (sample_s - old_s));
         self.ping.round_trip_s = Some(smoothed_s);
@@ -370,6 +380,11 @@ impl ClientSession {
                 }
             }
         }
+    }
+
+    /// What time it is in the scene; `None` before Welcome.
+    pub fn scene_clock(&self) -> Option<SceneClock> {
+        self.scene_clock
     }
 
     /// The smoothed round trip; `None` before the first pong.

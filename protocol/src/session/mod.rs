@@ -38,9 +38,11 @@
 mod client;
 mod flow;
 mod rate;
+mod scene_clock;
 mod server;
 
 pub use client::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, ReceivedUpdate};
+pub use scene_clock::SceneClock;
 pub use server::{ClientPose, SendError, ServerConfig, ServerEvent, ServerSession};
 
 use thiserror::Error;

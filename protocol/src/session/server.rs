@@ -29,7 +29,7 @@ const RESTART_BURST: f64 = 5.0;
 pub struct ServerConfig {
     /// The clock that the server runs.
     pub clock: Clock,
-    /// Said to every client.
+    /// Said to every client; its scene time is that of when the session begins.
     pub welcome: Welcome,
     /// Caps on what the client sends.
     pub limits: Limits,
@@ -245,7 +245,12 @@ impl ServerSession {
         if clock == Clock::Virtual {
             self.advanced_to_s = at_s;
         }
-        self.say(ServerMessage::Welcome(self.config.welcome.clone()), begun_at_s);
+        let mut welcome = self.config.welcome.clone();
+        if clock == Clock::Wall {
+            // It is stamped now, and may have been waited for.
+            welcome.scene_time_s += now_s - self.begun_at_s;
+        }
+        self.say(ServerMessage::Welcome(welcome), begun_at_s);
         self.events.push_back(ServerEvent::Opened);
         Ok(())
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use camera::Pinhole;
+use glam::DAffine3;
 use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform};
 use protocol::Held;
 use shaders::ShaderError;
@@ -36,6 +37,7 @@ const OFFSETS_PX: [[f32; 2]; 5] = [[0.0, 0.0], [0.2, 0.4], [0.4, -0.2], [-0.2, -
 pub(crate) struct ReflectInputs<'a> {
     pub gbuffer: &'a GBuffer,
     pub held: &'a Held,
+    pub poses_now: &'a BTreeMap<u16, DAffine3>,
     pub camera: &'a Pinhole,
     pub impostors: &'a Impostors,
     pub settings: Settings,
@@ -277,7 +279,7 @@ impl ReflectPass {
     ) -> Result<(), ShaderError> {
         let (settings, eye_world) = (inputs.settings, inputs.camera.world_from_eye.translation);
         let uniforms = |placed: &&Placed| {
-            let place = PlacedUniform::new(placed, eye_world, &inputs.held.poses_now, settings);
+            let place = PlacedUniform::new(placed, eye_world, inputs.poses_now, settings);
             let image = placed.walked_by(settings.search.fine_px());
             [
                 uniform(&self.gpu, "placed", bytemuck::bytes_of(&place)),

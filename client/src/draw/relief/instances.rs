@@ -67,13 +67,13 @@ fn may_show(view: &Pinhole, eye_from_anchor: &DAffine3, bounds_anchor: &Bounds) 
 /// Of each relief that shows anything, what it shows; a relief that is not there shows nothing.
 pub(super) fn shown<'a>(
     impostors: &'a Impostors,
-    held: &Held,
+    (held, poses_now): (&Held, &BTreeMap<u16, DAffine3>),
     view: &Pinhole,
 ) -> Vec<(&'a Placed, Vec<InstanceVertex>)> {
     let mut of_reliefs: BTreeMap<u32, Vec<InstanceVertex>> = BTreeMap::new();
     for (&(object, relief), &HeldInstance { world_from_object, tint }) in &held.instances {
         let Some(placed) = impostors.relief(relief.0) else { continue };
-        let world_from_object = *held.poses_now.get(&object).unwrap_or(&world_from_object);
+        let world_from_object = *poses_now.get(&object).unwrap_or(&world_from_object);
         if let Some(instance) = InstanceVertex::new(placed, view, object, world_from_object, tint) {
             of_reliefs.entry(relief.0).or_default().push(instance);
         }

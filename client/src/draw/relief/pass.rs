@@ -1,6 +1,9 @@
 //! The pass: one instanced draw a relief.
 
+use std::collections::BTreeMap;
+
 use camera::Pinhole;
+use glam::DAffine3;
 use gpu::{Gpu, PinholeUniform};
 use protocol::Held;
 use shaders::ShaderError;
@@ -32,6 +35,7 @@ const BINDINGS: [Binding; 7] = [
 pub(crate) struct ReliefInputs<'a> {
     pub impostors: &'a Impostors,
     pub held: &'a Held,
+    pub poses_now: &'a BTreeMap<u16, DAffine3>,
     pub camera: &'a Pinhole,
 }
 
@@ -53,7 +57,7 @@ impl ReliefPass {
 
     /// Draws all objects that reliefs show into `target`, which holds surfaces of the same view.
     pub(crate) fn encode(&self, encoder: &mut wgpu::CommandEncoder, inputs: &ReliefInputs<'_>, target: &GBuffer) {
-        let shown = instances::shown(inputs.impostors, inputs.held, inputs.camera);
+        let shown = instances::shown(inputs.impostors, (inputs.held, inputs.poses_now), inputs.camera);
         if shown.is_empty() {
             return;
         }

@@ -7,24 +7,29 @@
 //!
 //! When a connection ends, the picture stays; a new session begins with an update that clears what is held.
 
-mod clocks;
 mod decoder;
 mod motion;
+mod round_trips;
 #[cfg(test)]
 mod tests;
+mod tracks;
+
+use std::collections::BTreeMap;
 
 use camera::{Motion, Rigid};
+use glam::DAffine3;
 use protocol::message::{Clock, Draws, ViewSize, Welcome};
-use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SessionError};
+use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SceneClock, SessionError};
 use protocol::{Held, Limits};
 
 use crate::receive::connection::{Command, Connection, Ended};
 use crate::receive::follow::Follow;
 use crate::receive::stats::{Mean, Rate, StageMs, Stats};
 
-pub use clocks::{RoundTrips, SceneClock};
 pub use decoder::{DecodeWorker, Decoded, Decoder, answer};
 pub use motion::MotionEstimator;
+pub use round_trips::RoundTrips;
+pub use tracks::Tracks;
 
 /// What a socket reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -78,6 +83,7 @@ pub struct Viewer {
     scene_clock: Option<SceneClock>,
     trips: RoundTrips,
     motion: MotionEstimator,
+    tracks: Tracks,
     advanced_to_s: f64,
     bytes: u64,
     updates: u64,
@@ -117,6 +123,7 @@ impl Viewer {
             scene_clock: None,
             trips: RoundTrips::default(),
             motion: MotionEstimator::default(),
+            tracks: Tracks::default(),
             advanced_to_s: f64::NEG_INFINITY,
             bytes: 0,
             updates: 0,
@@ -201,7 +208,6 @@ impl Viewer {
             match event {
                 ClientEvent::Welcome(welcome) => {
                     self.connection.welcomed(now_s);
-                    self.scene_clock = Some(SceneClock::new(welcome.scene_time_s, now_s));
                     self.welcome = Some(*welcome);
                     // The server learns the pose anew.
                     self.motion = MotionEstimator::default();
@@ -211,6 +217,8 @@ impl Viewer {
             }
         }
         self.trips.sent(session.pose_seq(), now_s);
+        // What is shown stays, and its time, when a session ends.
+        self.scene_clock = session.scene_clock().or(self.scene_clock);
         if let Err(error) = result {
             self.session = None;
             self.closing = true;
@@ -311,6 +319,10 @@ impl Viewer {
                 session.applied(update.number, update.digest, held_at_s);
                 self.updates += 1;
                 self.trips.answered(update.pose_seq);
+                if anew {
+                    self.tracks.clear();
+                }
+                self.tracks.follow(&self.held.poses_now, self.held.scene_time_s);
                 follower.follow(&self.held, &update, anew);
                 true
             }
@@ -400,11 +412,12 @@ impl Viewer {
 
     /// Scene time now; `None` before Welcome.
     pub fn scene_time_now_s(&self, now_s: f64) -> Option<f64> {
-        let one_way_s = match self.clock {
-            Clock::Virtual => 0.0,
-            Clock::Wall => self.session.as_ref().and_then(ClientSession::round_trip_s).unwrap_or(0.0) / 2.0,
-        };
-        self.scene_clock.map(|clock| clock.now_s(now_s, one_way_s))
+        self.scene_clock.map(|clock| clock.scene_time_s(now_s))
+    }
+
+    /// Where the rigid objects are now: not only where the last update left them, see [`Tracks`].
+    pub fn poses_at(&self, now_s: f64) -> BTreeMap<u16, DAffine3> {
+        self.tracks.at(self.scene_time_now_s(now_s).unwrap_or(self.held.scene_time_s))
     }
 
     /// Scene time now less scene time shown; `None` while nothing is shown.
@@ -438,7 +451,7 @@ impl Viewer {
             samples: self.held.sample_count() as u64,
             patches: self.held.patches.len(),
             uncovered_share: self.counters.uncovered_share,
-            age_ms: self.age_ms(now_s),
+            age_ms: self.age_ms(now_s).map(|age_ms| age_ms.max(0.0)),
             update_interval_s: self.welcome.as_ref().map(|welcome| welcome.update_interval_s),
             ms: StageMs {
                 decode: self.counters.decode_ms.get().unwrap_or(0.0),

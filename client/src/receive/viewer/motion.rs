@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use camera::{Motion, Path, Rigid};
+use camera::{Motion, Path, Rigid, turn_between};
 use glam::{DMat3, DQuat, DVec3};
 
 /// A pose older than this says nothing about the motion now: longer than a frame of a client that draws in software.
@@ -98,13 +98,6 @@ fn speeds(a: &Seen, b: &Seen) -> (f64, f64) {
     let step_s = b.at_s - a.at_s;
     let way_m = a.world_from_eye.translation.distance(b.world_from_eye.translation);
     (way_m / step_s, turn_between(a.world_from_eye.rotation, b.world_from_eye.rotation).length() / step_s)
-}
-
-/// The shortest turn from one orientation to another: axis times angle, in world space.
-fn turn_between(world_from_a: DQuat, world_from_b: DQuat) -> DVec3 {
-    let turn = (world_from_b * world_from_a.conjugate()).normalize();
-    let turn = if turn.w < 0.0 { -turn } else { turn };
-    turn.to_scaled_axis()
 }
 
 /// Poses as seen from the newest one, which is the last.

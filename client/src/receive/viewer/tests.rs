@@ -3,6 +3,7 @@
 use camera::{Camera, Pinhole, Rigid};
 use glam::DVec3;
 use protocol::codec::Coding;
+use protocol::held::ObjectPose;
 use protocol::message::{Clock, VERSION, ViewSize, Welcome};
 use protocol::session::{ServerConfig, ServerSession};
 use protocol::wire::encode_update;
@@ -108,7 +109,8 @@ fn from_the_first_word_to_a_picture() {
 
     viewer.set_pose(welcome().start_world_from_eye, 1.0);
     exchange(&mut viewer, &mut server, 1.0);
-    server.update(vec![patch(1)], 100.0, 1.1);
+    // It was 100 s when the server began to wait, a second before it was greeted.
+    server.update(vec![patch(1)], 101.0, 1.1);
     exchange(&mut viewer, &mut server, 1.25);
     assert!(viewer.advance(&mut followed, 1.25, 0.0));
     assert_eq!(followed.0, [(1, true)]);
@@ -174,6 +176,31 @@ fn the_old_picture_stays_until_a_new_session_brings_one() {
     assert!(viewer.advance(&mut followed, 7.1, 10.0));
     assert_eq!(viewer.held().sample_count(), 2);
     assert_eq!(followed.0, [(1, true), (2, false), (1, true)]);
+}
+
+#[test]
+fn objects_go_on_between_updates_by_the_scenes_clock() {
+    let (mut viewer, mut server) = (viewer(), Server::new());
+    // Welcome says that it is 100 s in the scene.
+    exchange(&mut viewer, &mut server, 0.0);
+    let at = |x: f64| ObjectPose { object: 3, world_from_object: DAffine3::from_translation(DVec3::X * x) };
+    let shown_at = |viewer: &Viewer, now_s: f64| viewer.poses_at(now_s).get(&3).map(|pose| pose.translation.x);
+    assert_eq!(shown_at(&viewer, 0.0), None);
+    for (x, scene_time_s) in [(0.0, 100.1), (0.5, 100.2), (1.0, 100.3)] {
+        server.update(vec![Edit::Move(vec![at(x)])], scene_time_s, 0.3);
+        exchange(&mut viewer, &mut server, 0.3);
+        viewer.advance(&mut (), 0.3, 10.0);
+        exchange(&mut viewer, &mut server, 0.3);
+    }
+    for (now_s, x) in [(0.2, 0.5), (0.26, 0.8), (0.3, 1.0), (0.34, 1.2), (0.4, 1.5), (7.0, 1.5)] {
+        let shown = shown_at(&viewer, now_s).expect("it is there");
+        assert!((shown - x).abs() < 1e-6, "at {now_s}: {shown}");
+    }
+    assert_eq!(viewer.held().poses_now[&3].translation.x, 1.0, "the copy is that of the server");
+    server.update(vec![Edit::Clear, patch(1), Edit::Move(vec![at(9.0)])], 100.4, 0.4);
+    exchange(&mut viewer, &mut server, 0.4);
+    viewer.advance(&mut (), 0.4, 10.0);
+    assert_eq!(shown_at(&viewer, 0.35), Some(9.0), "a copy that begins anew was not seen to move");
 }
 
 #[test]

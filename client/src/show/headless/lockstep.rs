@@ -61,7 +61,7 @@ pub(super) fn run(
             run.viewer.drawn(now_s, None, None);
             continue;
         }
-        let drawn = stage.draw(&run.viewer, &view(options, world_from_eye, &welcome))?;
+        let drawn = stage.draw(&run.viewer, &view(options, world_from_eye, &welcome), now_s)?;
         let frame_ms = (run.pump.now_s() - real_begin_s - waited_s) * 1e3;
         let update_bytes = run.pump.traffic().update_bytes();
         let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms, update_bytes };

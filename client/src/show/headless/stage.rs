@@ -95,12 +95,13 @@ impl Stage {
         viewer.advance(&mut self.picture, now_s, f64::INFINITY);
     }
 
-    /// Draws what is held and waits for it.
-    pub fn draw(&mut self, viewer: &Viewer, camera: &Pinhole) -> Result<Finished, HeadlessError> {
+    /// Draws what is held, with objects where they are now, and waits for it.
+    pub fn draw(&mut self, viewer: &Viewer, camera: &Pinhole, now_s: f64) -> Result<Finished, HeadlessError> {
         if self.header.is_none() {
             self.header = self.describe(viewer);
         }
         let view = self.target.create_view(&wgpu::TextureViewDescriptor::default());
+        self.picture.move_objects(&viewer.poses_at(now_s));
         let timing = self.picture.draw_measured(viewer.held(), camera, &view)?;
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut readback = Readback::default();

@@ -57,7 +57,7 @@ pub(super) fn run(
             viewer.drawn(frame_begin_s, None, None);
             continue;
         }
-        let drawn = stage.draw(&viewer, &view(options, world_from_eye, &welcome))?;
+        let drawn = stage.draw(&viewer, &view(options, world_from_eye, &welcome), frame_begin_s)?;
         let now_s = pump.now_s();
         let (frame_ms, update_bytes) = ((now_s - frame_begin_s) * 1e3, pump.traffic().update_bytes());
         let moment = Moment { frame, t_s: poses.t_s(frame), now_s, frame_ms, update_bytes };

@@ -57,7 +57,8 @@ impl Running<'_> {
             moving = controls.advance(dt_s);
             self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
         }
-        let changed = self.turn();
+        let mut changed = self.turn();
+        changed |= self.screen.picture.move_objects(&self.viewer.poses_at(now_s));
         let pose = self.controls.as_ref().map(Controls::pose);
         moving |= pose != self.drawn_pose;
         self.drawn_pose = pose;

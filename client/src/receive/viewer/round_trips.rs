@@ -1,29 +1,9 @@
-//! What time it is in the scene, and how long a pose takes to come back as a picture.
+//! How long a pose takes to come back as a picture.
 
 use std::collections::VecDeque;
 
 /// Poses in flight at most; at 60 a second, 17 s of silence. Older ones can no longer be told.
 const MAX_POSES: usize = 1024;
-
-/// Scene time at the server, as the client reckons it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SceneClock {
-    /// Scene time minus client time.
-    offset_s: f64,
-}
-
-impl SceneClock {
-    /// From the scene time that Welcome names and the client's time when it was said. On the wall clock that is when it came;
-    /// what it took on its way is added by [`SceneClock::now_s`].
-    pub fn new(scene_time_s: f64, said_at_s: f64) -> SceneClock {
-        SceneClock { offset_s: scene_time_s - said_at_s }
-    }
-
-    /// Scene time now, where a message takes `one_way_s` (0 on the virtual clock, whose Welcome takes no time).
-    pub fn now_s(&self, now_s: f64, one_way_s: f64) -> f64 {
-        now_s + self.offset_s + one_way_s
-    }
-}
 
 /// Matches poses with the pictures they bring.
 #[derive(Debug, Clone, Default)]
@@ -110,12 +90,5 @@ mod tests {
         trips.answered(10_000);
         trips.shown(10_000.5);
         assert_eq!((trips.last_s(), trips.sent.len()), (Some(0.5), 0));
-    }
-
-    #[test]
-    fn scene_time_runs_with_the_clients_clock() {
-        let clock = SceneClock::new(100.0, 3.0);
-        assert_eq!(clock.now_s(3.0, 0.0), 100.0);
-        assert_eq!(clock.now_s(5.0, 0.25), 102.25);
     }
 }

@@ -1,0 +1,112 @@
+use super::*;
+
+/// Of an update's interval, in seconds.
+const STEP_S: f64 = 1.0 / 30.0;
+
+fn tracks(pose: impl Fn(f64) -> DAffine3, moments_s: &[f64]) -> Tracks {
+    let mut tracks = Tracks::default();
+    for &moment_s in moments_s {
+        tracks.follow(&BTreeMap::from([(7, pose(moment_s))]), moment_s);
+    }
+    tracks
+}
+
+/// How far the furthest of some points of the object is from where it should be, in metres.
+fn off_m(at: &BTreeMap<u16, DAffine3>, truth: DAffine3) -> f64 {
+    let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::splat(-0.7)];
+    points.map(|p| at[&7].transform_point3(p).distance(truth.transform_point3(p))).into_iter().fold(0.0, f64::max)
+}
+
+/// A point of a wheel that rolls, mirrored and half as large: far away, where only f64 tells millimetres.
+fn rolling(t_s: f64) -> DAffine3 {
+    let place = DAffine3::from_translation(DVec3::new(6e6, 40.0 * t_s, 0.0));
+    place * DAffine3::from_rotation_z(9.0 * t_s) * DAffine3::from_scale(DVec3::new(-0.5, 0.5, 0.5))
+}
+
+/// On an arc, looking to its centre.
+fn round(t_s: f64) -> DAffine3 {
+    DAffine3::from_rotation_y(5.0 * t_s) * DAffine3::from_translation(DVec3::new(3.0, 0.2, 0.0))
+}
+
+#[test]
+fn even_turns_lines_and_arcs_go_on_as_they_went() {
+    let moments_s = [0.0, STEP_S, 2.0 * STEP_S];
+    for steps in [-1.0, -0.6, -0.2, 0.0, 0.3, 0.8, 1.0] {
+        let t_s = (2.0 + steps) * STEP_S;
+        let off = off_m(&tracks(rolling, &moments_s).at(t_s), rolling(t_s));
+        // A unit of the last place at six million metres is a nanometre, and the turn's axis is told from such numbers.
+        assert!(off < 1e-6, "{off} m off after {steps} steps");
+        // Chords of arcs have not quite the ratio of the arcs' lengths: a third order of the angle.
+        let off = off_m(&tracks(round, &moments_s).at(t_s), round(t_s));
+        let bound = 3.2 * (5.0 * STEP_S).powi(3) / 4.0;
+        assert!(off < bound, "{off} m off after {steps} steps, {bound}");
+        assert!(steps.fract() != 0.0 || off < 1e-12, "{off} m off at a moment that was told");
+    }
+}
+
+#[test]
+fn what_stretches_goes_on_evenly_too() {
+    let grows = |t_s: f64| DAffine3::from_scale(DVec3::new(1.0 + t_s, 1.0, 1.0 - 2.0 * t_s));
+    let growing = tracks(grows, &[0.0, 0.1, 0.2]);
+    for t_s in [0.1, 0.17, 0.2, 0.26] {
+        assert!(off_m(&growing.at(t_s), grows(t_s)) < 1e-12);
+    }
+    // From a point to a body, of which there is no inverse.
+    let from_nothing = |t_s: f64| DAffine3::from_scale(DVec3::splat(t_s));
+    let off = off_m(&tracks(from_nothing, &[0.0, 0.0, 0.1]).at(0.1), from_nothing(0.1));
+    assert!(off < 1e-12, "{off}");
+}
+
+#[test]
+fn nothing_goes_on_for_longer_than_it_was_seen_to_go() {
+    let tracks = tracks(rolling, &[0.0, STEP_S, 2.0 * STEP_S]);
+    assert_eq!(tracks.at(9.0), tracks.at(3.0 * STEP_S));
+    assert_eq!(tracks.at(-9.0), tracks.at(STEP_S));
+    assert!(off_m(&tracks.at(STEP_S), rolling(STEP_S)) < 1e-6);
+}
+
+#[test]
+fn who_is_put_elsewhere_waits_there() {
+    // A clip of a second that begins again.
+    let clip = |t_s: f64| DAffine3::from_translation(DVec3::X * 2.0 * t_s.rem_euclid(1.0));
+    let moments_s: Vec<f64> = (0..=30).map(|step| (f64::from(step) + 0.5) * STEP_S).collect();
+    let begun_again = tracks(clip, &moments_s);
+    // It came back by 1.93 m, 29 times as far as it goes in a step.
+    for steps in [-0.5, 0.0, 0.5, 1.0] {
+        let off =
+            begun_again.at(moments_s[30] + steps * STEP_S)[&7].translation.distance(clip(moments_s[30]).translation);
+        assert!(off <= 1.01 * 2.0 * STEP_S * STEP_S, "{off} m from where it begins");
+    }
+    let starts = |t_s: f64| DAffine3::from_translation(DVec3::X * if t_s > 0.1 { 5.0 } else { 0.0 });
+    let started = tracks(starts, &[0.0, 0.1, 0.2]);
+    assert_eq!(started.at(0.3)[&7], starts(0.2));
+}
+
+#[test]
+fn who_turns_back_goes_on_the_new_way() {
+    let lift = |t_s: f64| DAffine3::from_translation(DVec3::Y * (t_s - 0.2).abs());
+    let tracks = tracks(lift, &[0.0, 0.1, 0.2, 0.3]);
+    for t_s in [0.2, 0.27, 0.3, 0.34, 0.4] {
+        assert!(off_m(&tracks.at(t_s), lift(t_s)) < 1e-12);
+    }
+}
+
+#[test]
+fn what_stops_or_is_told_again_at_the_same_moment_stands() {
+    let mut tracks = tracks(rolling, &[0.0, STEP_S, 2.0 * STEP_S]);
+    let there = BTreeMap::from([(7, rolling(2.0 * STEP_S))]);
+    tracks.follow(&there, 2.0 * STEP_S);
+    assert!(off_m(&tracks.at(2.5 * STEP_S), rolling(2.5 * STEP_S)) < 1e-6, "it was told nothing new");
+    tracks.follow(&there, 3.0 * STEP_S);
+    for t_s in [2.0 * STEP_S, 2.4 * STEP_S, 9.0] {
+        assert_eq!(tracks.at(t_s), there);
+    }
+    // A clock that was set back begins anew; another object appears.
+    tracks.follow(&there, 0.0);
+    assert_eq!(tracks.at(0.5), there);
+    let two = BTreeMap::from([(7, rolling(0.0)), (8, DAffine3::IDENTITY)]);
+    tracks.follow(&two, STEP_S);
+    assert_eq!(tracks.at(STEP_S), two);
+    tracks.clear();
+    assert!(tracks.at(0.0).is_empty());
+}
