@@ -298,7 +298,7 @@ fn what_slides_along_itself_is_sent_anew_once_it_slid_half_a_pixel() {
 
 #[test]
 fn what_deforms_is_captured_for_the_middle_of_the_time_it_is_shown() {
-    let mut session = Session::small(common::bending_figure(4.0), 2);
+    let mut session = Session::small(bending_figure(4.0), 2);
     session.now_s = 1.0;
     let made = session.tick().expect("a first set");
     assert_eq!(made.update.scene_time_s, 1.0 + INTERVAL_S / 2.0);
