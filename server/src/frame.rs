@@ -24,7 +24,7 @@ use crate::imager::Imager;
 use crate::impostors::Needs;
 use crate::impostors::relief::{self, Eye, Reliefs};
 use crate::lights::{self, Serving};
-use crate::plan::{Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
+use crate::plan::{Coverage, Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
 use crate::render::triangle_bases;
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
@@ -196,7 +196,10 @@ impl Stage {
         }
         let share = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
         if whole.reason.is_passing() && share < 1.0 {
-            Some(Plan { is_coarse: true, ..planned(Rules { image_size_px: smaller(share), ..rules })? })
+            let coarse = planned(Rules { image_size_px: smaller(share), ..rules })?;
+            // A path that carries less is used at every tick.
+            let coverage = Coverage { way: None, ..coarse.coverage };
+            Some(Plan { is_coarse: true, coverage, ..coarse })
         } else {
             Some(whole)
         }

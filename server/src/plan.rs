@@ -2,10 +2,12 @@
 //!
 //! The **view region** is the ball where the viewer will be when the samples arrive: around the predicted eye, with radius
 //! `speed * update interval / 2 + error + margin`: the eye is predicted for the middle of the interval for which samples are new, and
-//! the error of predictions is measured. The first view is the predicted one. Who moves is also looked ahead for,
-//! one interval further; the others look from the region's rim, so that what motion uncovers is there before it is seen. Only
+//! the error of predictions is measured. The first view is the predicted one. Who moves is also looked for further on his
+//! way, and while he is on it as expected, not again until it ends ([`way`]); the others look from the region's rim, so that what motion uncovers is there before it is seen. Only
 //! they are wider by the error of predictions: what is expected keeps its density. A viewer that stands still in a scene that
 //! stands still costs nothing at all once a look found nothing lacking.
+
+pub mod way;
 
 use std::f64::consts::TAU;
 
@@ -15,6 +17,8 @@ use protocol::message::ViewSize;
 
 use crate::discretize::DepthPrecision;
 use crate::viewer::{Prediction, Viewer};
+
+use way::Way;
 
 /// A walker's margin: the region in which a standing person moves the head.
 const WALK_MARGIN_M: f64 = 0.25;
@@ -42,8 +46,9 @@ pub const PARALLAX_ERROR_PX: f64 = 0.1;
 /// How much wider than the view the own image of a viewer who stands still is on each side: what rounding needs, so that its
 /// pixels lie where the viewer looks. Images from the rim keep the turn's margin.
 const STILL_MARGIN_RAD: f64 = 0.01;
-/// From one view on the way of who turns to the next: as far as an image reaches past the view on both sides.
-const WAY_STEP_RAD: f64 = 2.0 * TURN_MARGIN_RAD;
+/// From one view on the way of who turns to the next. Images overlap by far more; views twice the turn's margin apart show no less error of a fast
+/// orbit, but cost a quarter more bytes.
+const WAY_STEP_RAD: f64 = 3.0 * TURN_MARGIN_RAD;
 /// A view that turned by less than this did not turn: two pixels of a view of 640.
 const LEAST_TURN_RAD: f64 = 0.004;
 
@@ -152,6 +157,8 @@ pub struct Coverage {
     pub view: ViewSize,
     /// Scene time of the capture.
     pub scene_time_s: f64,
+    /// Where a viewer who moves was expected to go on.
+    pub way: Option<Way>,
 }
 
 /// The last look at what a client holds.
@@ -192,10 +199,18 @@ impl Plan {
 
 /// Where to look now, or `None` where nothing can be lacking since the last look.
 pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) -> Option<Plan> {
-    let predicted = viewer.predict(now_s, rules.update_interval_s, 0.0, rules.max_radius_m());
+    let course = viewer.course(now_s, rules.update_interval_s, rules.max_radius_m());
+    let predicted = course.after(0.0);
     let wanted = wanted_coverage(rules, viewer, &predicted, now_s);
     let reason = reason(rules, last, &wanted)?;
+    let is_looked_ahead_for = last.and_then(|focus| focus.coverage.way).is_some_and(|way| {
+        matches!(reason, Reason::Moved | Reason::Turned) && way.leads_past(rules, &predicted, now_s)
+    });
+    if is_looked_ahead_for {
+        return None;
+    }
     let all = region_views(&wanted, rules);
+    let way = Way::of(rules, course, now_s);
     let (views, refining) = match reason {
         Reason::First | Reason::Resized | Reason::Settling | Reason::Rest | Reason::Ahead => {
             (still_views(all, &wanted), usize::MAX)
@@ -205,7 +220,7 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
             let in_turn = last.map_or(0, |focus| focus.looks) % RIM_VIEWS;
             let own = on_way(rules, viewer, &predicted, all[0]);
             let mut views = vec![own];
-            views.extend(way(rules, viewer, &predicted, now_s).map(|world_from_eye| Pinhole { world_from_eye, ..own }));
+            views.extend(way.eyes().map(|world_from_eye| Pinhole { world_from_eye, ..own }));
             let on_way = views.len();
             views.push(region_views(&wanted, &rim)[1 + in_turn]);
             views.truncate(rules.images);
@@ -213,7 +228,8 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
         }
     };
     let precision = precision(rules, &wanted);
-    Some(Plan { reason, coverage: wanted, views, refining, precision, is_coarse: false })
+    let coverage = Coverage { way: reason.is_passing().then_some(way), ..wanted };
+    Some(Plan { reason, coverage, views, refining, precision, is_coarse: false })
 }
 
 /// A view on the way, no wider than for turns that are expected: what is only possible is covered from the rim, more coarsely.
@@ -226,19 +242,6 @@ fn on_way(rules: &Rules, viewer: &Viewer, predicted: &Prediction, wide: Pinhole)
 /// Views along an arc follow its turn; one that turns on the spot sees by a wider field what they would.
 fn turned_rad(rules: &Rules, predicted: &Prediction) -> f64 {
     if predicted.is_on_arc { 0.0 } else { predicted.turn_rad_s * rules.update_interval_s / 2.0 }
-}
-
-/// Where a viewer who moves will be from now on: an interval further, and between, as far as images are left, where he turns so fast that
-/// views an interval apart would leave a gap.
-fn way(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s: f64) -> impl Iterator<Item = Rigid> {
-    let turn_rad = predicted.turn_rad_s * rules.update_interval_s;
-    let most = rules.images.saturating_sub(2).max(1);
-    let steps = if predicted.is_still() { 0 } else { ((turn_rad / WAY_STEP_RAD).ceil() as usize).clamp(1, most) };
-    let (viewer, rules) = (*viewer, *rules);
-    (1..=steps).map(move |step| {
-        let further_s = rules.update_interval_s * step as f64 / steps as f64;
-        viewer.predict(now_s, rules.update_interval_s, further_s, rules.max_radius_m()).world_from_eye
-    })
 }
 
 /// A sample is seen from elsewhere than where it was taken.
@@ -269,6 +272,7 @@ fn wanted_coverage(rules: &Rules, viewer: &Viewer, predicted: &Prediction, now_s
         image_size_px,
         view: viewer.view,
         scene_time_s: now_s,
+        way: None,
     }
 }
 

@@ -208,31 +208,55 @@ impl Viewer {
         })
     }
 
-    /// Where the viewer will be in the middle of the time for which an update made `now_s` is shown, and `further_s` later: the pose was
+    /// Where the viewer will be in the middle of the time for which an update made `now_s` is shown, and `further_s` later; see
+    /// [`Viewer::course`].
+    pub fn predict(&self, now_s: f64, update_interval_s: f64, further_s: f64, max_step_m: f64) -> Prediction {
+        self.course(now_s, update_interval_s, max_step_m).after(further_s)
+    }
+
+    /// How the viewer moves on from the middle of the time for which an update made `now_s` is shown: the pose was
     /// half a round trip old when it was heard, the update takes the other half, and is then shown for an interval. Along a line no
     /// further than `max_step_m` from the last pose, unless predictions lately came true: somebody may have been put there. An arc takes
     /// three poses to be told, and is followed as far as it leads.
-    pub fn predict(&self, now_s: f64, update_interval_s: f64, further_s: f64, max_step_m: f64) -> Prediction {
+    pub fn course(&self, now_s: f64, update_interval_s: f64, max_step_m: f64) -> Course {
         let silent_s = (now_s - self.heard_at_s).max(0.0);
-        if silent_s > STILL_AFTER_S || self.motion.is_still() {
-            return Prediction {
-                world_from_eye: self.world_from_eye,
-                speed_m_s: 0.0,
-                turn_rad_s: 0.0,
-                is_on_arc: false,
-            };
-        }
-        let ahead_s = self.round_trip_s + silent_s.min(update_interval_s) + update_interval_s / 2.0 + further_s;
-        let is_trusted = self.motion.path == Path::Arc || self.error.is_some_and(|error| error.distance_m < max_step_m);
+        let motion = if silent_s > STILL_AFTER_S { Motion::STILL } else { self.motion };
+        let is_trusted = motion.path == Path::Arc || self.error.is_some_and(|error| error.distance_m < max_step_m);
         let farthest_m = if is_trusted { f64::INFINITY } else { max_step_m };
-        let ahead_s = ahead_s
-            .min(farthest_m / self.motion.speed_m_s(0.0))
-            .min(MAX_PREDICTED_TURN_RAD / self.motion.turn_rad_s(0.0));
+        Course {
+            world_from_eye: self.world_from_eye,
+            motion,
+            ahead_s: self.round_trip_s + silent_s.min(update_interval_s) + update_interval_s / 2.0,
+            reach_s: (farthest_m / motion.speed_m_s(0.0)).min(MAX_PREDICTED_TURN_RAD / motion.turn_rad_s(0.0)),
+        }
+    }
+}
+
+/// How a viewer is expected to move on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Course {
+    /// The last pose that was heard, and the motion there.
+    world_from_eye: Rigid,
+    motion: Motion,
+    /// After that pose, the time for which is predicted.
+    ahead_s: f64,
+    /// And the time up to which anything is.
+    reach_s: f64,
+}
+
+impl Course {
+    /// Where that leads, so long after the time for which is predicted.
+    pub fn after(&self, further_s: f64) -> Prediction {
+        let Course { world_from_eye, motion, .. } = self;
+        if motion.is_still() {
+            return Prediction { world_from_eye: *world_from_eye, speed_m_s: 0.0, turn_rad_s: 0.0, is_on_arc: false };
+        }
+        let ahead_s = (self.ahead_s + further_s).min(self.reach_s);
         Prediction {
-            world_from_eye: self.motion.pose_after(&self.world_from_eye, ahead_s),
-            speed_m_s: self.motion.speed_m_s(ahead_s),
-            turn_rad_s: self.motion.turn_rad_s(ahead_s),
-            is_on_arc: self.motion.path == Path::Arc,
+            world_from_eye: motion.pose_after(world_from_eye, ahead_s),
+            speed_m_s: motion.speed_m_s(ahead_s),
+            turn_rad_s: motion.turn_rad_s(ahead_s),
+            is_on_arc: motion.path == Path::Arc,
         }
     }
 }

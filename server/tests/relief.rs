@@ -153,7 +153,7 @@ fn objects_that_move_are_carried_by_the_one_image() {
     let mut session = session(scene);
     session.ticks(3);
     let (before, was) = (reliefs(&session), session.held.poses_now[&4]);
-    session.ticks(4);
+    session.ticks(2);
     assert_eq!(reliefs(&session), before);
     assert!(before.len() == 1 && session.held.instances.len() == BALLS);
     assert!(session.held.poses_now[&4].translation.distance(was.translation) > 0.1);

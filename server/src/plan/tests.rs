@@ -25,14 +25,14 @@ fn first(viewer: &Viewer, now_s: f64) -> Coverage {
     plan(&RULES, viewer, now_s, None).expect("a first look").coverage
 }
 
-fn settled(coverage: Coverage) -> Focus {
-    Focus { coverage, settled: true, looks: 1 }
+fn settled(coverage: &Coverage) -> Focus {
+    Focus { coverage: *coverage, settled: true, looks: 1 }
 }
 
 #[test]
 fn a_still_viewer_is_looked_for_until_nothing_lacks_and_then_no_more() {
     let viewer = viewer();
-    let last = settled(first(&viewer, 0.0));
+    let last = settled(&first(&viewer, 0.0));
     let lacking = Focus { settled: false, ..last };
     for tick in 1..100 {
         let now_s = f64::from(tick) * 0.1;
@@ -45,7 +45,7 @@ fn a_still_viewer_is_looked_for_until_nothing_lacks_and_then_no_more() {
 #[test]
 fn who_moved_is_looked_ahead_for() {
     let mut viewer = viewer();
-    let last = settled(first(&viewer, 0.0));
+    let last = settled(&first(&viewer, 0.0));
     let start = viewer.world_from_eye;
     let mut pose = start;
     pose.translation.x += 0.1;
@@ -60,11 +60,45 @@ fn who_moved_is_looked_ahead_for() {
 }
 
 #[test]
+fn who_goes_on_as_expected_is_looked_for_in_every_third_tick() {
+    let rules = Rules { update_interval_s: 1.0 / 30.0, ..RULES };
+    let pivot = DVec3::new(0.0, 1.0, -5.0);
+    // What the plans of seven ticks are of somebody who turns by 2.4 degrees from one to the next, and does something else from a tick on.
+    let looks = |rules: &Rules, changes_at: u32, change: &dyn Fn(&mut Rigid, &mut Motion)| -> Vec<bool> {
+        let mut viewer = viewer();
+        let mut last = settled(&first(&viewer, 0.0));
+        let begin = viewer.world_from_eye;
+        let tick = |tick: u32| {
+            let now_s = 1.0 + f64::from(tick) * rules.update_interval_s;
+            let mut motion = Motion::about(pivot, begin.translation, DVec3::Y * f64::to_radians(72.0));
+            let mut eye = motion.pose_after(&begin, f64::from(tick) * rules.update_interval_s);
+            motion = Motion::about(pivot, eye.translation, DVec3::Y * f64::to_radians(72.0));
+            if tick >= changes_at {
+                change(&mut eye, &mut motion);
+            }
+            viewer.hear(viewer.pose_seq + 1, now_s, eye, motion, now_s);
+            let plan = plan(rules, &viewer, now_s, Some(&last));
+            last = plan.as_ref().map_or(last, |plan| settled(&plan.coverage));
+            plan.is_some()
+        };
+        (0..7).map(tick).collect()
+    };
+    let nothing: &dyn Fn(&mut Rigid, &mut Motion) = &|_, _| ();
+    assert_eq!(looks(&rules, 9, nothing), [true, false, false, true, false, false, true]);
+    assert_eq!(looks(&rules, 2, &|eye, _| eye.translation.y += 0.2)[..3], [true, false, true], "aside");
+    let turned = |eye: &mut Rigid, _: &mut Motion| eye.rotation = DQuat::from_rotation_x(0.06) * eye.rotation;
+    assert_eq!(looks(&rules, 2, &turned)[..3], [true, false, true], "looks elsewhere");
+    assert_eq!(looks(&rules, 2, &|_, motion| *motion = Motion::STILL)[..3], [true, false, true], "stops");
+    assert_eq!(looks(&rules, 1, &|eye, _| eye.translation.y -= 0.02)[..3], [true, false, false], "trembles");
+    assert_eq!(looks(&Rules { animated: true, ..rules }, 9, nothing), [true; 7]);
+}
+
+#[test]
 fn who_turns_fast_is_looked_for_all_along_the_arc() {
     let (pivot, mut viewer) = (DVec3::ZERO, viewer());
-    let last = settled(first(&viewer, 0.0));
+    let last = settled(&first(&viewer, 0.0));
     let eye = Rigid::look_at(DVec3::new(0.0, 1.0, 5.0), pivot);
-    for (deg_per_s, views) in [(60.0, 3), (144.0, 4), (360.0, 4)] {
+    for (deg_per_s, views) in [(60.0, 3), (144.0, 3), (180.0, 4), (360.0, 4)] {
         let motion = Motion::about(pivot, eye.translation, DVec3::Y * f64::to_radians(deg_per_s));
         viewer.hear(viewer.pose_seq + 1, f64::from(viewer.pose_seq as u32), eye, motion, 1.0);
         let plan = plan(&RULES, &viewer, 1.0, Some(&last)).expect("a look");
@@ -86,7 +120,7 @@ fn what_may_be_is_covered_from_the_rim_and_what_is_expected_more_finely() {
     // Where none was judged, and a key says the speed before it led anywhere, nothing bounds what a start may gain but the caps.
     for error in [Some(judged), None] {
         let mut viewer = viewer();
-        let last = settled(first(&viewer, 0.0));
+        let last = settled(&first(&viewer, 0.0));
         viewer.error = error;
         let motion = Motion::about(DVec3::new(0.0, 1.7, -3.0), viewer.world_from_eye.translation, DVec3::Y);
         viewer.hear(1, 1.0, viewer.world_from_eye, motion, 1.0);
@@ -114,8 +148,8 @@ fn views_from_the_rim_take_turns() {
         })
         .collect();
     assert!((0..RIM_VIEWS).all(|a| (0..a).all(|b| eyes[a].distance(eyes[b]) > 0.1)), "{eyes:?}");
-    assert_eq!(plan(&rules, &viewer, 0.0, Some(&settled(coverage))), None, "its time stands still");
-    let back = plan(&rules, &viewer, -1.0, Some(&settled(coverage))).expect("its time jumped back");
+    assert_eq!(plan(&rules, &viewer, 0.0, Some(&settled(&coverage))), None, "its time stands still");
+    let back = plan(&rules, &viewer, -1.0, Some(&settled(&coverage))).expect("its time jumped back");
     assert_eq!(back.reason, Reason::Animated);
 }
 

@@ -105,6 +105,7 @@ mod tests {
             image_size_px: (64, 64),
             view: VIEW,
             scene_time_s: 0.0,
+            way: None,
         };
         Client {
             focus: Some(Focus { coverage, settled: false, looks: 1 }),
