@@ -7,6 +7,7 @@
 //! they are wider by the error of predictions: what is expected keeps its density. A viewer that stands still in a scene that
 //! stands still costs nothing at all once a look found nothing lacking.
 
+mod rules;
 pub mod way;
 
 use std::f64::consts::TAU;
@@ -18,16 +19,11 @@ use protocol::message::ViewSize;
 use crate::discretize::DepthPrecision;
 use crate::viewer::{Prediction, Viewer};
 
+use rules::TURN_MARGIN_RAD;
 use way::Way;
 
-/// A walker's margin: the region in which a standing person moves the head.
-const WALK_MARGIN_M: f64 = 0.25;
-/// An object's margin as a share of its bounding radius.
-const OBJECT_MARGIN: f64 = 0.05;
-/// A region of more than these many margins cannot be covered by a handful of images; faster viewers see holes.
-const MAX_RADIUS_MARGINS: f64 = 8.0;
-/// How much wider than the view an image is on each side, for turns that nobody predicted.
-const TURN_MARGIN_RAD: f64 = 0.10;
+pub use rules::Rules;
+
 /// No image is wider than this half angle: at 62 degrees a pixel at the rim has 4.5 times the solid angle's density of one
 /// in the middle, and the middle has lost half of its own.
 const MAX_HALF_FIELD_RAD: f64 = 1.08;
@@ -46,47 +42,8 @@ pub const PARALLAX_ERROR_PX: f64 = 0.1;
 /// How much wider than the view the own image of a viewer who stands still is on each side: what rounding needs, so that its
 /// pixels lie where the viewer looks. Images from the rim keep the turn's margin.
 const STILL_MARGIN_RAD: f64 = 0.01;
-/// From one view on the way of who turns to the next. Images overlap by far more; views twice the turn's margin apart show no less error of a fast
-/// orbit, but cost a quarter more bytes.
-const WAY_STEP_RAD: f64 = 3.0 * TURN_MARGIN_RAD;
 /// A view that turned by less than this did not turn: two pixels of a view of 640.
 const LEAST_TURN_RAD: f64 = 0.004;
-
-/// What holds for all viewers of a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rules {
-    /// Views of a plan at most.
-    pub images: usize,
-    /// An image has as many pixels as a square of this side.
-    pub image_size_px: u32,
-    /// Seconds between two ticks of a session.
-    pub update_interval_s: f64,
-    /// Points nearer than this have no image.
-    pub near_m: f64,
-    /// Radius of the region of a viewer who stands still.
-    pub margin_m: f64,
-    /// Whether the scene changes with time.
-    pub animated: bool,
-    /// Whether a viewer who stands still is sent his own view, see [`crate::rest`].
-    pub rests: bool,
-    /// Whether what a viewer will need next is sent while nobody needs anything, see [`crate::anticipate`].
-    pub anticipates: bool,
-    /// How far a sample may be shifted on the screen by the coding of its depth.
-    pub parallax_error_px: f64,
-}
-
-impl Rules {
-    /// The margin of a scene with this bounding radius.
-    pub fn margin_m(walk: bool, bounds_radius_m: f64) -> f64 {
-        let object_m = OBJECT_MARGIN * bounds_radius_m;
-        let margin_m = if walk { WALK_MARGIN_M.min(object_m) } else { object_m };
-        if margin_m > 0.0 { margin_m } else { WALK_MARGIN_M }
-    }
-
-    fn max_radius_m(&self) -> f64 {
-        self.margin_m * MAX_RADIUS_MARGINS
-    }
-}
 
 /// Why the server looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
