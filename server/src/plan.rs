@@ -2,10 +2,10 @@
 //!
 //! The **view region** is the ball where the viewer will be when the samples arrive: around the predicted eye, with radius
 //! `speed * update interval / 2 + error + margin`: the eye is predicted for the middle of the interval for which samples are new, and
-//! the error of predictions is measured. The first view is the predicted one. Who moves is also looked for further on his
-//! way, and while he is on it as expected, not again until it ends ([`way`]); the others look from the region's rim, so that what motion uncovers is there before it is seen. Only
-//! they are wider by the error of predictions: what is expected keeps its density. A viewer that stands still in a scene that
-//! stands still costs nothing at all once a look found nothing lacking.
+//! the error of predictions is measured. The first view is the predicted one. Who moves is also looked for further on his way, and
+//! while he is on it as expected, not again until it ends ([`way`]); the others look from the region's rim, so that what motion
+//! uncovers is there before it is seen. Only they are wider by the error of predictions: what is expected keeps its density. A
+//! viewer that stands still in a scene that stands still costs nothing at all once a look found nothing lacking.
 
 mod rules;
 pub mod way;

@@ -6,11 +6,11 @@ use super::rules::{Rules, TURN_MARGIN_RAD};
 use crate::viewer::{Course, Prediction};
 
 /// Who goes on as expected is looked for this far ahead, and not again before that is gone. What comes into view comes in strips, with a border
-/// around each: three times as wide as at every thirtieth of a second they cost 42 % fewer bytes in a fast orbit of a building and 19 % among
-/// pillars, and a third of a server's time, at the same error.
+/// around each: three times as wide as at every thirtieth of a second they cost 39 % fewer bytes in a fast orbit of an interior and 19 % among
+/// pillars, at no more error.
 const AHEAD_S: f64 = 0.1;
 /// From one view on the way of who turns to the next. Images overlap by far more; views twice the turn's margin apart show no less error of a fast
-/// orbit, but cost a quarter more bytes.
+/// orbit, but cost a fifth more bytes.
 const WAY_STEP_RAD: f64 = 3.0 * TURN_MARGIN_RAD;
 /// Who is farther from his way than this share of the margin left it.
 const ASIDE_MARGINS: f64 = 0.5;

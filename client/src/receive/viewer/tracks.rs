@@ -2,8 +2,8 @@
 //!
 //! An update says where objects are at one moment, some thirty times a second; pictures are drawn more often. Between the last two
 //! moments an object goes from one pose to the other, and after them it goes on as it went: it turns as fast, and its way bends as it bent
-//! from the step before to this one, so that even turns, lines and arcs are exact. An object with an acceleration `a` is off by `a t (t + d) / 2` at `t` after the last of two
-//! moments `d` apart, where one that waited there would be off by its whole way.
+//! from the step before to this one, so that even turns, lines and arcs are exact. An object with an acceleration `a` is off by
+//! `a t (t + d) / 2` at `t` after the last of two moments `d` apart, where one that waited there would be off by its whole way.
 //!
 //! Nothing goes on faster than it went in the step before. A step many times faster than that is none: who starts from rest, or was put
 //! elsewhere as a clip is when it begins again, is there at once and waits for the next update. And nothing goes on for longer than it was
@@ -73,9 +73,8 @@ struct Track {
     step_s: f64,
     /// How fast it went, in metres and radians a second.
     speeds: WayAndTurn,
-    /// Which share of the step's way and turn it goes on with, and came by: 0 or 1 of the latter.
+    /// Which share of the step's way and turn it goes on with; 0 where it was put elsewhere.
     goes_on: WayAndTurn,
-    came_by: WayAndTurn,
 }
 
 /// A number of a way and one of a turn.
@@ -108,7 +107,7 @@ struct Step {
 impl Track {
     fn standing(pose: DAffine3) -> Track {
         let (step, none) = (Step::between(&pose, &pose), WayAndTurn::NONE);
-        Track { before: pose, last: pose, step, step_s: 0.0, speeds: none, goes_on: none, came_by: none }
+        Track { before: pose, last: pose, step, step_s: 0.0, speeds: none, goes_on: none }
     }
 
     fn follow(&mut self, pose: DAffine3, step_s: f64) {
@@ -131,13 +130,13 @@ impl Track {
         };
         let before = self.speeds;
         let goes_on = WayAndTurn { way: share(before.way, speeds.way), turn: share(before.turn, speeds.turn) };
-        let came_by = goes_on.map(f64::ceil);
-        *self = Track { before: self.last, last: pose, step, step_s, speeds, goes_on, came_by };
+        *self = Track { before: self.last, last: pose, step, step_s, speeds, goes_on };
     }
 
     /// Where it is some steps after the last pose: from -1 to 1.
     fn at(&self, steps: f64) -> DAffine3 {
-        let share = if steps > 0.0 { self.goes_on } else { self.came_by };
+        // It came by all of its step, or by none of it.
+        let share = if steps > 0.0 { self.goes_on } else { self.goes_on.map(f64::ceil) };
         let (way, turn) = (steps * share.way, steps * share.turn);
         let Step { way: last_way, bend, turn: last_turn } = self.step;
         // From the middle of the last way to the middle of this one.
