@@ -31,7 +31,7 @@ pub use graph::{
 pub use motion::{Motion, Path};
 pub use parallel::parallel_views;
 pub use pinhole::{ImagePoint, Pinhole};
-pub use rigid::{Rigid, turn_between};
+pub use rigid::{Rigid, turn_between, turn_of};
 pub use spoc::{Spoc, SpocRay, SpocRayPiece};
 pub use trace::{Trace, TraceError, TracePose};
 

@@ -84,3 +84,15 @@ pub fn turn_between(world_from_a: DQuat, world_from_b: DQuat) -> DVec3 {
     let turn = if turn.w < 0.0 { -turn } else { turn };
     turn.to_scaled_axis()
 }
+
+/// An axis of a turned map differs from a unit vector, and two of them from a right angle, by less than this: some units of the f32 that a
+/// scene's file has.
+const TURN_SLACK: f64 = 1e-6;
+
+/// The shortest turn from one map's axes to another's, as [`turn_between`]; `None` where they were stretched or mirrored, too.
+pub fn turn_of(before: &DMat3, after: &DMat3) -> Option<DVec3> {
+    let turned = *after * before.inverse();
+    let off = turned.transpose() * turned - DMat3::IDENTITY;
+    let is_turn = off.to_cols_array().iter().all(|number| number.abs() < TURN_SLACK) && turned.determinant() > 0.0;
+    is_turn.then(|| turn_between(DQuat::IDENTITY, DQuat::from_mat3(&turned)))
+}

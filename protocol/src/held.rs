@@ -8,7 +8,7 @@ mod digest;
 
 use std::collections::BTreeMap;
 
-use glam::DAffine3;
+use glam::{DAffine3, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -47,6 +47,33 @@ pub struct ObjectPose {
     pub object: u16,
     /// f64, as the scene composes it.
     pub world_from_object: DAffine3,
+}
+
+/// A step that a rigid object goes.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Step {
+    /// How far its origin goes, in metres in world space.
+    pub way_world: Vec3,
+    /// How it turns about its origin: axis times angle in world space.
+    pub turn_world: Vec3,
+}
+
+/// What a rigid object does next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObjectSteps {
+    /// The object.
+    pub object: u16,
+    /// From where an update puts it, and on from there.
+    pub steps: [Step; 2],
+}
+
+/// The steps that rigid objects go next, as far as the scene's own motion is known ahead. What is not named goes on as it went, or stands.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NextSteps {
+    /// How long each step takes, in seconds of scene time; positive where there are any.
+    pub step_s: f32,
+    /// Ids ascend.
+    pub objects: Vec<ObjectSteps>,
 }
 
 /// An object that is drawn by rays against reliefs, instead of from samples of its own.
@@ -118,6 +145,8 @@ pub struct Update {
     pub pose_seq: u64,
     /// In order.
     pub edits: Vec<Edit>,
+    /// Where rigid objects go from there. Nothing of the copy: it tells what to show until the next update.
+    pub next: NextSteps,
     /// Digest of the held copy afterwards, see [`Held::digest`].
     pub digest: u64,
 }

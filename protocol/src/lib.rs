@@ -22,7 +22,10 @@ pub mod plain;
 pub mod session;
 pub mod wire;
 
-pub use held::{Edit, Held, HeldError, HeldInstance, Instance, ObjectPose, Patch, PatchId, Purpose, Update};
+pub use held::{
+    Edit, Held, HeldError, HeldInstance, Instance, NextSteps, ObjectPose, ObjectSteps, Patch, PatchId, Purpose, Step,
+    Update,
+};
 pub use image::{DepthImage, DepthScale, Mask};
 pub use lamp::Lamp;
 pub use limits::Limits;

@@ -33,6 +33,7 @@ pub fn write_update(update: &Update, out: &mut Vec<u8>) {
     writer.u64(update.digest);
     writer.u32(count(update.edits.len()));
     update.edits.iter().for_each(|edit| write_edit(edit, &mut writer));
+    codec::write_next(&update.next, &mut writer);
     *out = writer.bytes;
 }
 
@@ -46,10 +47,11 @@ pub fn read_update(bytes: &[u8]) -> Result<Update, WireError> {
         return Err(EndsEarly.into());
     }
     let edits = (0..edit_count).map(|_| read_edit(&mut reader)).collect::<Result<_, _>>()?;
+    let next = codec::read_next(&mut reader)?;
     if reader.remaining() > 0 {
-        return Err(CodecError::Damaged("bytes after the last edit").into());
+        return Err(CodecError::Damaged("bytes after the last step").into());
     }
-    Ok(Update { number, scene_time_s, pose_seq, edits, digest })
+    Ok(Update { number, scene_time_s, pose_seq, edits, next, digest })
 }
 
 fn count(length: usize) -> u32 {

@@ -229,7 +229,7 @@ fn check_size(bytes: &[u8], limit: usize) -> Result<(), WireError> {
 /// An update in its bytes, with what the sending session needs to know of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EncodedUpdate {
-    /// Head and edits.
+    /// Head, edits, and what objects do next.
     pub bytes: Vec<u8>,
     /// [`Update::number`].
     pub number: u64,
@@ -320,6 +320,7 @@ pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
         }
         ends.push(out.bytes.len());
     }
+    codec::write_next(&update.next, &mut out);
     EncodedUpdate { bytes: out.bytes, number: update.number, digest: update.digest, clears, ends }
 }
 
@@ -357,11 +358,12 @@ pub fn decode_update(bytes: &[u8], limits: &Limits) -> Result<Update, WireError>
     for _ in 0..count {
         edits.push(read_edit(&mut reader, &mut unpacker, &mut left)?);
     }
+    let next = codec::read_next(&mut reader)?;
     if reader.remaining() > 0 {
-        return Err(CodecError::Damaged("bytes after the last edit").into());
+        return Err(CodecError::Damaged("bytes after the last step").into());
     }
     let UpdateHead { number, scene_time_s, pose_seq, digest, .. } = head;
-    Ok(Update { number, scene_time_s, pose_seq, edits, digest })
+    Ok(Update { number, scene_time_s, pose_seq, edits, next, digest })
 }
 
 fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {

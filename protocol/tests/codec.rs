@@ -13,7 +13,9 @@ use proptest::prelude::*;
 use vantage_protocol::codec::{CodecError, Coding, ColourSteps, Profile, decode_patch, encode_patch};
 use vantage_protocol::ends::{self, Beside, Neighbours, SIDES, with_level};
 use vantage_protocol::plain::{read_update, write_update};
-use vantage_protocol::{DepthImage, DepthScale, Edit, Limits, Mask, ObjectPose, Patch, PatchId, Purpose, Update};
+use vantage_protocol::{
+    DepthImage, DepthScale, Edit, Limits, Mask, NextSteps, ObjectPose, Patch, PatchId, Purpose, Update,
+};
 
 /// The bytes of the fast profile; both profiles and all steps of colour are tried.
 fn round_trip(patch: &Patch) -> Vec<u8> {
@@ -182,7 +184,7 @@ fn cameras_of_impostors_come_back() {
         round_trip(&patch);
         let mut plain = Vec::new();
         let edits = vec![Edit::Add(Box::new(patch.clone()))];
-        let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits, digest: 0 };
+        let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits, next: NextSteps::default(), digest: 0 };
         write_update(&update, &mut plain);
         assert_eq!(read_update(&plain).unwrap(), update);
         let bytes = encode_patch(&patch, Coding::default());

@@ -5,12 +5,12 @@
 mod common;
 
 use common::{cast, cast_with_mirror, fragments, patch, with_ends};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
 use vantage_protocol::{
-    DepthImage, DepthScale, Edit, Held, HeldError, Instance, Limits, Mask, Material, ObjectPose, Patch, PatchId,
-    Purpose, Update,
+    DepthImage, DepthScale, Edit, Held, HeldError, Instance, Limits, Mask, Material, NextSteps, ObjectPose,
+    ObjectSteps, Patch, PatchId, Purpose, Step, Update,
 };
 
 fn image() -> DepthImage {
@@ -142,10 +142,33 @@ fn a_refused_update_changes_nothing() {
         // A sound edit first: it must not stay.
         let sound = matches!(edits.last(), Some(Edit::Clear));
         let edits = if sound { edits } else { [vec![Edit::Move(vec![moved(1, 9.0)])], edits].concat() };
-        let update = Update { number: 2, scene_time_s: 2.0, pose_seq: 0, edits, digest: 0 };
+        let update = Update { number: 2, scene_time_s: 2.0, pose_seq: 0, edits, next: NextSteps::default(), digest: 0 };
         assert_eq!(held.apply(&update), Err(error));
         assert!(held.patches == before.patches && held.poses_now == before.poses_now);
         assert_eq!((held.digest(), held.number, held.scene_time_s), (before.digest(), 1, 1.0));
+    }
+}
+
+#[test]
+fn steps_ahead_must_be_sound_and_change_nothing_that_is_held() {
+    let steps = |object, way_m| {
+        let step = Step { way_world: Vec3::X * way_m, turn_world: Vec3::Y };
+        ObjectSteps { object, steps: [Step::default(), step] }
+    };
+    let told = |step_s, objects| {
+        let mut server = Held::default();
+        let update = server.commit(vec![add(1)], 0.0, 0).unwrap();
+        let mut client = Held::default();
+        let applied = client.apply(&Update { next: NextSteps { step_s, objects }, ..update });
+        applied.map(|()| assert_eq!(client.digest(), server.digest()))
+    };
+    assert_eq!(told(0.05, vec![steps(3, 1.0), steps(9, -1e30)]), Ok(()));
+    assert_eq!(told(0.0, vec![]), Ok(()));
+    assert_eq!(told(0.05, vec![steps(9, 1.0), steps(9, 1.0)]), Err(HeldError::ObjectsNotAscending));
+    let not_finite = Err(HeldError::NotFinite("next step of an object"));
+    assert_eq!(told(0.05, vec![steps(9, f32::NAN)]), not_finite);
+    for step_s in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        assert_eq!(told(step_s, vec![steps(9, 1.0)]), not_finite, "a step of {step_s} s");
     }
 }
 
@@ -196,7 +219,14 @@ fn every_integer_of_a_patch_enters_the_digest() {
 #[test]
 fn the_copy_is_capped() {
     let limits = Limits { held_samples: 100, ..Limits::default() };
-    let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits: vec![add(1)], digest: 0 };
+    let update = Update {
+        number: 1,
+        scene_time_s: 0.0,
+        pose_seq: 0,
+        edits: vec![add(1)],
+        next: NextSteps::default(),
+        digest: 0,
+    };
     assert_eq!(Held::default().apply_within(&update, &limits), Err(HeldError::TooMuch("samples")));
 }
 

@@ -6,7 +6,7 @@ mod common;
 
 use camera::{Motion, Rigid};
 use common::{cast, fragments, patch, with_ends};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use vantage_protocol::codec::Coding;
 use vantage_protocol::message::{Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
@@ -17,8 +17,8 @@ use vantage_protocol::wire::{
     server_message_kind,
 };
 use vantage_protocol::{
-    Area, AreaShape, ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, ObjectPose, PatchId,
-    Update,
+    Area, AreaShape, ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, NextSteps,
+    ObjectPose, ObjectSteps, PatchId, Step, Update,
 };
 
 const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
@@ -88,7 +88,11 @@ fn update_of(size_px: (u32, u32)) -> Update {
         Edit::Place(PatchId(9), vec![Instance { pose, tint: [1, 2, 255] }]),
         Edit::Withdraw(vec![7, 65535]),
     ];
-    Update { number: 1 << 40, scene_time_s: 0.5, pose_seq: 3, edits, digest: 0xfeed }
+    let first = Step { way_world: Vec3::new(0.0, -2.0, 1e-9), turn_world: Vec3::Y };
+    let second = Step { way_world: Vec3::Z, turn_world: Vec3::new(f32::MIN_POSITIVE, 3.0, f32::MAX) };
+    let steps = |object| ObjectSteps { object, steps: [first, second] };
+    let next = NextSteps { step_s: 0.025, objects: vec![steps(7), steps(65535)] };
+    Update { number: 1 << 40, scene_time_s: 0.5, pose_seq: 3, edits, next, digest: 0xfeed }
 }
 
 #[test]

@@ -37,4 +37,10 @@ impl Animation for Added {
         snapshot.world_from_mesh.push(self.world_from_mesh);
         snapshot
     }
+
+    fn places(&self, scene: &Scene, time_s: f64) -> Vec<DAffine3> {
+        let mut places = self.before.places(scene, time_s);
+        places.push(self.world_from_mesh);
+        places
+    }
 }

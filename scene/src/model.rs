@@ -261,12 +261,22 @@ pub struct SceneCamera {
 pub trait Animation: Send + Sync {
     /// The scene at `time_s`; any finite time is allowed, negative and hours included. Animations repeat.
     fn at(&self, scene: &Scene, time_s: f64) -> Snapshot;
+
+    /// See [`Scene::places`].
+    fn places(&self, scene: &Scene, time_s: f64) -> Vec<DAffine3> {
+        self.at(scene, time_s).world_from_mesh
+    }
 }
 
 impl Scene {
     /// The scene at `time_s` in seconds.
     pub fn at(&self, time_s: f64) -> Snapshot {
         self.animation.at(self, time_s)
+    }
+
+    /// [`Snapshot::world_from_mesh`] at `time_s`, without anything else of the snapshot; of what deforms it may be any place.
+    pub fn places(&self, time_s: f64) -> Vec<DAffine3> {
+        self.animation.places(self, time_s)
     }
 
     /// Whether anything moves or deforms, a light included.

@@ -251,7 +251,12 @@ impl Outcome {
 
     fn loaded(scene: &Scene) -> Outcome {
         for time_s in [0.0, 0.73, -3.1, 1e6] {
-            if let Err(fault) = check_snapshot(scene, &scene.at(time_s)) {
+            let snapshot = scene.at(time_s);
+            let placed = scene.places(time_s).into_iter().zip(&snapshot.world_from_mesh).zip(&scene.instances);
+            if placed.into_iter().any(|((alone, place), instance)| !instance.deforms && alone != *place) {
+                return Outcome::Broken(format!("at {time_s} s: places alone are others"));
+            }
+            if let Err(fault) = check_snapshot(scene, &snapshot) {
                 return Outcome::Broken(format!("at {time_s} s: {fault}"));
             }
         }

@@ -1,6 +1,7 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
 mod ahead;
+mod next;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -160,12 +161,12 @@ impl Stage {
         Ok(made)
     }
 
-    /// Does something with what the scene is at a time.
-    fn with_surroundings<T>(
+    /// Makes an update by what the scene is at a time, and tells where objects go from there.
+    fn with_surroundings(
         &mut self,
         scene_time_s: f64,
-        act: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> T,
-    ) -> T {
+        make: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> Result<Option<Made>, StageError>,
+    ) -> Result<Option<Made>, StageError> {
         let snapshot = self.snapshot(scene_time_s);
         let lighting = self.imager.lighting(&snapshot);
         let moving = self.moving_objects(&snapshot);
@@ -180,9 +181,13 @@ impl Stage {
             moving: &moving,
             deforming: &deforming,
         };
-        let result = act(self, &snapshot, &now);
+        let made = make(self, &snapshot, &now);
         self.materials = materials;
-        result
+        let mut made = made?;
+        if let Some(made) = &mut made {
+            made.update.next = self.next_steps(&made.update, &moving);
+        }
+        Ok(made)
     }
 
     /// Where to look, with images as large as the client's memory and its path are.

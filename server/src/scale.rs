@@ -25,13 +25,17 @@ struct Scaled {
     scale: f64,
 }
 
+impl Scaled {
+    fn scale(&self, places: &mut [DAffine3]) {
+        let scaled_from_world = DAffine3::from_scale(DVec3::splat(self.scale));
+        places.iter_mut().for_each(|place| *place = scaled_from_world * *place);
+    }
+}
+
 impl Animation for Scaled {
     fn at(&self, scene: &Scene, time_s: f64) -> Snapshot {
         let mut snapshot = self.inner.at(scene, time_s);
-        let scaled_from_world = DAffine3::from_scale(DVec3::splat(self.scale));
-        for world_from_mesh in &mut snapshot.world_from_mesh {
-            *world_from_mesh = scaled_from_world * *world_from_mesh;
-        }
+        self.scale(&mut snapshot.world_from_mesh);
         for light in &mut snapshot.lights {
             if let SceneLight::Point { position_world, colour, range_m, area, .. } = light {
                 *position_world *= self.scale;
@@ -43,5 +47,11 @@ impl Animation for Scaled {
             }
         }
         snapshot
+    }
+
+    fn places(&self, scene: &Scene, time_s: f64) -> Vec<DAffine3> {
+        let mut places = self.inner.places(scene, time_s);
+        self.scale(&mut places);
+        places
     }
 }

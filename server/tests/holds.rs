@@ -205,6 +205,29 @@ fn time_that_jumps_back_while_nothing_lacks_is_followed() {
 }
 
 #[test]
+fn steps_ahead_lead_where_objects_will_be() {
+    let mut session = Session::small(moving_ball(|time_s| swing(time_s, 4.0)), 2);
+    session.now_s = 0.3;
+    for _ in 0..3 {
+        let update = session.tick().expect("the ball moves").update;
+        let [ball] = &update.next.objects[..] else { panic!("one ball moves: {:?}", update.next) };
+        let step_s = f64::from(update.next.step_s);
+        assert!(2.0 * step_s > INTERVAL_S, "to where the next update finds it");
+        let mut at = session.held.poses_now[&ball.object].translation;
+        for (steps, step) in (1..).zip(&ball.steps) {
+            at += step.way_world.as_dvec3();
+            let then = session.scene.at(update.scene_time_s + f64::from(steps) * step_s);
+            assert!(at.distance(then.world_from_mesh[usize::from(ball.object)].translation) < 1e-6);
+            assert!(step.way_world.length() > 0.0);
+        }
+    }
+    // What stands costs nothing.
+    let mut session = Session::small(moving_ball(|_| DAffine3::IDENTITY), 2);
+    session.ticks(2);
+    assert_eq!(session.tick().map(|made| made.update.next.objects.len()), Some(0));
+}
+
+#[test]
 fn a_budget_of_almost_nothing_serves_a_walker_and_settles() {
     /// Of the coarse views that such a budget gets.
     const VIEW_PIXELS: usize = 16 * 16;

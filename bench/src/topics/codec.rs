@@ -13,7 +13,7 @@ use clap::Args;
 use gpu::Gpu;
 use image::ImageEncoder;
 use protocol::codec::{Coding, ColourSteps, Profile, decode_patch};
-use protocol::held::{Edit, Update};
+use protocol::held::{Edit, NextSteps, Update};
 use protocol::wire::encode_update;
 use protocol::{DepthImage, Limits, Look};
 use server::coding::CodingRule;
@@ -187,7 +187,7 @@ fn scene(
 /// Writes images as one update.
 fn write_update(file: &str, images: &[DepthImage], run: &Run) -> anyhow::Result<Written> {
     let edits = sets::patches(images).map(|patch| Edit::Add(Box::new(patch))).collect();
-    let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits, digest: 0 };
+    let update = Update { number: 1, scene_time_s: 0.0, pose_seq: 0, edits, next: NextSteps::default(), digest: 0 };
     let coding = CodingRule::default().coding(None);
     std::fs::write(run.out.join(file), encode_update(&update, coding).bytes)?;
     Ok(Written { file: file.to_owned(), raw_bytes: images.iter().map(DepthImage::raw_bytes).sum() })

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use camera::{Camera, Pinhole, Rigid, Spoc};
-use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec3};
 
 use super::CodecError;
 use crate::bytes::{EndsEarly, Reader, Writer};
-use crate::held::{Instance, ObjectPose, Patch, PatchId, Purpose};
+use crate::held::{Instance, NextSteps, ObjectPose, ObjectSteps, Patch, PatchId, Purpose, Step};
 use crate::image::DepthScale;
 use crate::limits::Limits;
 use crate::wire::graph;
@@ -159,6 +159,36 @@ pub(crate) fn read_objects(bytes: &mut Reader) -> Result<Vec<ObjectPose>, CodecE
         Ok(ObjectPose { object, world_from_object })
     };
     (0..count).map(|_| pose(bytes)).collect()
+}
+
+/// Bytes of an object's steps: id, and ways and turns.
+const STEPS_BYTES: usize = 2 + 2 * 6 * 4;
+
+/// Appends a count and the steps, and how long one takes where there are any.
+pub(crate) fn write_next(next: &NextSteps, out: &mut Writer) {
+    out.varint(u32::try_from(next.objects.len()).expect("at most one entry an object id"));
+    if !next.objects.is_empty() {
+        out.f32(next.step_s);
+    }
+    for ObjectSteps { object, steps } in &next.objects {
+        out.u16(*object);
+        let numbers =
+            steps.iter().flat_map(|step| [step.way_world, step.turn_world]).flat_map(|vector| vector.to_array());
+        numbers.for_each(|number| out.f32(number));
+    }
+}
+
+/// Reads what [`write_next`] wrote.
+pub(crate) fn read_next(bytes: &mut Reader) -> Result<NextSteps, EndsEarly> {
+    let count = bytes.varint()? as usize;
+    if count > bytes.remaining() / STEPS_BYTES {
+        return Err(EndsEarly);
+    }
+    let step_s = if count > 0 { bytes.f32()? } else { 0.0 };
+    let vector = |bytes: &mut Reader| Ok(Vec3::new(bytes.f32()?, bytes.f32()?, bytes.f32()?));
+    let step = |bytes: &mut Reader| Ok(Step { way_world: vector(bytes)?, turn_world: vector(bytes)? });
+    let object = |bytes: &mut Reader| Ok(ObjectSteps { object: bytes.u16()?, steps: [step(bytes)?, step(bytes)?] });
+    Ok(NextSteps { step_s, objects: (0..count).map(|_| object(bytes)).collect::<Result<_, _>>()? })
 }
 
 /// Appends what objects a relief shows: its id, their poses, and a tint each.

@@ -25,8 +25,8 @@ pub(crate) use addresses::{read_addresses, write_addresses};
 pub use coding::{Coding, Profile};
 pub use colour::ColourSteps;
 pub use error::CodecError;
-pub(crate) use header::{Header, read as read_header, read_ids, read_instances, read_objects};
-pub(crate) use header::{write as write_header, write_ids, write_instances, write_objects};
+pub(crate) use header::{Header, read as read_header, read_ids, read_instances, read_next, read_objects};
+pub(crate) use header::{write as write_header, write_ids, write_instances, write_next, write_objects};
 pub(crate) use pack::{Packer, Unpacker};
 
 use crate::bytes::{Reader, Writer};

@@ -6,7 +6,8 @@ use camera::Camera;
 
 use super::digest::{Digest, EMPTY};
 use super::{
-    Draft, Edit, Held, HeldError, HeldInstance, HeldPatch, Instance, ObjectPose, Patch, PatchId, Purpose, Update,
+    Draft, Edit, Held, HeldError, HeldInstance, HeldPatch, Instance, NextSteps, ObjectPose, Patch, PatchId, Purpose,
+    Update,
 };
 use crate::image::{DepthImage, Mask, Ranks, retain};
 use crate::limits::Limits;
@@ -50,6 +51,7 @@ impl Held {
         if !update.scene_time_s.is_finite() {
             return Err(HeldError::NotFinite("scene time"));
         }
+        check_next(&update.next)?;
         let changes = self.stage(&update.edits, limits)?;
         let digest = sealed(changes.digest, update.number);
         if digest != update.digest {
@@ -87,7 +89,7 @@ impl Held {
         let number = self.number + 1;
         let digest = sealed(self.digest(), number);
         self.finish(number, scene_time_s, digest);
-        Ok(Update { number, scene_time_s, pose_seq, edits: draft.edits, digest })
+        Ok(Update { number, scene_time_s, pose_seq, edits: draft.edits, next: NextSteps::default(), digest })
     }
 
     fn stage(&self, edits: &[Edit], limits: &Limits) -> Result<Changes, HeldError> {
@@ -369,6 +371,19 @@ fn check_poses(poses: &[ObjectPose]) -> Result<(), HeldError> {
         Ok(())
     } else {
         Err(HeldError::NotFinite("object pose"))
+    }
+}
+
+fn check_next(next: &NextSteps) -> Result<(), HeldError> {
+    if !next.objects.is_sorted_by(|a, b| a.object < b.object) {
+        return Err(HeldError::ObjectsNotAscending);
+    }
+    let mut steps = next.objects.iter().flat_map(|object| object.steps);
+    let is_finite = steps.all(|step| step.way_world.is_finite() && step.turn_world.is_finite());
+    if next.objects.is_empty() || next.step_s > 0.0 && next.step_s.is_finite() && is_finite {
+        Ok(())
+    } else {
+        Err(HeldError::NotFinite("next step of an object"))
     }
 }
 

@@ -237,7 +237,8 @@ fn a_slow_path_holds_the_server_back() {
     assert!(most < 128 * 1024, "but never filled: {most} bytes in flight");
     let throughput = pair.server.throughput_bytes_per_s().unwrap();
     assert!((60_000.0..250_000.0).contains(&throughput), "{throughput}");
-    assert!(pair.server.queue_s() > 0.1, "and seen to be full: {} s", pair.server.queue_s());
+    // It comes to a tenth, give or take a hundredth by what was last acknowledged; a path that carries more has less than 0.02.
+    assert!(pair.server.queue_s() > 0.08, "and seen to be full: {} s", pair.server.queue_s());
     assert!(sent > 50);
 }
 

@@ -230,13 +230,16 @@ struct Motions {
     moving: bool,
 }
 
+impl Motions {
+    /// Of the period.
+    fn share(&self, time_s: f64) -> f64 {
+        if self.moving { (time_s / self.period_s).rem_euclid(1.0) } else { 0.0 }
+    }
+}
+
 impl Animation for Motions {
     fn at(&self, scene: &Scene, time_s: f64) -> Snapshot {
-        let share = if self.moving { (time_s / self.period_s).rem_euclid(1.0) } else { 0.0 };
-        let place = |motion: &Motion| match motion {
-            Motion::Still(place) | Motion::Bending(place, _) => *place,
-            Motion::Rigid(path) => path(share),
-        };
+        let share = self.share(time_s);
         let bent = |(index, motion): (usize, &Motion)| match motion {
             Motion::Bending(_, bend) if self.moving => {
                 let mesh = &scene.meshes[scene.instances[index].mesh as usize];
@@ -246,9 +249,18 @@ impl Animation for Motions {
         };
         Snapshot {
             time_s,
-            world_from_mesh: self.motions.iter().map(place).collect(),
+            world_from_mesh: self.places(scene, time_s),
             deformed: self.motions.par_iter().enumerate().filter_map(bent).collect(),
             lights: self.lights.iter().copied().chain(self.lamps.iter().map(|lamp| lamp(share))).collect(),
         }
+    }
+
+    fn places(&self, _scene: &Scene, time_s: f64) -> Vec<DAffine3> {
+        let share = self.share(time_s);
+        let place = |motion: &Motion| match motion {
+            Motion::Still(place) | Motion::Bending(place, _) => *place,
+            Motion::Rigid(path) => path(share),
+        };
+        self.motions.iter().map(place).collect()
     }
 }

@@ -157,6 +157,7 @@ fn moving_variants_move_smoothly_and_repeat() {
             let t = f64::from(k) / 40.0 * period_s + if k == 0 { -1.0 / 120.0 } else { 0.0 };
             let step = moved_m(&scene, &scene.at(t), &scene.at(t + 1.0 / 60.0));
             assert!(step < 30.0 / 60.0, "{name} jumps {step} m at {t} s");
+            assert_eq!(scene.places(t), scene.at(t).world_from_mesh);
         }
         let far = scene.at(-86_400.0 * 365.0);
         assert!(far.world_from_mesh.iter().all(|m| m.is_finite()));

@@ -322,7 +322,7 @@ impl Viewer {
                 if anew {
                     self.tracks.clear();
                 }
-                self.tracks.follow(&self.held.poses_now, self.held.scene_time_s);
+                self.tracks.follow(&self.held.poses_now, self.held.scene_time_s, &update.next);
                 follower.follow(&self.held, &update, anew);
                 true
             }

@@ -1,21 +1,21 @@
 //! Where rigid objects are between updates and just after the last one.
 //!
 //! An update says where objects are at one moment, some thirty times a second; pictures are drawn more often. Between the last two
-//! moments an object goes from one pose to the other, and after them it goes on as it went: it turns as fast, and its way bends as it bent
-//! from the step before to this one, so that even turns, lines and arcs are exact. An object with an acceleration `a` is off by
-//! `a t (t + d) / 2` at `t` after the last of two moments `d` apart, where one that waited there would be off by its whole way.
+//! moments an object goes from one pose to the other. After them it goes the steps that the update tells of it. On each its way bends as it bent
+//! from the step before to this one, so that even turns, lines and arcs are exact.
 //!
-//! Nothing goes on faster than it went in the step before. A step many times faster than that is none: who starts from rest, or was put
-//! elsewhere as a clip is when it begins again, is there at once and waits for the next update. And nothing goes on for longer than it was
-//! seen to go: what stops is told so by the next update.
+//! What the update tells nothing of goes on as it went. An object with an acceleration `a` is then off by `a t (t + d) / 2` at `t` after the
+//! last of two moments `d` apart, where one that waited there would be off by its whole way. Nothing goes on so faster than it went in the
+//! step before. A step many times faster than that is none: who starts from rest, or was put elsewhere as a clip is when it begins again,
+//! is there at once and waits for the next update.
+//!
+//! Nothing goes on for longer than it was seen or told to go: what stops is told so by the next update.
 
 use std::collections::BTreeMap;
 
-use camera::turn_between;
+use camera::turn_of;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-
-/// A step whose axes differ from those of a turn by more than this also stretches: some units of the f32 that a scene's file has.
-const TURN_SLACK: f64 = 1e-6;
+use protocol::held::{NextSteps, ObjectSteps};
 
 /// A step this many times faster than the one before it leads nowhere.
 const JUMP: f64 = 8.0;
@@ -29,8 +29,18 @@ pub struct Tracks {
 }
 
 impl Tracks {
-    /// An update said where all objects are at a moment.
-    pub fn follow(&mut self, world_from_objects: &BTreeMap<u16, DAffine3>, scene_time_s: f64) {
+    /// An update said where all objects are at a moment, and told the next steps of some.
+    pub fn follow(&mut self, world_from_objects: &BTreeMap<u16, DAffine3>, scene_time_s: f64, next: &NextSteps) {
+        self.arrive(world_from_objects, scene_time_s);
+        self.tracks.values_mut().for_each(|track| track.next = None);
+        for told in &next.objects {
+            if let Some(track) = self.tracks.get_mut(&told.object) {
+                track.told(told, f64::from(next.step_s));
+            }
+        }
+    }
+
+    fn arrive(&mut self, world_from_objects: &BTreeMap<u16, DAffine3>, scene_time_s: f64) {
         let (_, last_s) = self.moments_s;
         if self.tracks.is_empty() || scene_time_s < last_s {
             // The first word, or a clock that was set back: nothing was seen to move.
@@ -57,8 +67,13 @@ impl Tracks {
     pub fn at(&self, scene_time_s: f64) -> BTreeMap<u16, DAffine3> {
         let (before_s, last_s) = self.moments_s;
         let step_s = last_s - before_s;
-        let steps = if step_s > 0.0 { ((scene_time_s - last_s) / step_s).clamp(-1.0, 1.0) } else { 0.0 };
-        self.tracks.iter().map(|(&object, track)| (object, track.at(steps))).collect()
+        let after_s = scene_time_s - last_s;
+        let steps = if step_s > 0.0 { (after_s / step_s).clamp(-1.0, 1.0) } else { 0.0 };
+        let place = |track: &Track| match &track.next {
+            Some(next) if after_s > 0.0 => next.at(&track.last, after_s),
+            _ => track.at(steps),
+        };
+        self.tracks.iter().map(|(&object, track)| (object, place(track))).collect()
     }
 }
 
@@ -75,6 +90,16 @@ struct Track {
     speeds: WayAndTurn,
     /// Which share of the step's way and turn it goes on with; 0 where it was put elsewhere.
     goes_on: WayAndTurn,
+    /// What was told of the step after the last pose.
+    next: Option<Next>,
+}
+
+/// Two steps that were told ahead.
+#[derive(Debug, Clone, Copy)]
+struct Next {
+    steps: [Step; 2],
+    /// How long each takes.
+    step_s: f64,
 }
 
 /// A number of a way and one of a turn.
@@ -107,7 +132,7 @@ struct Step {
 impl Track {
     fn standing(pose: DAffine3) -> Track {
         let (step, none) = (Step::between(&pose, &pose), WayAndTurn::NONE);
-        Track { before: pose, last: pose, step, step_s: 0.0, speeds: none, goes_on: none }
+        Track { before: pose, last: pose, step, step_s: 0.0, speeds: none, goes_on: none, next: None }
     }
 
     fn follow(&mut self, pose: DAffine3, step_s: f64) {
@@ -130,7 +155,16 @@ impl Track {
         };
         let before = self.speeds;
         let goes_on = WayAndTurn { way: share(before.way, speeds.way), turn: share(before.turn, speeds.turn) };
-        *self = Track { before: self.last, last: pose, step, step_s, speeds, goes_on };
+        *self = Track { before: self.last, last: pose, step, step_s, speeds, goes_on, next: None };
+    }
+
+    fn told(&mut self, told: &ObjectSteps, step_s: f64) {
+        let [first, second] = told.steps.map(|step| (step.way_world.as_dvec3(), Some(step.turn_world.as_dvec3())));
+        // From the middle of the last step to the middle of the first told one.
+        let steps = (self.step_s + step_s) / (2.0 * step_s);
+        let bends = [bend(self.step.way, first.0) / steps, bend(first.0, second.0)];
+        let step = |(way, turn), bend| Step { way, bend, turn };
+        self.next = Some(Next { steps: [step(first, bends[0]), step(second, bends[1])], step_s });
     }
 
     /// Where it is some steps after the last pose: from -1 to 1.
@@ -138,24 +172,46 @@ impl Track {
         // It came by all of its step, or by none of it.
         let share = if steps > 0.0 { self.goes_on } else { self.goes_on.map(f64::ceil) };
         let (way, turn) = (steps * share.way, steps * share.turn);
-        let Step { way: last_way, bend, turn: last_turn } = self.step;
         // From the middle of the last way to the middle of this one.
-        let bent = DQuat::from_scaled_axis(bend * ((1.0 + steps) / 2.0)) * last_way;
-        let matrix3 = match last_turn {
-            Some(last_turn) => DMat3::from_quat(DQuat::from_scaled_axis(last_turn * turn)) * self.last.matrix3,
+        let translation = self.last.translation + self.step.way_bent_by((1.0 + steps) / 2.0) * way;
+        let matrix3 = match self.step.turn {
+            Some(last_turn) => turned(last_turn * turn) * self.last.matrix3,
             None => self.last.matrix3 + (self.last.matrix3 - self.before.matrix3) * turn,
         };
-        DAffine3 { matrix3, translation: self.last.translation + bent * way }
+        DAffine3 { matrix3, translation }
     }
 }
 
+impl Next {
+    /// Where it is so long after the pose from which it goes: the last step goes on for as long again.
+    fn at(&self, from: &DAffine3, after_s: f64) -> DAffine3 {
+        let [first, second] = &self.steps;
+        let steps = (after_s / self.step_s).min(3.0);
+        if steps < 1.0 { first.from(from, steps) } else { second.from(&first.from(from, 1.0), steps - 1.0) }
+    }
+}
+
+fn turned(turn: DVec3) -> DMat3 {
+    DMat3::from_quat(DQuat::from_scaled_axis(turn))
+}
+
 impl Step {
+    /// Some part of it, or more than it, from a pose.
+    fn from(&self, from: &DAffine3, steps: f64) -> DAffine3 {
+        // From the middle of the whole way to the middle of this part of it.
+        let translation = from.translation + self.way_bent_by((steps - 1.0) / 2.0) * steps;
+        let matrix3 = self.turn.map_or(from.matrix3, |turn| turned(turn * steps) * from.matrix3);
+        DAffine3 { matrix3, translation }
+    }
+
+    /// The way, as it is bent so many steps on.
+    fn way_bent_by(&self, steps: f64) -> DVec3 {
+        DQuat::from_scaled_axis(self.bend * steps) * self.way
+    }
+
     /// A straight one.
     fn between(before: &DAffine3, last: &DAffine3) -> Step {
-        let turned = last.matrix3 * before.matrix3.inverse();
-        let off = turned.transpose() * turned - DMat3::IDENTITY;
-        let is_turn = off.to_cols_array().iter().all(|number| number.abs() < TURN_SLACK) && turned.determinant() > 0.0;
-        let turn = is_turn.then(|| turn_between(DQuat::IDENTITY, DQuat::from_mat3(&turned)));
+        let turn = turn_of(&before.matrix3, &last.matrix3);
         Step { way: last.translation - before.translation, bend: DVec3::ZERO, turn }
     }
 

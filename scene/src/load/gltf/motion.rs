@@ -98,10 +98,7 @@ impl Motion {
     /// The scene at a time.
     pub fn snapshot(&self, time_s: f64) -> Snapshot {
         let (pose, worlds) = self.pose(time_s);
-        let mut world_from_mesh = self.rest.clone();
-        for (place, source) in world_from_mesh.iter_mut().zip(&self.sources).filter(|(_, source)| source.moves) {
-            *place = invertible(worlds[source.node] * source.node_from_mesh, *place);
-        }
+        let mut world_from_mesh = self.placed(&worlds);
         let deformed = self
             .deforms
             .iter()
@@ -117,6 +114,15 @@ impl Motion {
         Snapshot { time_s, world_from_mesh, deformed, lights: self.lights(&worlds) }
     }
 
+    /// All instances at their nodes.
+    fn placed(&self, worlds: &[DAffine3]) -> Vec<DAffine3> {
+        let mut world_from_mesh = self.rest.clone();
+        for (place, source) in world_from_mesh.iter_mut().zip(&self.sources).filter(|(_, source)| source.moves) {
+            *place = invertible(worlds[source.node] * source.node_from_mesh, *place);
+        }
+        world_from_mesh
+    }
+
     /// The lights, each in its place.
     pub fn lights(&self, worlds: &[DAffine3]) -> Vec<SceneLight> {
         self.lights.iter().map(|light| light.placed(worlds)).collect()
@@ -126,6 +132,10 @@ impl Motion {
 impl Animation for Motion {
     fn at(&self, _scene: &Scene, time_s: f64) -> Snapshot {
         self.snapshot(time_s)
+    }
+
+    fn places(&self, _scene: &Scene, time_s: f64) -> Vec<DAffine3> {
+        self.placed(&self.pose(time_s).1)
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use protocol::codec::Coding;
 use protocol::wire::{UpdateHead, encode_update};
-use protocol::{Edit, PatchId, Update};
+use protocol::{Edit, NextSteps, PatchId, Update};
 
 use super::elsewhere::{Elsewhere, PATIENCE_S};
 use super::*;
@@ -50,7 +50,7 @@ fn live(_: usize, bytes: Vec<u8>) -> Result<Option<Vec<u8>>, String> {
 
 fn update(number: u64) -> ReceivedUpdate {
     let edits = vec![Edit::Remove(PatchId(number as u32))];
-    let update = Update { number, scene_time_s: 0.0, pose_seq: 0, edits, digest: 7 };
+    let update = Update { number, scene_time_s: 0.0, pose_seq: 0, edits, next: NextSteps::default(), digest: 7 };
     let bytes = encode_update(&update, Coding::default()).bytes;
     let head = UpdateHead::peek(&bytes).expect("sound bytes");
     ReceivedUpdate { head, sent_at_s: 0.0, arrived_at_s: number as f64, bytes }

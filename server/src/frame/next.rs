@@ -1,0 +1,65 @@
+//! Where rigid objects go after an update, told with it.
+//!
+//! A scene knows its own motion ahead of time. What clients are told of it lets them take objects from pose to pose also after the last
+//! update, where they could only guess that everything goes on as it went: a sword that hits something does not.
+
+use std::collections::BTreeSet;
+
+use camera::turn_of;
+use glam::{DAffine3, DVec3};
+use protocol::Edit;
+use protocol::held::{NextSteps, ObjectPose, ObjectSteps, Step, Update};
+
+use super::Stage;
+
+/// Two steps go so many of an update's intervals ahead. The next update is there after one, or later by the path's jitter.
+const INTERVALS: f64 = 1.5;
+/// A step that goes so many times as far as the one before it and the one after it is none: a clip began again, or something was put
+/// elsewhere.
+const JUMP: f64 = 8.0;
+
+impl Stage {
+    /// The steps that moving objects go from an update on: of those that go anywhere, and of those that the update moves.
+    pub(super) fn next_steps(&self, update: &Update, moving: &[ObjectPose]) -> NextSteps {
+        if moving.is_empty() {
+            return NextSteps::default();
+        }
+        let step_s = self.rules.update_interval_s * INTERVALS / 2.0;
+        let places = [-1.0, 1.0, 2.0, 3.0].map(|steps| self.scene.places(update.scene_time_s + steps * step_s));
+        let moved: BTreeSet<u16> = update.edits.iter().flat_map(moved_by).collect();
+        let of = |pose: &ObjectPose| {
+            let [before, first, second, after] = places.each_ref().map(|places| places[usize::from(pose.object)]);
+            let steps = steps(&[before, pose.world_from_object, first, second, after])?;
+            let goes = steps != [Step::default(); 2] || moved.contains(&pose.object);
+            goes.then_some(ObjectSteps { object: pose.object, steps })
+        };
+        NextSteps { step_s: step_s as f32, objects: moving.iter().filter_map(of).collect() }
+    }
+}
+
+fn moved_by(edit: &Edit) -> impl Iterator<Item = u16> {
+    let poses: &[ObjectPose] = if let Edit::Move(poses) = edit { poses } else { &[] };
+    poses.iter().map(|pose| pose.object)
+}
+
+/// The second and third of the four steps between five poses; `None` where they stretch the object, too.
+fn steps(poses: &[DAffine3; 5]) -> Option<[Step; 2]> {
+    let ways = [0, 1, 2, 3].map(|at| poses[at + 1].translation - poses[at].translation);
+    let turns = [0, 1, 2, 3].map(|at| turn_of(&poses[at].matrix3, &poses[at + 1].matrix3));
+    let (way_m, turn_rad) = (ways.map(DVec3::length), turns.map(|turn| turn.map_or(0.0, DVec3::length)));
+    let step = |at: usize| {
+        let turn = turns[at]?;
+        let jumps = is_jump(&way_m[at - 1..=at + 1]) || is_jump(&turn_rad[at - 1..=at + 1]);
+        let step = Step { way_world: ways[at].as_vec3(), turn_world: turn.as_vec3() };
+        Some(if jumps { Step::default() } else { step })
+    };
+    Some([step(1)?, step(2)?])
+}
+
+/// Whether the middle one of three steps is far longer than the others.
+fn is_jump(sizes: &[f64]) -> bool {
+    sizes[1] > JUMP * sizes[0].max(sizes[2])
+}
+
+#[cfg(test)]
+mod tests;
