@@ -7,7 +7,7 @@
 //! What the update tells nothing of goes on as it went. An object with an acceleration `a` is then off by `a t (t + d) / 2` at `t` after the
 //! last of two moments `d` apart, where one that waited there would be off by its whole way. Nothing goes on so faster than it went in the
 //! step before. A step many times faster than that is none: who starts from rest, or was put elsewhere as a clip is when it begins again,
-//! is there at once and waits for the next update.
+//! is there at once and waits for the next update, unless it was told before.
 //!
 //! Nothing goes on for longer than it was seen or told to go: what stops is told so by the next update.
 
@@ -146,15 +146,25 @@ impl Track {
         // From the middle of the step before to the middle of this one.
         let steps = (self.step_s + step_s) / (2.0 * step_s);
         let step = Step { bend: bend(self.step.way, straight.way) / steps, ..straight };
-        let speeds = step.size(&self.last, &pose).map(|size| size / step_s);
-        let share = |before: f64, now: f64| match before / now {
-            share if share * JUMP < 1.0 => 0.0,
-            share if share < 1.0 => share,
-            // Not faster than before, or neither went at all.
+        let size = step.size(&self.last, &pose);
+        let speeds = size.map(|size| size / step_s);
+        let share = |before: f64, now: f64, was_told: bool| match before / now {
+            share if share * JUMP < 1.0 && !was_told => 0.0,
+            share if share < 1.0 && !was_told => share,
+            // Not faster than before, or it was told so.
             _ => 1.0,
         };
+        // What was told leads nearer to where it is than to where it was.
+        let off = self
+            .next
+            .map(|next| next.at(&self.last, step_s))
+            .map(|told| Step::between(&told, &pose).size(&told, &pose));
+        let was_told = |part: fn(&WayAndTurn) -> f64| off.is_some_and(|off| part(&off) < part(&size) / 2.0);
         let before = self.speeds;
-        let goes_on = WayAndTurn { way: share(before.way, speeds.way), turn: share(before.turn, speeds.turn) };
+        let goes_on = WayAndTurn {
+            way: share(before.way, speeds.way, was_told(|size| size.way)),
+            turn: share(before.turn, speeds.turn, was_told(|size| size.turn)),
+        };
         *self = Track { before: self.last, last: pose, step, step_s, speeds, goes_on, next: None };
     }
 

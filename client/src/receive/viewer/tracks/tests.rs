@@ -162,6 +162,23 @@ fn a_blow_ends_where_it_was_told() {
 }
 
 #[test]
+fn who_was_told_to_start_is_seen_to_go() {
+    // From rest to full speed: a step that leads nowhere where it was not told.
+    let starts = |t_s: f64| {
+        let gone = (t_s - 0.1).max(0.0);
+        DAffine3::from_translation(DVec3::X * 4.0 * gone) * DAffine3::from_rotation_y(6.0 * gone)
+    };
+    let then = BTreeMap::from([(7, starts(0.15))]);
+    for (next, bound) in [(told(starts, 0.1, 0.025), 1e-6), (NextSteps::default(), 1.0)] {
+        let mut started = tracks(starts, &[0.0, 0.05]);
+        started.follow(&BTreeMap::from([(7, starts(0.1))]), 0.1, &next);
+        started.follow(&then, 0.15, &NextSteps::default());
+        let off = off_m(&started.at(0.125), starts(0.125));
+        assert!(off < bound && (bound == 1e-6 || off > 0.1), "{off} m off halfway");
+    }
+}
+
+#[test]
 fn steps_of_unknown_objects_are_nothing() {
     let mut tracks = tracks(round, &[0.0, STEP_S]);
     let mut next = told(round, STEP_S, STEP_S);
