@@ -64,7 +64,7 @@ pub struct ObjectSteps {
     /// The object.
     pub object: u16,
     /// From where an update puts it, and on from there.
-    pub steps: [Step; 2],
+    pub steps: [Step; 3],
 }
 
 /// The steps that rigid objects go next, as far as the scene's own motion is known ahead. What is not named goes on as it went, or stands.

@@ -153,7 +153,7 @@ fn a_refused_update_changes_nothing() {
 fn steps_ahead_must_be_sound_and_change_nothing_that_is_held() {
     let steps = |object, way_m| {
         let step = Step { way_world: Vec3::X * way_m, turn_world: Vec3::Y };
-        ObjectSteps { object, steps: [Step::default(), step] }
+        ObjectSteps { object, steps: [Step::default(), step, step] }
     };
     let told = |step_s, objects| {
         let mut server = Held::default();

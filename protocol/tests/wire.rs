@@ -90,7 +90,7 @@ fn update_of(size_px: (u32, u32)) -> Update {
     ];
     let first = Step { way_world: Vec3::new(0.0, -2.0, 1e-9), turn_world: Vec3::Y };
     let second = Step { way_world: Vec3::Z, turn_world: Vec3::new(f32::MIN_POSITIVE, 3.0, f32::MAX) };
-    let steps = |object| ObjectSteps { object, steps: [first, second] };
+    let steps = |object| ObjectSteps { object, steps: [first, second, Step::default()] };
     let next = NextSteps { step_s: 0.025, objects: vec![steps(7), steps(65535)] };
     Update { number: 1 << 40, scene_time_s: 0.5, pose_seq: 3, edits, next, digest: 0xfeed }
 }

@@ -162,7 +162,7 @@ pub(crate) fn read_objects(bytes: &mut Reader) -> Result<Vec<ObjectPose>, CodecE
 }
 
 /// Bytes of an object's steps: id, and ways and turns.
-const STEPS_BYTES: usize = 2 + 2 * 6 * 4;
+const STEPS_BYTES: usize = 2 + 3 * 6 * 4;
 
 /// Appends a count and the steps, and how long one takes where there are any.
 pub(crate) fn write_next(next: &NextSteps, out: &mut Writer) {
@@ -187,7 +187,9 @@ pub(crate) fn read_next(bytes: &mut Reader) -> Result<NextSteps, EndsEarly> {
     let step_s = if count > 0 { bytes.f32()? } else { 0.0 };
     let vector = |bytes: &mut Reader| Ok(Vec3::new(bytes.f32()?, bytes.f32()?, bytes.f32()?));
     let step = |bytes: &mut Reader| Ok(Step { way_world: vector(bytes)?, turn_world: vector(bytes)? });
-    let object = |bytes: &mut Reader| Ok(ObjectSteps { object: bytes.u16()?, steps: [step(bytes)?, step(bytes)?] });
+    let object = |bytes: &mut Reader| {
+        Ok(ObjectSteps { object: bytes.u16()?, steps: [step(bytes)?, step(bytes)?, step(bytes)?] })
+    };
     Ok(NextSteps { step_s, objects: (0..count).map(|_| object(bytes)).collect::<Result<_, _>>()? })
 }
 

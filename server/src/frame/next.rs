@@ -12,8 +12,9 @@ use protocol::held::{NextSteps, ObjectPose, ObjectSteps, Step, Update};
 
 use super::Stage;
 
-/// Two steps go so many of an update's intervals ahead. The next update is there after one, or later by the path's jitter.
-const INTERVALS: f64 = 1.5;
+/// A step takes half an update's interval: three lead to where the next update finds the object, and on for as long as the path's jitter may
+/// keep that.
+const INTERVALS: f64 = 0.5;
 /// A step that goes so many times as far as the one before it and the one after it is none: a clip began again, or something was put
 /// elsewhere.
 const JUMP: f64 = 8.0;
@@ -24,13 +25,14 @@ impl Stage {
         if moving.is_empty() {
             return NextSteps::default();
         }
-        let step_s = self.rules.update_interval_s * INTERVALS / 2.0;
-        let places = [-1.0, 1.0, 2.0, 3.0].map(|steps| self.scene.places(update.scene_time_s + steps * step_s));
+        let step_s = self.rules.update_interval_s * INTERVALS;
+        let places = [-1.0, 1.0, 2.0, 3.0, 4.0].map(|steps| self.scene.places(update.scene_time_s + steps * step_s));
         let moved: BTreeSet<u16> = update.edits.iter().flat_map(moved_by).collect();
         let of = |pose: &ObjectPose| {
-            let [before, first, second, after] = places.each_ref().map(|places| places[usize::from(pose.object)]);
-            let steps = steps(&[before, pose.world_from_object, first, second, after])?;
-            let goes = steps != [Step::default(); 2] || moved.contains(&pose.object);
+            let [before, first, second, third, after] =
+                places.each_ref().map(|places| places[usize::from(pose.object)]);
+            let steps = steps(&[before, pose.world_from_object, first, second, third, after])?;
+            let goes = steps != [Step::default(); 3] || moved.contains(&pose.object);
             goes.then_some(ObjectSteps { object: pose.object, steps })
         };
         NextSteps { step_s: step_s as f32, objects: moving.iter().filter_map(of).collect() }
@@ -42,10 +44,10 @@ fn moved_by(edit: &Edit) -> impl Iterator<Item = u16> {
     poses.iter().map(|pose| pose.object)
 }
 
-/// The second and third of the four steps between five poses; `None` where they stretch the object, too.
-fn steps(poses: &[DAffine3; 5]) -> Option<[Step; 2]> {
-    let ways = [0, 1, 2, 3].map(|at| poses[at + 1].translation - poses[at].translation);
-    let turns = [0, 1, 2, 3].map(|at| turn_of(&poses[at].matrix3, &poses[at + 1].matrix3));
+/// The inner ones of the five steps between six poses; `None` where they stretch the object, too.
+fn steps(poses: &[DAffine3; 6]) -> Option<[Step; 3]> {
+    let ways = [0, 1, 2, 3, 4].map(|at| poses[at + 1].translation - poses[at].translation);
+    let turns = [0, 1, 2, 3, 4].map(|at| turn_of(&poses[at].matrix3, &poses[at + 1].matrix3));
     let (way_m, turn_rad) = (ways.map(DVec3::length), turns.map(|turn| turn.map_or(0.0, DVec3::length)));
     let step = |at: usize| {
         let turn = turns[at]?;
@@ -53,7 +55,7 @@ fn steps(poses: &[DAffine3; 5]) -> Option<[Step; 2]> {
         let step = Step { way_world: ways[at].as_vec3(), turn_world: turn.as_vec3() };
         Some(if jumps { Step::default() } else { step })
     };
-    Some([step(1)?, step(2)?])
+    Some([step(1)?, step(2)?, step(3)?])
 }
 
 /// Whether the middle one of three steps is far longer than the others.

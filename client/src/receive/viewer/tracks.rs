@@ -1,13 +1,13 @@
 //! Where rigid objects are between updates and just after the last one.
 //!
-//! An update says where objects are at one moment, some thirty times a second; pictures are drawn more often. Between the last two
-//! moments an object goes from one pose to the other. After them it goes the steps that the update tells of it. On each its way bends as it bent
-//! from the step before to this one, so that even turns, lines and arcs are exact.
+//! An update says where objects are at one moment, some thirty times a second; pictures are drawn more often. An object goes from one pose to
+//! the next, and after the last one on, by the steps that updates tell ahead. On each its way bends as it bent from the step before to this
+//! one, so that even turns, lines and arcs are exact.
 //!
-//! What the update tells nothing of goes on as it went. An object with an acceleration `a` is then off by `a t (t + d) / 2` at `t` after the
-//! last of two moments `d` apart, where one that waited there would be off by its whole way. Nothing goes on so faster than it went in the
-//! step before. A step many times faster than that is none: who starts from rest, or was put elsewhere as a clip is when it begins again,
-//! is there at once and waits for the next update, unless it was told before.
+//! What the updates tell nothing of goes straight from the pose before to the last one, and then on as it went. An object with an acceleration
+//! `a` is then off by `a t (t + d) / 2` at `t` after the last of two moments `d` apart, where one that waited there would be off by its whole
+//! way. Nothing goes on so faster than it went in the step before. A step many times faster than that is none: who starts from rest, or was
+//! put elsewhere as a clip is when it begins again, is there at once and waits for the next update.
 //!
 //! Nothing goes on for longer than it was seen or told to go: what stops is told so by the next update.
 
@@ -69,8 +69,9 @@ impl Tracks {
         let step_s = last_s - before_s;
         let after_s = scene_time_s - last_s;
         let steps = if step_s > 0.0 { (after_s / step_s).clamp(-1.0, 1.0) } else { 0.0 };
-        let place = |track: &Track| match &track.next {
-            Some(next) if after_s > 0.0 => next.at(&track.last, after_s),
+        let place = |track: &Track| match (&track.came, &track.next) {
+            (_, Some(next)) if after_s > 0.0 => next.at(&track.last, after_s),
+            (Some(came), _) if after_s < 0.0 => came.at(&track.before, (after_s + step_s).max(0.0)),
             _ => track.at(steps),
         };
         self.tracks.iter().map(|(&object, track)| (object, place(track))).collect()
@@ -90,14 +91,16 @@ struct Track {
     speeds: WayAndTurn,
     /// Which share of the step's way and turn it goes on with; 0 where it was put elsewhere.
     goes_on: WayAndTurn,
-    /// What was told of the step after the last pose.
+    /// What was told of the way from the pose before to the last one.
+    came: Option<Next>,
+    /// What was told of the way after the last pose.
     next: Option<Next>,
 }
 
-/// Two steps that were told ahead.
+/// Steps that were told ahead.
 #[derive(Debug, Clone, Copy)]
 struct Next {
-    steps: [Step; 2],
+    steps: [Step; 3],
     /// How long each takes.
     step_s: f64,
 }
@@ -132,7 +135,7 @@ struct Step {
 impl Track {
     fn standing(pose: DAffine3) -> Track {
         let (step, none) = (Step::between(&pose, &pose), WayAndTurn::NONE);
-        Track { before: pose, last: pose, step, step_s: 0.0, speeds: none, goes_on: none, next: None }
+        Track { before: pose, last: pose, step, step_s: 0.0, speeds: none, goes_on: none, came: None, next: None }
     }
 
     fn follow(&mut self, pose: DAffine3, step_s: f64) {
@@ -146,35 +149,31 @@ impl Track {
         // From the middle of the step before to the middle of this one.
         let steps = (self.step_s + step_s) / (2.0 * step_s);
         let step = Step { bend: bend(self.step.way, straight.way) / steps, ..straight };
-        let size = step.size(&self.last, &pose);
-        let speeds = size.map(|size| size / step_s);
-        let share = |before: f64, now: f64, was_told: bool| match before / now {
-            share if share * JUMP < 1.0 && !was_told => 0.0,
-            share if share < 1.0 && !was_told => share,
-            // Not faster than before, or it was told so.
+        let speeds = step.size(&self.last, &pose).map(|size| size / step_s);
+        let share = |before: f64, now: f64| match before / now {
+            share if share * JUMP < 1.0 => 0.0,
+            share if share < 1.0 => share,
+            // Not faster than before, or neither went at all.
             _ => 1.0,
         };
-        // What was told leads nearer to where it is than to where it was.
-        let off = self
-            .next
-            .map(|next| next.at(&self.last, step_s))
-            .map(|told| Step::between(&told, &pose).size(&told, &pose));
-        let was_told = |part: fn(&WayAndTurn) -> f64| off.is_some_and(|off| part(&off) < part(&size) / 2.0);
+        // After an update that came late nothing is known of the way between.
+        let came = self.next.filter(|next| step_s <= next.told_s());
         let before = self.speeds;
-        let goes_on = WayAndTurn {
-            way: share(before.way, speeds.way, was_told(|size| size.way)),
-            turn: share(before.turn, speeds.turn, was_told(|size| size.turn)),
-        };
-        *self = Track { before: self.last, last: pose, step, step_s, speeds, goes_on, next: None };
+        let goes_on = WayAndTurn { way: share(before.way, speeds.way), turn: share(before.turn, speeds.turn) };
+        *self = Track { before: self.last, last: pose, step, step_s, speeds, goes_on, came, next: None };
     }
 
     fn told(&mut self, told: &ObjectSteps, step_s: f64) {
-        let [first, second] = told.steps.map(|step| (step.way_world.as_dvec3(), Some(step.turn_world.as_dvec3())));
-        // From the middle of the last step to the middle of the first told one.
-        let steps = (self.step_s + step_s) / (2.0 * step_s);
-        let bends = [bend(self.step.way, first.0) / steps, bend(first.0, second.0)];
-        let step = |(way, turn), bend| Step { way, bend, turn };
-        self.next = Some(Next { steps: [step(first, bends[0]), step(second, bends[1])], step_s });
+        let mut last_way = self.step.way;
+        // From the middle of the last step to the middle of the first told one, and then from step to step.
+        let mut steps = (self.step_s + step_s) / (2.0 * step_s);
+        let steps = told.steps.map(|step| {
+            let way = step.way_world.as_dvec3();
+            let bend = bend(last_way, way) / steps;
+            (last_way, steps) = (way, 1.0);
+            Step { way, bend, turn: Some(step.turn_world.as_dvec3()) }
+        });
+        self.next = Some(Next { steps, step_s });
     }
 
     /// Where it is some steps after the last pose: from -1 to 1.
@@ -193,11 +192,22 @@ impl Track {
 }
 
 impl Next {
+    /// For how long it is told, the last step gone twice.
+    fn told_s(&self) -> f64 {
+        self.step_s * (self.steps.len() + 1) as f64
+    }
+
     /// Where it is so long after the pose from which it goes: the last step goes on for as long again.
     fn at(&self, from: &DAffine3, after_s: f64) -> DAffine3 {
-        let [first, second] = &self.steps;
-        let steps = (after_s / self.step_s).min(3.0);
-        if steps < 1.0 { first.from(from, steps) } else { second.from(&first.from(from, 1.0), steps - 1.0) }
+        let (mut at, mut steps) = (*from, after_s / self.step_s);
+        let [first @ .., last] = &self.steps;
+        for step in first {
+            if steps < 1.0 {
+                return step.from(&at, steps);
+            }
+            (at, steps) = (step.from(&at, 1.0), steps - 1.0);
+        }
+        last.from(&at, steps.min(2.0))
     }
 }
 

@@ -1,10 +1,10 @@
 use super::*;
 
-fn told(place: impl Fn(f64) -> DAffine3) -> Option<[Step; 2]> {
-    steps(&[-1.0, 0.0, 1.0, 2.0, 3.0].map(place))
+fn told(place: impl Fn(f64) -> DAffine3) -> Option<[Step; 3]> {
+    steps(&[-1.0, 0.0, 1.0, 2.0, 3.0, 4.0].map(place))
 }
 
-fn way_m(place: impl Fn(f64) -> f64) -> Option<[f32; 2]> {
+fn way_m(place: impl Fn(f64) -> f64) -> Option<[f32; 3]> {
     told(|t| DAffine3::from_translation(DVec3::X * place(t))).map(|steps| steps.map(|step| step.way_world.x))
 }
 
@@ -16,14 +16,14 @@ fn steps_are_told_of_what_moves_starts_or_stops_but_not_of_jumps() {
         assert!((step.way_world.as_dvec3() - way).length() < 1e-6);
         assert!((step.turn_world.as_dvec3() - DVec3::Y).length() < 1e-6);
     }
-    assert_eq!(way_m(|t| t.min(0.25)), Some([0.25, 0.0]), "it stops");
-    assert_eq!(way_m(|t| (t - 1.5).max(0.0)), Some([0.0, 0.5]), "it starts");
-    assert_eq!(way_m(|_| 7.0), Some([0.0, 0.0]), "it stands");
-    // A clip that begins again in one of the steps, the other step of which goes on.
-    assert_eq!(way_m(|t| if t < 0.5 { 20.0 + t } else { t }), Some([0.0, 1.0]));
-    assert_eq!(way_m(|t| if t < 1.5 { 20.0 + t } else { t }), Some([1.0, 0.0]));
+    assert_eq!(way_m(|t| t.min(0.25)), Some([0.25, 0.0, 0.0]), "it stops");
+    assert_eq!(way_m(|t| (t - 1.5).max(0.0)), Some([0.0, 0.5, 1.0]), "it starts");
+    assert_eq!(way_m(|_| 7.0), Some([0.0; 3]), "it stands");
+    // A clip that begins again in one of the steps, the others of which go on.
+    assert_eq!(way_m(|t| if t < 0.5 { 20.0 + t } else { t }), Some([0.0, 1.0, 1.0]));
+    assert_eq!(way_m(|t| if t < 1.5 { 20.0 + t } else { t }), Some([1.0, 0.0, 1.0]));
     let turns = |t: f64| DAffine3::from_rotation_z(if t < 0.5 { 2.0 + 0.1 * t } else { 0.1 * t });
-    let [first, second] = told(turns).expect("no stretch");
+    let [first, second, _] = told(turns).expect("no stretch");
     assert_eq!(first, Step::default());
     assert!((second.turn_world.z - 0.1).abs() < 1e-6);
 

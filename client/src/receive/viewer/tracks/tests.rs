@@ -120,25 +120,25 @@ fn told(pose: impl Fn(f64) -> DAffine3, t_s: f64, step_s: f64) -> NextSteps {
         let turn_world = turn_of(&now.matrix3, &then.matrix3).expect("it does not stretch").as_vec3();
         ToldStep { way_world: (then.translation - now.translation).as_vec3(), turn_world }
     };
-    let steps = [step(t_s), step(t_s + step_s)];
+    let steps = [0.0, 1.0, 2.0].map(|steps| step(t_s + steps * step_s));
     NextSteps { step_s: step_s as f32, objects: vec![ObjectSteps { object: 7, steps }] }
 }
 
 #[test]
 fn what_was_told_is_gone_exactly_and_then_for_as_long_again() {
-    let step_s = 0.75 * STEP_S;
+    let step_s = 0.5 * STEP_S;
     for (pose, bound) in [(rolling as fn(f64) -> DAffine3, 1e-6), (round, 3.2 * (5.0 * step_s).powi(3) / 4.0)] {
         let mut tracks = tracks(pose, &[0.0, STEP_S, 2.0 * STEP_S]);
         let from_s = 2.0 * STEP_S;
         tracks.follow(&BTreeMap::from([(7, pose(from_s))]), from_s, &told(pose, from_s, step_s));
-        for steps in [-0.5, 0.0, 0.2, 0.7, 1.0, 1.3, 1.9, 2.0, 2.4] {
+        for steps in [-0.5, 0.0, 0.2, 0.7, 1.0, 1.3, 1.9, 2.0, 2.4, 3.0, 3.4] {
             let t_s = from_s + steps * step_s;
             let off = off_m(&tracks.at(t_s), pose(t_s));
             assert!(off < bound, "{off} m off after {steps} steps, {bound}");
             // What f32 tells of ways of decimetres and turns of less than one.
             assert!(steps <= 0.0 || steps.fract() != 0.0 || off < 1e-6, "{off} m off where it was told to be");
         }
-        assert_eq!(tracks.at(9.0), tracks.at(from_s + 3.001 * step_s));
+        assert_eq!(tracks.at(9.0), tracks.at(from_s + 4.001 * step_s));
     }
 }
 
@@ -176,6 +176,16 @@ fn who_was_told_to_start_is_seen_to_go() {
         let off = off_m(&started.at(0.125), starts(0.125));
         assert!(off < bound && (bound == 1e-6 || off > 0.1), "{off} m off halfway");
     }
+}
+
+#[test]
+fn an_update_that_comes_late_is_gone_to_straight() {
+    let mut late = tracks(rolling, &[0.0, STEP_S]);
+    late.follow(&BTreeMap::from([(7, rolling(STEP_S))]), STEP_S, &told(rolling, STEP_S, STEP_S / 2.0));
+    let line = |t_s: f64| DAffine3::from_translation(DVec3::X * t_s);
+    late.follow(&BTreeMap::from([(7, line(1.0))]), 1.0, &NextSteps::default());
+    let before = late.at(0.999)[&7].translation.distance(line(1.0).translation);
+    assert!(before < 0.002 * rolling(STEP_S).translation.length(), "{before} m from where it is a moment later");
 }
 
 #[test]
