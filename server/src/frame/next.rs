@@ -18,7 +18,7 @@ const INTERVALS: f64 = 0.5;
 /// A step that goes so many times as far as the one before it and the one after it is none: a clip began again, or something was put
 /// elsewhere.
 const JUMP: f64 = 8.0;
-/// Metres and radians: less is the rounding of turns, and no jump however still it is before and after.
+/// Metres and radians: less is the rounding of composed transforms, and no jump however still it is before and after.
 const LEAST: f64 = 1e-6;
 
 impl Stage {
@@ -53,10 +53,6 @@ fn steps(poses: &[DAffine3; 6]) -> Option<[Step; 3]> {
     let (way_m, turn_rad) = (ways.map(DVec3::length), turns.map(|turn| turn.map_or(0.0, DVec3::length)));
     let step = |at: usize| {
         let turn = turns[at]?;
-        if poses[at] == poses[at + 1] {
-            // A matrix and its inverse are a turn of some rounding.
-            return Some(Step::default());
-        }
         let jumps = is_jump(&way_m[at - 1..=at + 1]) || is_jump(&turn_rad[at - 1..=at + 1]);
         let step = Step { way_world: ways[at].as_vec3(), turn_world: turn.as_vec3() };
         let is_told = !jumps && step.way_world.is_finite();
