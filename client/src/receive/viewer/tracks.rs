@@ -166,11 +166,11 @@ impl Track {
     fn told(&mut self, told: &ObjectSteps, step_s: f64) {
         let mut last_way = self.step.way;
         // From the middle of the last step to the middle of the first told one, and then from step to step.
-        let mut steps = (self.step_s + step_s) / (2.0 * step_s);
+        let mut apart_steps = (self.step_s + step_s) / (2.0 * step_s);
         let steps = told.steps.map(|step| {
             let way = step.way_world.as_dvec3();
-            let bend = bend(last_way, way) / steps;
-            (last_way, steps) = (way, 1.0);
+            let bend = bend(last_way, way) / apart_steps;
+            (last_way, apart_steps) = (way, 1.0);
             Step { way, bend, turn: Some(step.turn_world.as_dvec3()) }
         });
         self.next = Some(Next { steps, step_s });
