@@ -7,7 +7,7 @@ use camera::Pinhole;
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use gpu::Gpu;
 use libtest_mimic::{Arguments, Failed, Trial};
-use server::impostors::Needs;
+use server::impostors::{Choices, Needs};
 use vantage_bench::compare::{Picture, score};
 use vantage_bench::render::read_trace;
 use vantage_bench::stage::{Stage, load_scene, picture};
@@ -115,7 +115,8 @@ fn a_mirror_in_a_real_interior_is_served(assets: &Path) -> Result<(), Failed> {
     }
     let place = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), DQuat::IDENTITY, at);
     let scene = interior.with("mirror", pot, silver, place);
-    let decision = Needs::new(&scene).decide(&scene, &scene.at(0.0), at + DVec3::new(1.0, 0.5, 1.0));
+    let decision =
+        Needs::new(&scene).decide(&scene, &scene.at(0.0), at + DVec3::new(1.0, 0.5, 1.0), &Choices::default());
     println!("{:?}", decision.reasons);
     let is_said =
         decision.reasons.iter().any(|reason| reason.contains("\"mirror\" is a mirror") && reason.contains("6 images"));

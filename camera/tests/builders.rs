@@ -240,3 +240,77 @@ fn a_map_without_cells_or_sizes_is_refused() {
         Err(GraphError::Number { name: description.root.name.clone() })
     );
 }
+
+/// What a view from the middle of a cell sees, 90 degrees wide.
+fn view_along(map: &CorridorMap, cell: (usize, usize), heading: Heading) -> Pinhole {
+    let (x, z) = (cell.0 as f64 + 0.5, cell.1 as f64 + 0.5);
+    let eye_world = map.origin_world + DVec3::new(x * map.cell_m, map.height_m / 2.0, z * map.cell_m);
+    let world_from_eye = Rigid::look_along(eye_world, heading.forward_world());
+    Pinhole::symmetric(world_from_eye, (256, 256), std::f64::consts::FRAC_PI_2, 0.01)
+}
+
+/// Whether a level line between two points stays in free cells.
+fn is_in_sight(map: &CorridorMap, from_world: DVec3, to_world: DVec3) -> bool {
+    (0..=400).all(|k| map.cell_of(from_world.lerp(to_world, f64::from(k) / 400.0)).is_some())
+}
+
+/// From all of a grid of points: what the eye sees in the view is in the image, at the very place if no mouth is between; and what any point of
+/// the body sees through a mouth that the view shows whole is in the image too.
+#[test]
+fn views_round_corners_hold_what_the_eye_sees_and_what_the_body_sees_beside() {
+    let map = drawn(&[
+        "#.#####", //
+        "#.....#", "#.###.#", "#.#...#", "#.###.#", "#.....#",
+    ]);
+    let (view, radius_m) = (view_along(&map, (1, 0), Heading::PlusZ), 0.3);
+    let eye_world = view.world_from_eye.translation;
+    let description = map.describe_around(&view, Heading::PlusZ, radius_m).expect("a map").expect("it bends");
+    let camera = GraphCamera::from_description(&description).expect("a camera");
+    let (mut straight, mut beside) = (0, 0);
+    for k in 0..70 * 60 {
+        let p = DVec3::new(f64::from(k % 70) / 10.0 + 0.03, eye_world.y, f64::from(k / 70) / 10.0 + 0.04);
+        if map.cell_of(p).is_none() {
+            continue;
+        }
+        let of_view = view.image_from_world(p).filter(|image| (1.0..255.0).contains(&image.u));
+        let of_graph = camera.image_from_world(p);
+        if of_view.is_some() && is_in_sight(&map, eye_world, p) {
+            let (of_view, of_graph) = (of_view.expect("it is"), of_graph.expect("the eye sees it"));
+            // In the run straight ahead nothing is bent, but past its end cut.
+            let is_ahead = p.x > 1.0 && p.x < 2.0 && p.z < 5.0;
+            assert!(!is_ahead || (of_view.u - of_graph.0.u).abs() < 1e-9, "{p}: {of_view:?}, {of_graph:?}");
+            straight += 1;
+        } else if p.z > 1.0
+            && (0..64).any(|k| {
+                let angle = f64::from(k) / 64.0 * std::f64::consts::TAU;
+                is_in_sight(&map, eye_world + DVec3::new(angle.cos(), 0.0, angle.sin()) * radius_m, p)
+            })
+            && p.z > 4.5
+        {
+            // Behind the mouth at the end, which is whole in the view.
+            assert!(of_graph.is_some(), "{p} is seen from the body");
+            beside += 1;
+        }
+    }
+    assert!(straight > 300 && beside > 0, "{straight}, {beside}");
+}
+
+#[test]
+fn views_stay_straight_where_nothing_hides() {
+    let along = |rows: &[&str], cell, radius_m| {
+        let map = drawn(rows);
+        map.describe_around(&view_along(&map, cell, Heading::PlusZ), Heading::PlusZ, radius_m).expect("a map")
+    };
+    let corner = ["#.##", "#.##", "#...", "####"];
+    assert!(along(&corner, (1, 0), 0.3).is_some());
+    assert_eq!(
+        along(&corner, (1, 0), 0.0).map(|description| description.frusta[0].centre.x),
+        None,
+        "a point sees as its eye does"
+    );
+    assert_eq!(along(&["#.#", "#.#", "#.#"], (1, 0), 0.3), None, "a dead end");
+    assert_eq!(along(&["...", "...", "..."], (1, 0), 0.3), None, "a room");
+    let map = drawn(&corner);
+    let outside = view_along(&map, (0, 0), Heading::PlusZ);
+    assert_eq!(map.describe_around(&outside, Heading::PlusZ, 0.3), Err(CorridorMapError::Entrance));
+}

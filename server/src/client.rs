@@ -4,8 +4,8 @@ use protocol::message::Draws;
 use protocol::session::DEFAULT_BUDGET_BYTES;
 
 use crate::account::Account;
-use crate::impostors::Kept;
 use crate::impostors::relief::KeptReliefs;
+use crate::impostors::{Choices, Kept};
 use crate::pace::Pace;
 use crate::plan::Focus;
 use crate::{anticipate, lights, rest};
@@ -21,6 +21,8 @@ pub struct Client {
     pub pace: Pace,
     /// Server time when it was sent its first picture, coarse as it may be; `None` before.
     pub picture_sent_at_s: Option<f64>,
+    /// Which impostors serve the reflectors that it sees.
+    pub choices: Choices,
     /// The impostors it was sent.
     pub impostors: Kept,
     /// The reliefs it was sent.
@@ -44,6 +46,7 @@ impl Default for Client {
             focus: None,
             pace: Pace::default(),
             picture_sent_at_s: None,
+            choices: Choices::default(),
             impostors: Kept::default(),
             reliefs: KeptReliefs::default(),
             lights: lights::Kept::default(),

@@ -22,8 +22,8 @@ use crate::density;
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::imager::Imager;
-use crate::impostors::Needs;
 use crate::impostors::relief::{self, Eye, Reliefs};
+use crate::impostors::{Needs, Shot};
 use crate::lights::{self, Serving};
 use crate::plan::{Coverage, Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
 use crate::render::triangle_bases;
@@ -384,7 +384,10 @@ impl Stage {
         client: &mut Client,
     ) -> Result<(), StageError> {
         let eye_world = plan.coverage.world_from_eye.translation;
-        let decision = self.needs.decide(&self.scene, snapshot, eye_world);
+        let imager = &mut *self.imager;
+        let mut draw = |shot: &Shot<'_>| imager.impostor(snapshot, shot);
+        self.needs.choose((&self.scene, snapshot), eye_world, &mut client.choices, &mut draw)?;
+        let decision = self.needs.decide(&self.scene, snapshot, eye_world, &client.choices);
         if let Some(news) = client.impostors.news(&decision) {
             tracing::info!("impostors: {news}");
         }

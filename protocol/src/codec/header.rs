@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use camera::{Camera, Pinhole, Rigid, Spoc};
+use camera::{Camera, GraphCamera, Pinhole, Rigid, Spoc};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec3};
 
 use super::CodecError;
+use super::pack::{Packer, Unpacker};
 use crate::bytes::{EndsEarly, Reader, Writer};
 use crate::held::{Instance, NextSteps, ObjectPose, ObjectSteps, Patch, PatchId, Purpose, Step};
 use crate::image::DepthScale;
@@ -56,7 +57,10 @@ pub(crate) fn write(patch: &Patch, out: &mut Writer) {
         }
         Camera::Graph(camera) => {
             out.u8(GRAPH);
-            out.block(&graph::encode_graph(camera));
+            // The same planes bound many frusta: packed, a description takes a third of its bytes.
+            let description = graph::encode_graph(camera);
+            out.varint(u32::try_from(description.len()).expect("descriptions are capped"));
+            Packer::new().pack(&description, out);
         }
     }
     out.f32(patch.image.depth_scale.w_min);
@@ -81,7 +85,7 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
     let camera = match bytes.u8()? {
         PINHOLE => Camera::Pinhole(read_pinhole(bytes)?),
         SPOC => Camera::Spoc(read_spoc(bytes)?),
-        GRAPH => Camera::Graph(Arc::new(graph::decode_graph(bytes.block()?).ok_or(CodecError::Damaged("camera"))?)),
+        GRAPH => Camera::Graph(Arc::new(read_graph(bytes)?)),
         _ => return Err(CodecError::Damaged("kind of camera")),
     };
     if !camera.is_valid() {
@@ -94,6 +98,15 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
     let depth_scale = DepthScale { w_min: bytes.f32()?, w_step: bytes.f32()? };
     let objects = read_objects(bytes)?;
     Ok(Header { id, purpose, capture_time_s, objects, camera, depth_scale })
+}
+
+fn read_graph(bytes: &mut Reader) -> Result<GraphCamera, CodecError> {
+    let length = bytes.varint()? as usize;
+    if length > graph::GRAPH_LIMIT_BYTES {
+        return Err(CodecError::TooMuch("bytes of a graph camera"));
+    }
+    let description = Unpacker::new().unpack(bytes, length)?;
+    graph::decode_graph(&description).ok_or(CodecError::Damaged("camera"))
 }
 
 fn write_pinhole(camera: &Pinhole, out: &mut Writer) {

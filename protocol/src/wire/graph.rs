@@ -4,7 +4,7 @@ use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use camera::{GraphCamera, GraphDescription};
 
 /// What the description of a graph camera may take: [`GRAPH_MAX_FRUSTA`] frusta of a few hundred bytes each.
-const GRAPH_LIMIT_BYTES: usize = 256 * 1024;
+pub(crate) const GRAPH_LIMIT_BYTES: usize = 256 * 1024;
 /// The most frusta of a camera on the wire: a client cuts every ray with all of them.
 pub const GRAPH_MAX_FRUSTA: usize = 256;
 

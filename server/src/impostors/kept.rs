@@ -1,8 +1,10 @@
 use std::collections::BTreeMap;
+use std::mem::{Discriminant, discriminant};
 
+use camera::Camera;
 use protocol::{Held, PatchId};
 
-use super::decide::{Basis, Decision, Key, Wanted};
+use super::wanted::{Basis, Decision, Drawn, Key, Wanted};
 
 /// An impostor is remade when its subject turned by more than this under the camera's eye: past that, what a single-pole camera sees
 /// behind the silhouette is used up on one side.
@@ -19,9 +21,11 @@ pub struct Kept {
     reasons: Vec<String>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Image {
     patch: PatchId,
+    kind: Discriminant<Camera>,
+    drawn: Drawn,
     basis: Basis,
     changes_at_s: Option<f64>,
 }
@@ -41,7 +45,9 @@ impl Image {
             (Some(was_s), Some(is_s)) => (is_s - was_s).abs() >= FOLLOWED_EVERY_S,
             (was, is) => was.is_some() != is.is_some(),
         };
-        moved || aged
+        // Another choice was made.
+        let differs = self.kind != discriminant(&wanted.camera) || self.drawn != wanted.drawn;
+        moved || aged || differs
     }
 }
 
@@ -57,7 +63,8 @@ impl Kept {
 
     /// Notes that a patch was added; the one whose place it takes, if any.
     pub fn replace(&mut self, wanted: &Wanted, patch: PatchId) -> Option<PatchId> {
-        let image = Image { patch, basis: wanted.basis, changes_at_s: wanted.changes_at_s };
+        let (kind, drawn) = (discriminant(&wanted.camera), wanted.drawn.clone());
+        let image = Image { patch, kind, drawn, basis: wanted.basis, changes_at_s: wanted.changes_at_s };
         self.images.insert(wanted.key, image).map(|old| old.patch)
     }
 

@@ -18,11 +18,21 @@
 //! better where a mirror stands in the middle of what it shows: in the report's maze (256 x 256, 12 poses) their mean error is 0.027 for
 //! 163 kB, that of six images 0.023 for 53 kB, of an environment map 0.036.
 
+mod choice;
+mod choices;
+mod choose;
 mod decide;
 pub mod draw;
 mod kept;
+mod plans;
+mod probes;
+mod reflector;
 pub mod relief;
+mod wanted;
 
 pub use crate::render::Faces;
-pub use decide::{Basis, Decision, Drawn, Key, Needs, Shot, Wanted};
+pub use choice::{Choice, OwnImage, Rule};
+pub use choices::Choices;
+pub use decide::Needs;
 pub use kept::Kept;
+pub use wanted::{Basis, Decision, Drawn, Key, Shot, Wanted};

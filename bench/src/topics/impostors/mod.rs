@@ -11,6 +11,7 @@ mod output;
 mod reflect;
 mod relief;
 mod settings;
+mod sizes;
 mod steps;
 mod streamed;
 mod times;

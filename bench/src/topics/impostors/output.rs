@@ -4,7 +4,7 @@ use super::occlusion::{StabilityPlan, StabilityTable};
 use super::settings::Settings;
 use client::draw::occlusion::Occlusion;
 
-use super::reflect::{DECIDED, MAPS, METHODS, PINHOLES};
+use super::reflect::{CANDIDATES, DECIDED, MAPS, METHODS, PINHOLES};
 use super::relief::{self, COUNTS};
 use super::steps::FINE_PX;
 use super::times::{IMAGE_PX, OUTPUT_PX, SEARCHES};
@@ -60,7 +60,7 @@ pub(super) fn tables(report: &mut Report) {
 }
 
 fn errors(report: &Report) -> Table {
-    let headings = ["scene", "method", "error", "p95", "pixels", "frame ms", "made in ms", "kB"];
+    let headings = ["scene", "method", "error", "p95", "of all", "pixels", "frame ms", "made in ms", "kB"];
     let mut table = Table::new(headings);
     for row in report.rows.iter().filter(|row| METHODS.iter().any(|method| method.name == row.method)) {
         let figure = |path: &str| cell(row.figure(path));
@@ -69,6 +69,7 @@ fn errors(report: &Report) -> Table {
             row.method.clone(),
             figure("error.rgb.mean"),
             figure("error.rgb_p95.mean"),
+            figure("error.reflecting.mean"),
             figure("counts.pixels"),
             figure("time_ms.frame.median"),
             figure("time_ms.construction.median"),
@@ -184,12 +185,41 @@ pub(super) fn bars(report: &mut Report) {
             bar("error by single-pole images, half of depth images'", images.map(|error| error / 2.0));
             bar("error by single-pole images, a quarter of environment maps'", maps.map(|error| error / 4.0));
         }
+        bars.extend(candidates(report, scene));
         if let Some(row) = found(report, scene, "session, nothing reflects") {
             let what = format!("{scene}: bytes of impostors where nothing reflects");
             bars.push(Bar::at_most(what, 0.0, row.figure("bytes.impostors"), "B"));
         }
     }
     report.bars.extend(bars);
+}
+
+/// Bars of what was decided, beside what else might have been.
+fn candidates(report: &Report, scene: &str) -> Vec<Bar> {
+    let figure = |method: &str, path: &str| found(report, scene, method).and_then(|row| row.figure(path));
+    let error = |method: &str| figure(method, "error.reflecting.mean");
+    let others = || CANDIDATES.iter().filter_map(|method| error(method));
+    let ours = error(DECIDED);
+    let Some(best) = others().chain(ours).min_by(f64::total_cmp) else { return Vec::new() };
+    if others().next().is_none() {
+        return Vec::new();
+    }
+    let mut bars = vec![Bar::at_most(
+        format!("{scene}: error of what is decided, 1.05 of the least of all candidates at equal bytes"),
+        1.05 * best,
+        ours,
+        "",
+    )];
+    let is_corridor = found(report, scene, DECIDED).and_then(|row| row.parameters.get("graph_cameras")).cloned();
+    if is_corridor.is_some_and(|value| value == true) {
+        let [six, bent] = [CANDIDATES[0], CANDIDATES[1]];
+        let what = format!("{scene}: error of six images bent round corners, that of six images at equal bytes");
+        bars.extend(error(six).map(|error_of_six| Bar::at_most(what, error_of_six, error(bent), "")));
+        let [of_six, of_bent] = [six, bent].map(|method| figure(method, "time_ms.construction.median"));
+        let what = format!("{scene}: time to make them, five times as long");
+        bars.extend(of_six.map(|of_six| Bar::at_most(what, 5.0 * of_six, of_bent, "ms")));
+    }
+    bars
 }
 
 /// The name of a row of ambient occlusion.

@@ -8,12 +8,12 @@ use client::draw::reflect::{EdgeRays, Search, Settings as Drawing};
 use gpu::Gpu;
 use protocol::codec::{Coding, encode_patch};
 use protocol::held::{ObjectPose, Patch, PatchId};
-use protocol::{Effect, Look};
+use protocol::{DepthImage, Effect, Look};
 use scene::Scene;
 use serde_json::json;
 use server::discretize::{DepthPrecision, Discretization, Discretizer, depth_images};
 use server::impostors::draw::{ImpostorDrawer, Subject};
-use server::impostors::{Needs, Wanted};
+use server::impostors::{Choices, Needs, Rule, Shot, Wanted};
 
 use super::settings::Settings;
 use crate::client_view::{ClientView, HeldSet};
@@ -30,6 +30,8 @@ const POSE_S: f64 = 0.1;
 /// Rays of a pixel of the truth, squared: clients average colours over what a pixel shows.
 const TRUTH_RAYS_A_SIDE: u32 = 3;
 const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
+/// How often sizes are corrected on the way to equal bytes: bytes grow nearly with pixels, so each leaves a few percent of what was off.
+const EQUAL_BYTES_TRIES: usize = 3;
 
 /// Where a viewer looks from, and when.
 pub(super) struct Path {
@@ -69,8 +71,8 @@ pub(super) enum Images {
     Decided,
     /// What it decides where nobody tells of a scene's corridors.
     Planned,
-    /// The same views by pinholes: conventional depth images, the surroundings as a cube.
-    Pinholes,
+    /// By a rule, untried; [`Rule::Plain`] are conventional depth images, the surroundings as a cube.
+    By(Rule),
 }
 
 /// A way to draw reflections.
@@ -81,6 +83,8 @@ pub(super) struct Method {
     pub search: Search,
     /// Whether edges get more rays.
     pub edges: bool,
+    /// Whether images are made larger or smaller, until they cost what is decided costs.
+    pub equal_bytes: bool,
 }
 
 pub(super) const DECIDED: &str = "non-pinhole";
@@ -89,24 +93,40 @@ pub(super) const PINHOLES: &str = "depth images";
 pub(super) const PLANNED: &str = "non-pinhole, own floor plan";
 pub(super) const MAPS: &str = "environment map";
 
-pub(super) const METHODS: [Method; 8] = [
+/// What may be decided, at the bytes of what is.
+pub(super) const CANDIDATES: [&str; 4] = [
+    "at equal bytes: six images",
+    "at equal bytes: six images, bent",
+    "at equal bytes: depth images of objects",
+    "at equal bytes: past silhouettes",
+];
+
+pub(super) const METHODS: [Method; 12] = [
     Method::new(DECIDED, Images::Decided, Search::Whole),
     Method::new("non-pinhole, steps of 1/2", Images::Decided, Search::Half),
     Method::new("non-pinhole, steps of 1/4", Images::Decided, Search::Quarter),
-    Method::new(PINHOLES, Images::Pinholes, Search::Whole),
-    Method::new(MAPS, Images::Pinholes, Search::EnvironmentMap),
+    Method::new(PINHOLES, Images::By(Rule::Plain), Search::Whole),
+    Method::new(MAPS, Images::By(Rule::Plain), Search::EnvironmentMap),
     Method::new("non-pinhole, five rays at edges", Images::Decided, Search::Whole).with_edges(),
-    Method::new("depth images, five rays at edges", Images::Pinholes, Search::Whole).with_edges(),
+    Method::new("depth images, five rays at edges", Images::By(Rule::Plain), Search::Whole).with_edges(),
     Method::new(PLANNED, Images::Planned, Search::Whole),
+    Method::new(CANDIDATES[0], Images::By(Rule::Around), Search::Whole).at_equal_bytes(),
+    Method::new(CANDIDATES[1], Images::By(Rule::Bent), Search::Whole).at_equal_bytes(),
+    Method::new(CANDIDATES[2], Images::By(Rule::Plain), Search::Whole).at_equal_bytes(),
+    Method::new(CANDIDATES[3], Images::By(Rule::Finest), Search::Whole).at_equal_bytes(),
 ];
 
 impl Method {
     const fn new(name: &'static str, images: Images, search: Search) -> Method {
-        Method { name, images, search, edges: false }
+        Method { name, images, search, edges: false, equal_bytes: false }
     }
 
     const fn with_edges(self) -> Method {
         Method { edges: true, ..self }
+    }
+
+    const fn at_equal_bytes(self) -> Method {
+        Method { equal_bytes: true, ..self }
     }
 }
 
@@ -120,9 +140,10 @@ pub(super) struct Made {
 /// Makes what clients would be sent.
 pub(super) struct Maker {
     needs: Needs,
+    choices: Choices,
     /// As if nobody had told of the scene's corridors.
     planned: Needs,
-    cubes: Needs,
+    planned_choices: Choices,
     drawer: ImpostorDrawer,
 }
 
@@ -130,15 +151,33 @@ impl Maker {
     pub fn new(stage: &Stage) -> anyhow::Result<Maker> {
         let needs = Needs::new(&stage.scene);
         let planned = Needs::new(&Scene { corridors: None, ..stage.scene.clone() });
-        let cubes = needs.clone().without_corridors();
-        Ok(Maker { needs, planned, cubes, drawer: ImpostorDrawer::new(&stage.renderer)? })
+        let (choices, planned_choices) = Default::default();
+        Ok(Maker { needs, choices, planned, planned_choices, drawer: ImpostorDrawer::new(&stage.renderer)? })
     }
 
     pub fn make(&mut self, stage: &Stage, view: &Pinhole, images: Images) -> anyhow::Result<Made> {
-        self.make_by(stage, view, images, |camera| match camera {
-            Camera::Spoc(camera) if images == Images::Pinholes => Camera::Pinhole(camera.pinhole),
-            camera => camera.clone(),
-        })
+        self.make_by(stage, view, images, Camera::clone)
+    }
+
+    /// The same, all larger or smaller, until they cost `bytes` within two percent, or have the sizes that come next to it.
+    pub fn make_of_bytes(
+        &mut self,
+        stage: &Stage,
+        view: &Pinhole,
+        images: Images,
+        bytes: usize,
+    ) -> anyhow::Result<Made> {
+        let mut share = 1.0;
+        let mut made = self.make(stage, view, images)?;
+        for _ in 0..EQUAL_BYTES_TRIES {
+            let ratio = bytes as f64 / made.bytes.max(1) as f64;
+            if (ratio - 1.0).abs() < 0.02 {
+                break;
+            }
+            share *= ratio.sqrt();
+            made = self.make_by(stage, view, images, |camera| super::sizes::scaled(camera, share))?;
+        }
+        Ok(made)
     }
 
     /// The same, each by another camera.
@@ -149,20 +188,32 @@ impl Maker {
         images: Images,
         by: impl Fn(&Camera) -> Camera,
     ) -> anyhow::Result<Made> {
-        let needs = match images {
-            Images::Decided => &self.needs,
-            Images::Planned => &self.planned,
-            Images::Pinholes => &self.cubes,
+        let eye_world = view.world_from_eye.translation;
+        let (scene, snapshot) = (&stage.scene, stage.snapshot());
+        let drawer = &mut self.drawer;
+        let mut draw = |shot: &Shot<'_>| -> anyhow::Result<Option<DepthImage>> {
+            let subject = Subject { objects: &|object| shot.drawn.contains(object), faces: shot.faces };
+            Ok(Some(drawer.draw(&stage.renderer, shot.camera, subject)?.depth_image(DepthPrecision::Finest)))
         };
-        let decision = needs.decide(&stage.scene, stage.snapshot(), view.world_from_eye.translation);
+        let decision = match images {
+            Images::Decided => {
+                self.needs.choose((scene, snapshot), eye_world, &mut self.choices, &mut draw)?;
+                self.needs.decide(scene, snapshot, eye_world, &self.choices)
+            }
+            Images::Planned => {
+                self.planned.choose((scene, snapshot), eye_world, &mut self.planned_choices, &mut draw)?;
+                self.planned.decide(scene, snapshot, eye_world, &self.planned_choices)
+            }
+            Images::By(rule) => {
+                self.needs.clone().with_rule(rule).decide(scene, snapshot, eye_world, &Choices::default())
+            }
+        };
         let mut made = Made { images: Vec::new(), draw_ms: 0.0, bytes: 0 };
         for (wanted, number) in decision.wanted.into_iter().zip(1..) {
             let camera = by(&wanted.camera);
             let started = Instant::now();
-            let subject = Subject { objects: &|object| wanted.drawn.contains(object), faces: wanted.faces };
-            let capture = self.drawer.draw(&stage.renderer, &camera, subject)?;
+            let Some(image) = draw(&Shot { camera: &camera, ..wanted.shot() })? else { continue };
             made.draw_ms += started.elapsed().as_secs_f64() * 1e3;
-            let image = capture.depth_image(DepthPrecision::Finest);
             let objects = wanted.key.shown.filter(|&object| stage.scene.instances[usize::from(object)].moves);
             let pose = |object: u16| ObjectPose {
                 object,
@@ -207,6 +258,8 @@ pub(super) fn held_view(gpu: &Gpu, stage: &Stage, view: &Pinhole) -> anyhow::Res
 #[derive(Default)]
 struct Found {
     error: Vec<f64>,
+    /// Over all that reflects.
+    reflecting: Vec<f64>,
     p95: Vec<f64>,
     frame_ms: Vec<f64>,
     draw_ms: Vec<f64>,
@@ -214,10 +267,12 @@ struct Found {
     pixels: f64,
 }
 
-/// The object whose reflection is looked at: the one that the server sends an image past the silhouette of; `None` where it sends none,
-/// and everything that the reflector shows counts.
+/// The object whose reflection is looked at: that which rules would send an image past the silhouette of; `None` where they send none, or
+/// all of the surroundings count.
 fn subject_of(stage: &Stage, view: &Pinhole) -> Option<u16> {
-    let decision = Needs::new(&stage.scene).decide(&stage.scene, stage.snapshot(), view.world_from_eye.translation);
+    let eye_world = view.world_from_eye.translation;
+    let needs = Needs::new(&stage.scene);
+    let decision = needs.decide(&stage.scene, stage.snapshot(), eye_world, &Choices::default());
     let is_object = |wanted: &&Wanted| matches!(wanted.camera, Camera::Spoc(_)) && stage.scene.corridors.is_none();
     decision.wanted.iter().find(is_object).and_then(|wanted| wanted.key.shown)
 }
@@ -244,6 +299,7 @@ pub(super) fn measure(
     let mut found: Vec<(&Method, Found)> = methods.iter().filter(is_other).map(|m| (m, Found::default())).collect();
     let mut truth: Option<(f64, RayTruth)> = None;
     let reflecting = reflectors(scene);
+    let mut decided_bytes = 0;
     for (pose, (time_s, view)) in path.views(scene, settings.size_px).enumerate() {
         stage.show(time_s, view.world_from_eye.translation)?;
         if truth.as_ref().is_none_or(|(shown_s, _)| *shown_s != time_s) {
@@ -256,7 +312,14 @@ pub(super) fn measure(
         let held = held_view(gpu, &stage, &view)?;
         let mut pictures = vec![traced.picture()];
         for (method, found) in &mut found {
-            let made = maker.make(&stage, &view, method.images)?;
+            let made = if method.equal_bytes {
+                maker.make_of_bytes(&stage, &view, method.images, decided_bytes)?
+            } else {
+                maker.make(&stage, &view, method.images)?
+            };
+            if method.name == DECIDED {
+                decided_bytes = made.bytes;
+            }
             let options = client::draw::frame::Options {
                 fill: false,
                 reflect: Drawing {
@@ -283,6 +346,9 @@ pub(super) fn measure(
                 found.p95.push(spread.p95);
                 found.pixels += spread.count as f64;
             }
+            let on_reflector = traced.mask(&reflecting);
+            let over_all = masked_errors(&traced.rgb, &result, &on_reflector, &on_reflector)?;
+            found.reflecting.extend(over_all.map(|spread| spread.mean));
             found.frame_ms.push(drawn.frame_ms);
             found.draw_ms.push(made.draw_ms);
             found.bytes.push(made.bytes as f64);
@@ -321,7 +387,7 @@ fn row(label: &str, method: &Method, scene: &Scene, found: &Found) -> Row {
     let mut row = Row::new(label, method.name);
     row.parameters.set("refracts", json!(Needs::new(scene).has(Effect::Glass)));
     row.parameters.set("graph_cameras", json!(scene.corridors.is_some()));
-    for (name, values) in [("rgb", &found.error), ("rgb_p95", &found.p95)] {
+    for (name, values) in [("rgb", &found.error), ("rgb_p95", &found.p95), ("reflecting", &found.reflecting)] {
         if let Some(spread) = Spread::of(values, Better::Lower) {
             row.error.set(name, spread);
         }

@@ -1,6 +1,6 @@
 //! Time of a client's frame by the size of output and images and by fine steps, and what the shaders' rays cost.
 
-use camera::{Camera, Spoc};
+use camera::Camera;
 use client::draw::reflect::{Search, Settings as Drawing};
 use gpu::Gpu;
 use protocol::Look;
@@ -8,6 +8,7 @@ use scene::Scene;
 
 use super::reflect::{Images, Maker, Path, held_view, put_up};
 use super::settings::Settings;
+use super::sizes::scaled;
 use crate::client_view::ClientView;
 use crate::report::{Report, Row};
 use crate::spread::{Better, Spread};
@@ -110,17 +111,8 @@ fn outputs(gpu: &Gpu, scene: &Scene, path: &Path, settings: &Settings, report: &
     Ok(())
 }
 
-/// Whether a camera's image can be made in another size, and the camera for it.
+/// Whether a camera's image is made in another size here, and the camera for it.
 fn resized(camera: &Camera, side_px: u32) -> Option<Camera> {
     let Camera::Spoc(spoc) = camera else { return None };
-    let share = f64::from(side_px) / f64::from(spoc.pinhole.width_px);
-    let pinhole = camera::Pinhole {
-        width_px: side_px,
-        height_px: side_px,
-        focal_px: spoc.pinhole.focal_px * share,
-        centre_px: spoc.pinhole.centre_px * share,
-        ..spoc.pinhole
-    };
-    let (pole_px, push_max_px, ramp_px) = (spoc.pole_px * share, spoc.push_max_px * share, spoc.ramp_px * share);
-    Some(Camera::Spoc(Spoc { pinhole, pole_px, push_max_px, ramp_px, ..*spoc }))
+    Some(scaled(camera, f64::from(side_px) / f64::from(spoc.pinhole.width_px)))
 }

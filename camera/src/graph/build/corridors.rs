@@ -55,7 +55,8 @@ impl Heading {
         }
     }
 
-    fn forward_world(self) -> DVec3 {
+    /// The direction in world space, of unit length.
+    pub fn forward_world(self) -> DVec3 {
         let (x, z) = self.step();
         DVec3::new(x as f64, 0.0, z as f64)
     }
@@ -146,7 +147,7 @@ impl CorridorMap {
     }
 
     /// The runs of a walk, breadth first, the entrance's first.
-    fn runs(&self, first: usize, heading: Heading) -> Vec<Run> {
+    pub(super) fn runs(&self, first: usize, heading: Heading) -> Vec<Run> {
         let entered = self.walk(first, heading);
         let mut runs = Vec::new();
         let root =
@@ -208,7 +209,7 @@ impl CorridorMap {
     }
 
     /// All sides of a run but the one that it is entered through, and where it is cut at its end.
-    fn limits(&self, run: &Run) -> Vec<HalfSpace> {
+    pub(super) fn limits(&self, run: &Run) -> Vec<HalfSpace> {
         let bounds = self.cell_bounds(run.first).union(self.cell_bounds(run.last));
         let is_entry = |side: &HalfSpace| side.outward == -run.heading.forward_world();
         let sides = bounds.half_spaces().into_iter().filter(|side| !is_entry(side));
@@ -269,31 +270,31 @@ impl CorridorMap {
 }
 
 /// Cells that are walked straight on.
-struct Run {
+pub(super) struct Run {
     first: usize,
     last: usize,
-    heading: Heading,
+    pub heading: Heading,
     /// The name of the run that it turns off from; `None` for the entrance's.
-    parent: Option<String>,
-    mouth: Mouth,
+    pub parent: Option<String>,
+    pub mouth: Mouth,
     /// Where it goes over into turns at its end.
-    cuts: Vec<HalfSpace>,
+    pub cuts: Vec<HalfSpace>,
 }
 
 /// Where a run begins: a wall of rays from floor to ceiling.
 #[derive(Clone, Copy)]
-struct Mouth {
+pub(super) struct Mouth {
     /// One end, on the floor, in world space.
-    a: DVec3,
+    pub a: DVec3,
     /// The other end.
-    b: DVec3,
+    pub b: DVec3,
     /// A point on the run's axis that it is set back from to be seen.
-    middle: DVec3,
+    pub middle: DVec3,
 }
 
 impl Mouth {
     /// The run before, as far as this mouth ends it; the one behind goes on along `heading`.
-    fn plane(&self, heading: Heading) -> HalfSpace {
+    pub fn plane(&self, heading: Heading) -> HalfSpace {
         let across = (self.b - self.a).cross(DVec3::Y);
         HalfSpace { point: self.a, outward: across * across.dot(heading.forward_world()).signum() }
     }
@@ -301,7 +302,7 @@ impl Mouth {
 
 impl Run {
     /// From which cell to which, as (column, row).
-    fn name(&self, map: &CorridorMap) -> String {
+    pub fn name(&self, map: &CorridorMap) -> String {
         let at = |cell: usize| (cell % map.columns, cell / map.columns);
         format!("{:?} to {:?}", at(self.first), at(self.last))
     }

@@ -1,5 +1,6 @@
 //! Graph cameras for common scenes.
 
+mod around;
 mod corridors;
 mod floor;
 mod split;

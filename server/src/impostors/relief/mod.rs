@@ -16,7 +16,7 @@
 mod judge;
 mod kept;
 mod key;
-mod picture;
+pub(super) mod picture;
 mod serve;
 
 use std::cmp::Reverse;
@@ -28,7 +28,7 @@ use glam::DVec3;
 use protocol::{DepthImage, ObjectPose};
 use scene::{Scene, Snapshot};
 
-use super::decide::effect_of_mesh;
+use super::reflector::effect_of_mesh;
 use crate::imager::{Imager, ImagerError};
 pub use kept::KeptReliefs;
 pub use key::{End, Key};

@@ -64,7 +64,7 @@ pub(super) fn relief(
 }
 
 /// A depth image as rays meet it; `None` of an empty one.
-pub(super) fn impostor(image: &DepthImage) -> Option<Impostor> {
+pub(in crate::impostors) fn impostor(image: &DepthImage) -> Option<Impostor> {
     let (width_px, height_px) = image.mask.size_px();
     let mut samples = vec![Sample::EMPTY; width_px as usize * height_px as usize];
     for (index, (x, y)) in image.mask.occupied().enumerate() {

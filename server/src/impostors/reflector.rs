@@ -1,0 +1,229 @@
+//! A reflector at a time, and the images that may serve it.
+
+use std::sync::Arc;
+
+use camera::{Bounds, Camera, CorridorMap, GraphCamera, Heading, Pinhole, Rigid, Spoc};
+use glam::{DAffine3, DVec3};
+use protocol::wire::GRAPH_MAX_FRUSTA;
+use protocol::{Effect, Material, Purpose};
+use scene::{Scene, Snapshot};
+
+use super::choice::{Choice, OwnImage, Rule};
+use super::wanted::{Basis, Drawn, Key, Wanted};
+use crate::render::Faces;
+
+/// Objects that seem smaller than this from a reflector are left to the image of its surroundings: a face of that has 128 pixels for
+/// 90 degrees, so eight pixels for such an object.
+const LEAST_OBJECT_RAD: f64 = 0.1;
+/// Objects with images of their own, for one reflector.
+const MAX_OBJECTS: usize = 4;
+/// A box flatter than this, shortest over longest side, has next to nothing behind its silhouette.
+const FLAT: f64 = 0.05;
+/// The sides of images, in pixels.
+pub(super) const OBJECT_PX: u32 = 256;
+const FACE_PX: u32 = 128;
+/// How far the middle of a reflector may move from where the image of its surroundings was taken, as a share of its radius: rays leave
+/// it from all of its surface, so by far less than a radius nothing changes.
+const PLACE_SHARE: f64 = 0.5;
+
+/// A ball around a box.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ball {
+    pub centre: DVec3,
+    pub radius_m: f64,
+}
+
+impl Ball {
+    pub fn around(bounds: &Bounds) -> Ball {
+        Ball { centre: bounds.middle(), radius_m: (bounds.max - bounds.min).length() / 2.0 }
+    }
+}
+
+/// A reflector at a time.
+pub(super) struct Reflector<'a> {
+    pub id: u16,
+    pub effect: Effect,
+    pub ball: Ball,
+    pub scene: &'a Scene,
+    pub snapshot: &'a Snapshot,
+    /// Of all objects.
+    pub bounds: &'a [Option<Bounds>],
+}
+
+impl Reflector<'_> {
+    /// What serves it by a rule. `corridors` is only called where views may bend.
+    pub fn by_rule(&self, rule: Rule, corridors: impl FnOnce() -> Option<Arc<CorridorMap>>) -> Choice {
+        let image = |object: u16| match rule {
+            Rule::Around | Rule::Bent => None,
+            Rule::Plain => Some((object, OwnImage::Plain)),
+            Rule::Finest => Some((object, self.finest(object))),
+        };
+        let bends = matches!(rule, Rule::Bent | Rule::Finest);
+        let corridors = if bends { corridors() } else { None };
+        Choice { own: self.near_objects().into_iter().filter_map(image).collect(), corridors, found: String::new() }
+    }
+
+    /// The image that holds the most of an object.
+    pub fn finest(&self, object: u16) -> OwnImage {
+        if self.is_flat(object) { OwnImage::Plain } else { OwnImage::PastSilhouette }
+    }
+
+    /// The images of a choice, and what they are for people.
+    pub fn images(&self, choice: &Choice, eye_world: DVec3) -> (Vec<Wanted>, Vec<String>) {
+        let (mut wanted, mut parts, mut shown) = (Vec::new(), Vec::new(), Vec::new());
+        for &(object, image) in &choice.own {
+            let Some(camera) = self.object_camera(object, image) else { continue };
+            let kind = match image {
+                OwnImage::PastSilhouette => "an image past the silhouette",
+                OwnImage::Plain if self.is_flat(object) => "a billboard",
+                OwnImage::Plain => "a plain image",
+            };
+            parts.push(format!("{kind} of {:?}", self.scene.instances[usize::from(object)].name));
+            wanted.push(self.wanted_of_object(object, camera, Faces::Front, Purpose::Impostor(object)));
+            shown.push(object);
+        }
+        let around = self.around(choice.corridors.as_deref(), &shown);
+        if !around.is_empty() {
+            let is_bent = |wanted: &Wanted| matches!(wanted.camera, Camera::Graph(_));
+            let bent = around.iter().filter(|wanted| is_bent(wanted)).count();
+            let bent = if bent > 0 { format!(", {bent} bent round corners") } else { String::new() };
+            parts.push(format!("{} images of what is around{bent}", around.len()));
+            wanted.extend(around);
+        }
+        if self.effect == Effect::Glass
+            && let Some(inside) = self.inside(eye_world)
+        {
+            parts.push("its inside".to_owned());
+            wanted.push(inside);
+        }
+        (wanted, parts)
+    }
+
+    /// The images of all objects but this and those `shown` by themselves; none where there is no other.
+    fn around(&self, corridors: Option<&CorridorMap>, shown: &[u16]) -> Vec<Wanted> {
+        let mut others = [&[self.id], shown].concat();
+        others.sort_unstable();
+        if (0..self.bounds.len()).all(|id| others.binary_search(&(id as u16)).is_ok()) {
+            return Vec::new();
+        }
+        let changes_at_s = self.changes(&others).then_some(self.snapshot.time_s);
+        let camera = |(heading, view): (Option<Heading>, Pinhole)| {
+            let bent = corridors.and_then(|map| self.bent(map, heading?, &view));
+            bent.unwrap_or(Camera::Pinhole(view))
+        };
+        let cameras = self.views_around().map(camera).into_iter().zip(0..);
+        let wanted = cameras.map(|(camera, part)| Wanted {
+            key: Key { reflector: self.id, shown: None, part },
+            purpose: Purpose::Environment,
+            basis: Basis::Place { eye_world: self.ball.centre, reach_m: PLACE_SHARE * self.ball.radius_m },
+            drawn: Drawn::AllBut(others.clone()),
+            faces: Faces::Front,
+            changes_at_s,
+            camera,
+        });
+        wanted.collect()
+    }
+
+    /// A view along a corridor whose rays bend into others as far as the reflector sees round their corners; `None` where none does.
+    fn bent(&self, map: &CorridorMap, heading: Heading, view: &Pinhole) -> Option<Camera> {
+        let cell = map.cell_of(self.ball.centre)?;
+        if !map.is_free_beside(cell, heading) {
+            return None;
+        }
+        let description = map.describe_around(view, heading, self.ball.radius_m).ok()??;
+        let camera = GraphCamera::from_description(&description).ok()?;
+        // A client takes no more.
+        let is_sendable = camera.description().frusta.len() < GRAPH_MAX_FRUSTA;
+        is_sendable.then(|| Camera::Graph(Arc::new(camera)))
+    }
+
+    /// Six views around the reflector's middle, those along floors with where they look.
+    fn views_around(&self) -> [(Option<Heading>, Pinhole); 6] {
+        let near_m = self.ball.radius_m / 16.0;
+        let level = [Heading::PlusX, Heading::MinusX, Heading::PlusZ, Heading::MinusZ];
+        let level = level.map(|heading| (Some(heading), heading.forward_world()));
+        let [x, back, z, forth] = level;
+        [x, back, (None, DVec3::Y), (None, DVec3::NEG_Y), z, forth].map(|(heading, forward)| {
+            let world_from_eye = Rigid::look_along(self.ball.centre, forward);
+            // A pixel more than a right angle on each side, so that faces overlap instead of leaving a seam.
+            let half = f64::from(FACE_PX) / 2.0;
+            let fov_rad = 2.0 * (half / (half - 1.0)).atan();
+            (heading, Pinhole::symmetric(world_from_eye, (FACE_PX, FACE_PX), fov_rad, near_m))
+        })
+    }
+
+    /// What seems large from here, largest first, seen from outside of it.
+    pub fn near_objects(&self) -> Vec<u16> {
+        let mut near: Vec<(f64, u16)> = Vec::new();
+        for (bounds, object) in self.bounds.iter().zip(0_u16..) {
+            let Some(bounds) = bounds.filter(|_| object != self.id) else { continue };
+            let ball = Ball::around(&bounds);
+            let distance_m = ball.centre.distance(self.ball.centre);
+            let size_rad = ball.radius_m / distance_m;
+            if distance_m > ball.radius_m && size_rad >= LEAST_OBJECT_RAD {
+                near.push((size_rad, object));
+            }
+        }
+        near.sort_by(|a, b| b.0.total_cmp(&a.0));
+        near.into_iter().take(MAX_OBJECTS).map(|(_, object)| object).collect()
+    }
+
+    /// Rays leave a reflector from all of its surface: its middle stands for them.
+    fn object_camera(&self, object: u16, image: OwnImage) -> Option<Camera> {
+        let bounds = self.bounds[usize::from(object)]?;
+        let ring_m = match image {
+            OwnImage::Plain => 0.0,
+            OwnImage::PastSilhouette => Ball::around(&bounds).radius_m,
+        };
+        let spoc = Spoc::around(&bounds, self.ball.centre, (OBJECT_PX, OBJECT_PX), ring_m)?;
+        Some(if image == OwnImage::Plain { Camera::Pinhole(spoc.pinhole) } else { Camera::Spoc(spoc) })
+    }
+
+    fn is_flat(&self, object: u16) -> bool {
+        let mesh = &self.scene.meshes[self.scene.instances[usize::from(object)].mesh as usize];
+        let [low, high] = mesh.bounds.map(glam::Vec3::from);
+        let sides = high - low;
+        f64::from(sides.min_element()) < FLAT * f64::from(sides.max_element())
+    }
+
+    /// Sees the back faces of this object from where the viewer is.
+    pub fn inside(&self, eye_world: DVec3) -> Option<Wanted> {
+        let bounds = self.bounds[usize::from(self.id)]?;
+        let spoc = Spoc::around(&bounds, eye_world, (OBJECT_PX, OBJECT_PX), 0.0)?;
+        Some(self.wanted_of_object(self.id, Camera::Pinhole(spoc.pinhole), Faces::Back, Purpose::Inside(self.id)))
+    }
+
+    fn wanted_of_object(&self, object: u16, camera: Camera, faces: Faces, purpose: Purpose) -> Wanted {
+        let instance = &self.scene.instances[usize::from(object)];
+        let world_from_object = &self.snapshot.world_from_mesh[usize::from(object)];
+        let middle = self.bounds[usize::from(object)].map_or(DVec3::ZERO, |bounds| bounds.middle());
+        Wanted {
+            key: Key { reflector: self.id, shown: Some(object), part: 0 },
+            purpose,
+            basis: Basis::Object(turned_back(world_from_object, camera.eye_world() - middle)),
+            camera,
+            drawn: Drawn::Only(object),
+            faces,
+            changes_at_s: instance.deforms.then_some(self.snapshot.time_s),
+        }
+    }
+
+    /// Whether what is around changes by itself.
+    fn changes(&self, others: &[u16]) -> bool {
+        let around = self.scene.instances.iter().zip(0_u16..).filter(|(_, id)| others.binary_search(id).is_err());
+        around.into_iter().any(|(instance, _)| instance.moves || instance.deforms)
+    }
+}
+
+/// A direction of the world along the axes of an object, as long as before.
+fn turned_back(world_from_object: &DAffine3, offset_world: DVec3) -> DVec3 {
+    let turned = world_from_object.matrix3.inverse() * offset_world;
+    turned.normalize_or_zero() * offset_world.length()
+}
+
+/// What a mesh shows of others.
+pub(super) fn effect_of_mesh(scene: &Scene, mesh: u32) -> Option<Effect> {
+    let material = scene.materials.get(scene.meshes.get(mesh as usize)?.material as usize)?;
+    let (metallic, roughness) = (material.metallic, material.roughness);
+    Material { metallic, roughness, transmission: material.transmission, ..Material::default() }.effect()
+}
