@@ -274,8 +274,8 @@ fn views_round_corners_hold_what_the_eye_sees_and_what_the_body_sees_beside() {
         }
         let of_view = view.image_from_world(p).filter(|image| (1.0..255.0).contains(&image.u));
         let of_graph = camera.image_from_world(p);
-        if of_view.is_some() && is_in_sight(&map, eye_world, p) {
-            let (of_view, of_graph) = (of_view.expect("it is"), of_graph.expect("the eye sees it"));
+        if let Some(of_view) = of_view.filter(|_| is_in_sight(&map, eye_world, p)) {
+            let of_graph = of_graph.expect("the eye sees it");
             // In the run straight ahead nothing is bent, but past its end cut.
             let is_ahead = p.x > 1.0 && p.x < 2.0 && p.z < 5.0;
             assert!(!is_ahead || (of_view.u - of_graph.0.u).abs() < 1e-9, "{p}: {of_view:?}, {of_graph:?}");

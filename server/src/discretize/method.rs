@@ -127,14 +127,14 @@ impl Redundancy {
 
 impl Default for Discretization {
     fn default() -> Self {
-        Discretization::SURFACE
+        Discretization::COVERED
     }
 }
 
 impl Discretization {
     /// The paper's method on a GPU (Alg. 1 and 3).
     pub const PIXEL: Discretization = Discretization::NonRedundant(Redundancy::by(RedundancyTest::Pixel));
-    /// By surface. The default: beside [`Discretization::PIXEL`] it has no lines of samples along edges between triangles. Four images of
+    /// By surface. Beside [`Discretization::PIXEL`] it has no lines of samples along edges between triangles. Four images of
     /// 512 x 512, six eyes in the region: a tenth fewer bytes and less false cover (`birdnest` 1,424 kB and 2.37 % instead of 1,585 and
     /// 2.52, `urban` 325 kB and 0.37 % instead of 359 and 0.43) at the same holes and FLIP.
     pub const SURFACE: Discretization = Discretization::NonRedundant(Redundancy::by(RedundancyTest::Surface));
@@ -147,9 +147,11 @@ impl Discretization {
         density_factor: Discretization::DENSITY_FACTOR,
     });
 
-    /// Of what a lamp sees: what casts must not end early, nor stick out. Four images of 1024 x 1024 of `grass` hold 1.74 million samples of it instead of 1.23
-    /// by [`Discretization::PIXEL`] and four million in all, of three other scenes 2 to 8 % more than by that.
-    pub const LAMP: Discretization = Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered));
+    /// By surface, where all four pixels around say so. The default, and for lamps: outlines are in every image, each with its own pixels, so no image
+    /// loses by another what it would hold by itself. By [`Discretization::SURFACE`], three images of 1024 x 1024 of `urban` miss 1.3 % of what is seen between their
+    /// eyes, conventional ones 0.5 %; by this 0.5 %, and less than those on `birdnest`, `grass` and `tree` too, for 3 to 14 % more samples than by surface
+    /// and 6 to 33 % fewer than conventional.
+    pub const COVERED: Discretization = Discretization::NonRedundant(Redundancy::by(RedundancyTest::Covered));
 
     /// Every method by its name, as people type it.
     pub const NAMED: [(&str, Discretization); 11] = [
@@ -159,7 +161,7 @@ impl Discretization {
         ("neighbourhood", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Neighbourhood))),
         ("surface", Discretization::SURFACE),
         ("nearby", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Nearby))),
-        ("covered", Discretization::LAMP),
+        ("covered", Discretization::COVERED),
         ("covered-triangle", Discretization::NonRedundant(Redundancy::by(RedundancyTest::CoveredTriangle))),
         ("footprint", Discretization::FOOTPRINT),
         ("visibility", Discretization::NonRedundant(Redundancy::by(RedundancyTest::Visibility))),

@@ -1,6 +1,6 @@
 //! What lights with an area (lamps) see, for clients that draw soft shadows: surfaces that cast, wherever the eye is.
 //!
-//! Xie, Wang, Popescu 2016, section 5: a lamp is served by a non-redundant set of the images from its four corners ([`crate::discretize::Discretization::LAMP`]). They hold what
+//! Xie, Wang, Popescu 2016, section 5: a lamp is served by a non-redundant set of the images from its four corners ([`crate::discretize::Discretization::COVERED`]). They hold what
 //! stands before any of its points, also what the eye never saw, and what is held for them moves with its objects like all that is
 //! held. So a set is made once, and afterwards looked at only when the lamp or an object moved: the scene from a corner, laid beside
 //! the same view of what the client holds of the set, by the very rules of the eye's samples ([`crate::account`]). The eye may go

@@ -102,7 +102,7 @@ impl Serving<'_> {
         self.account.draw_with(purpose, || imager.new_surfaces());
         let precision = bounds.map_or(DepthPrecision::Finest, |bounds| precision(&lamp, bounds, self.side_px));
         for face in bounds.map(|bounds| lamp.corner_views(bounds, self.side_px)).unwrap_or_default() {
-            for mut capture in self.imager.captures(self.snapshot, &face, Discretization::LAMP)? {
+            for mut capture in self.imager.captures(self.snapshot, &face, Discretization::COVERED)? {
                 self.account.counts_mut().look_at(purpose, &capture);
                 self.account.counts_mut().lights.views += 1;
                 let lacking = Lacking::all(&capture);

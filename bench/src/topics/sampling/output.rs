@@ -1,6 +1,7 @@
 //! Rows, bars and plots of the topic.
 
 use serde_json::json;
+use server::discretize::Discretization;
 
 use super::made::Made;
 use super::metrics::Worth;
@@ -31,7 +32,7 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
          of the non-redundant set at the corners allow.",
         "Rays know no pixels: they hold what a pixel's centre misses, so sets by rays have fewer samples and more holes at one size.",
         "covered-triangle: redundant only where all four pixels around hold the triangle, so that nothing is lost at its edges.",
-        "surface, as many as it takes: the server's method at views that probes choose, three at most, none for less than 0.05 %.",
+        "covered, as many as it takes: the server's method at views that probes choose, three at most, none for less than 0.05 %.",
         "Times are wall times of this machine, medians; choice: drawing and comparing the probes.",
     ]
     .map(str::to_owned)
@@ -86,7 +87,8 @@ pub(super) fn bars(report: &mut Report) {
         let mut beats = |(ours, others): (&str, &str), what: &str, path: &str| {
             if let (Some(own), Some(other)) = (figure(ours, path), figure(others, path)) {
                 let what = format!("{scene}: {what}, {ours} against {others}");
-                bars.push(Bar::at_most(what, other, Some(own), "share"));
+                let unit = if path.starts_with("error") { "share" } else { "" };
+                bars.push(Bar::at_most(what, other, Some(own), unit));
             }
         };
         let (mean, worst) = ("error.missing_share.mean", "error.missing_share.worst");
@@ -97,6 +99,14 @@ pub(super) fn bars(report: &mut Report) {
         }
         beats(("non-redundant", "depth-peeling"), "missing at worst", worst);
         let by_surface = "error.missing_by_surface_share.mean";
+        let served = Discretization::default().to_string();
+        for (what, path) in [
+            ("missing by surface on average", "error.missing_by_surface_share.mean"),
+            ("missing by surface at worst", "error.missing_by_surface_share.worst"),
+            ("samples", "counts.samples"),
+        ] {
+            beats((&served, "conventional"), what, path);
+        }
         beats((placed::NAME, "non-redundant"), "missing by surface at equal samples", by_surface);
         let ratio = figure("non-redundant", "counts.later_images_ms_over_conventional");
         bars.push(Bar::at_most(format!("{scene}: time of images 1 and 2 over conventional"), 2.5, ratio, ""));

@@ -15,9 +15,9 @@ use super::triangle::ViewTriangle;
 /// A set for as many samples as the non-redundant one at the corners has.
 pub(super) const NAME: &str = "footprint, placed";
 /// A set by the server's own method that ends when probes miss little, with images as large as at the corners.
-pub(super) const ENOUGH: &str = "surface, as many as it takes";
+pub(super) const ENOUGH: &str = "covered, as many as it takes";
 /// What [`ENOUGH`] is compared with: the same method at all corners.
-pub(super) const ALL: &str = "surface";
+pub(super) const ALL: &str = "covered";
 /// Rows of places on a side of the triangle.
 const GRID_ROWS: u32 = 4;
 /// Images of [`NAME`] at most.
@@ -61,7 +61,7 @@ pub(super) fn make_enough(
 ) -> anyhow::Result<Made> {
     let choice = Choice::new(bench, places, images)?;
     let cameras = choice.cameras(places, image_px);
-    Ok(Made { choice_ms: choice.ms, ..make(gpu, bench, ENOUGH.to_owned(), Discretization::SURFACE, &cameras)? })
+    Ok(Made { choice_ms: choice.ms, ..make(gpu, bench, ENOUGH.to_owned(), Discretization::default(), &cameras)? })
 }
 
 /// [`NAME`], of `samples` samples at most: its views are chosen first, then images are made as large as that allows.

@@ -71,7 +71,7 @@ impl Settings {
                 let all = match self.in_all_ways {
                     InAllWays::Everything => true,
                     InAllWays::Usual if is_usual => true,
-                    InAllWays::Usual | InAllWays::Ours => *discretization == Discretization::LAMP,
+                    InAllWays::Usual | InAllWays::Ours => *discretization == Discretization::COVERED,
                 };
                 let ways = self.ways.iter().filter(move |way| all || way.is_papers());
                 let cell = Cell::new(scene, (set, *discretization), (lamp, image_px));
@@ -87,7 +87,7 @@ impl Settings {
         let one_size = Settings { sizes: vec![(USUAL_LAMP, self.growth_px)], ..self.clone() };
         let is_first = |cell: &Cell| cell.way.name == cell.way.method();
         // The paper's alone of the sets that are not ours.
-        let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.discretization == Discretization::LAMP;
+        let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.discretization == Discretization::COVERED;
         let mut cells: Vec<Cell> =
             one_size.cells(scene).into_iter().filter(|cell| is_first(cell) && is_drawn(cell)).collect();
         let full = (FULL_GEOMETRY, Discretization::Conventional);

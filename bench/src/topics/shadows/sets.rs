@@ -21,7 +21,7 @@ use crate::sets::{self, ImageSet};
 use crate::spread::{Better, Spread};
 use crate::stage::Stage;
 
-/// The counterparts of the paper's: without redundancy as a server makes lamps' sets ([`Discretization::LAMP`]), conventional, peeled.
+/// The counterparts of the paper's: without redundancy as a server makes lamps' sets ([`Discretization::COVERED`]), conventional, peeled.
 pub(super) const SETS: [&str; 3] = ["covered", "conventional", "depth-peeling"];
 /// Images of a set.
 const IMAGES: usize = 4;
