@@ -6,12 +6,14 @@ use protocol::wire::GRAPH_MAX_FRUSTA;
 use protocol::{Effect, Material, Purpose};
 use scene::{Scene, Snapshot};
 
+use super::group::{Ball, groups};
+use super::planar::Plane;
 use crate::render::Faces;
 
 /// Reflectors that are smaller than this, seen from the viewer, show nothing that could be told: 0.01 rad is four pixels in a view of
 /// 640 that is 90 degrees wide.
 const LEAST_REFLECTOR_RAD: f64 = 0.01;
-/// Reflectors that are served, the largest ones seen from the viewer.
+/// Groups of reflectors that are served, those with the largest one seen from the viewer.
 const MAX_REFLECTORS: usize = 4;
 /// Objects that seem smaller than this from a reflector are left to the image of its surroundings: a face of that has 128 pixels for
 /// 90 degrees, so eight pixels for such an object.
@@ -170,21 +172,22 @@ impl Needs {
             let ball = Ball::around(bounds[usize::from(id)].as_ref()?);
             (size_rad(&ball) >= LEAST_REFLECTOR_RAD).then_some((id, effect, ball))
         });
-        let mut served: Vec<(u16, Effect, Ball)> = balls.collect();
-        served.sort_by(|(_, _, a), (_, _, b)| size_rad(b).total_cmp(&size_rad(a)));
+        let mut served = groups(balls.collect());
+        served.sort_by(|a, b| size_rad(&b.ball).total_cmp(&size_rad(&a.ball)));
         let mut decision = Decision::default();
         let dropped = served.len().saturating_sub(MAX_REFLECTORS);
         served.truncate(MAX_REFLECTORS);
-        let corridors = served.first().and_then(|(id, _, ball)| {
-            let plan = || scene::floor_plan(scene, snapshot, *id, (ball.centre, ball.radius_m));
+        let corridors = served.first().and_then(|group| {
+            let plan = || scene::floor_plan(scene, snapshot, group.lead, (group.ball.centre, group.ball.radius_m));
             self.corridors.get_or_init(plan).as_ref()
         });
-        for (id, effect, ball) in served {
-            Reflector { id, effect, ball, scene, snapshot, bounds: &bounds, corridors }
+        for group in served {
+            let (id, effect, ball, members) = (group.lead, group.effect, group.ball, group.members);
+            Reflector { id, effect, ball, members, scene, snapshot, bounds: &bounds, corridors }
                 .decide(eye_world, &mut decision);
         }
         if dropped > 0 {
-            decision.reasons.push(format!("{dropped} smaller reflectors get none"));
+            decision.reasons.push(format!("{dropped} smaller groups of reflectors get none"));
         }
         if decision.reasons.is_empty() {
             decision.reasons.push("no mirror or glass in reach: no impostors".to_owned());
@@ -200,24 +203,13 @@ pub(super) fn effect_of_mesh(scene: &Scene, mesh: u32) -> Option<Effect> {
     Material { metallic, roughness, transmission: material.transmission, ..Material::default() }.effect()
 }
 
-/// A ball around a box.
-#[derive(Debug, Clone, Copy)]
-struct Ball {
-    centre: DVec3,
-    radius_m: f64,
-}
-
-impl Ball {
-    fn around(bounds: &Bounds) -> Ball {
-        Ball { centre: bounds.middle(), radius_m: (bounds.max - bounds.min).length() / 2.0 }
-    }
-}
-
 /// A reflector at a time.
 struct Reflector<'a> {
     id: u16,
     effect: Effect,
     ball: Ball,
+    /// Those that share its images, itself included.
+    members: Vec<u16>,
     scene: &'a Scene,
     snapshot: &'a Snapshot,
     bounds: &'a [Option<Bounds>],
@@ -226,7 +218,9 @@ struct Reflector<'a> {
 
 impl Reflector<'_> {
     fn decide(&self, eye_world: DVec3, decision: &mut Decision) {
-        let near = self.near_objects();
+        let plane = self.plane();
+        // What a flat mirror shows is all seen from one place.
+        let near = if plane.is_some() { Vec::new() } else { self.near_objects() };
         let mut shown = Vec::new();
         let mut parts = Vec::new();
         for (object, bounds) in near {
@@ -235,16 +229,17 @@ impl Reflector<'_> {
             decision.wanted.push(self.wanted_of_object(object, camera, Faces::Front, Purpose::Impostor(object)));
             shown.push(object);
         }
-        let mut others = [vec![self.id], shown].concat();
+        let mut others = [self.members.clone(), shown].concat();
         others.sort_unstable();
-        let (cameras, kind) = self.surroundings_cameras();
+        others.dedup();
+        let (cameras, kind, basis) = self.surroundings(plane, eye_world);
         if (0..self.bounds.len()).any(|id| others.binary_search(&(id as u16)).is_err()) {
             parts.push(format!("{} {kind} of what is around", cameras.len()));
             let changes_at_s = self.changes(&others).then_some(self.snapshot.time_s);
             decision.wanted.extend(cameras.into_iter().zip(0..).map(|(camera, part)| Wanted {
                 key: Key { reflector: self.id, shown: None, part },
                 purpose: Purpose::Environment,
-                basis: Basis::Place { eye_world: self.ball.centre, reach_m: PLACE_SHARE * self.ball.radius_m },
+                basis,
                 drawn: Drawn::AllBut(others.clone()),
                 faces: Faces::Front,
                 changes_at_s,
@@ -262,7 +257,38 @@ impl Reflector<'_> {
             decision.wanted.push(self.wanted_of_object(self.id, camera, Faces::Back, Purpose::Inside(self.id)));
         }
         let name = &self.scene.instances[usize::from(self.id)].name;
-        decision.reasons.push(format!("{name:?} is {effect}: {}", parts.join(", ")));
+        let with = match self.members.len() {
+            1 => String::new(),
+            count => format!(" with {} near it", count - 1),
+        };
+        decision.reasons.push(format!("{name:?}{with} is {effect}: {}", parts.join(", ")));
+    }
+
+    /// Of a mirror that is flat.
+    fn plane(&self) -> Option<Plane> {
+        let world_from_mesh = &self.snapshot.world_from_mesh[usize::from(self.id)];
+        let mesh = &self.scene.meshes[self.scene.instances[usize::from(self.id)].mesh as usize];
+        let [low, high] = mesh.bounds.map(|corner| glam::Vec3::from(corner).as_dvec3());
+        let sides = high - low;
+        let is_flat = self.effect == Effect::Mirror && sides.min_element() < FLAT * sides.max_element();
+        // Thin, and wide along both other axes.
+        let middle = sides.element_sum() - sides.min_element() - sides.max_element();
+        let axis = DVec3::AXES[sides.min_position()];
+        let normal_world = (world_from_mesh.matrix3.inverse().transpose() * axis).try_normalize()?;
+        (is_flat && sides.min_element() < FLAT * middle)
+            .then_some(Plane { point_world: self.ball.centre, normal_world })
+    }
+
+    /// Images of all else, what they are, and where they were taken.
+    fn surroundings(&self, plane: Option<Plane>, eye_world: DVec3) -> (Vec<Camera>, &'static str, Basis) {
+        if let Some(plane) = plane {
+            // The nearest that the mirrored eye sees is as far as the mirror.
+            let (mirrored, distance_m) = plane.mirrored(eye_world);
+            let basis = Basis::Place { eye_world: mirrored, reach_m: PLACE_SHARE * distance_m };
+            return (plane.cameras(eye_world), "images from the eye's mirror image", basis);
+        }
+        let (cameras, kind) = self.surroundings_cameras();
+        (cameras, kind, Basis::Place { eye_world: self.ball.centre, reach_m: PLACE_SHARE * self.ball.radius_m })
     }
 
     /// What seems large from here, largest first, seen from outside of it.

@@ -10,6 +10,8 @@
 //! | a flat object near a reflector | an image by a pinhole: a billboard |
 //! | another object near a reflector | an image by a single-pole occlusion camera |
 //! | all else around a reflector | images by graph cameras where corridors are known or found on the floor, else six by pinholes |
+//! | what a flat mirror shows | five images from the eye's mirror image, see `planar.rs` |
+//! | mirrors within the ball around a larger one | the images of that one, see `group.rs` |
 //! | the inside of a glass object | an image of its back faces |
 //! | many objects of a shape | one image for all, see [`relief`] |
 //!
@@ -20,7 +22,9 @@
 
 mod decide;
 pub mod draw;
+mod group;
 mod kept;
+mod planar;
 pub mod relief;
 
 pub use crate::render::Faces;
