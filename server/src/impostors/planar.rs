@@ -61,7 +61,11 @@ mod tests {
         let (across, along) = plane.normal_world.any_orthonormal_pair();
         let seen = |height_m: f64, a: f64, b: f64| {
             let p_world = plane.point_world + plane.normal_world * height_m + across * a + along * b;
-            cameras.iter().filter(|camera| camera.image_from_world(p_world).is_some()).count()
+            let is_seen = |camera: &&Camera| {
+                let Camera::Pinhole(camera) = camera else { return false };
+                camera.image_from_world(p_world).is_some_and(|point| camera.contains(point))
+            };
+            cameras.iter().filter(is_seen).count()
         };
         for (a, b) in [(0.0, 0.0), (4.0, 1.0), (-3.0, 0.5), (0.2, 9.0), (-1.0, -30.0)] {
             assert!(seen(0.01, a, b) >= 1 && seen(5.0, a, b) >= 1, "({a}, {b})");
