@@ -231,3 +231,35 @@ fn add(held: &mut protocol::Held, id: u32) {
     };
     held.commit(vec![protocol::Edit::Add(Box::new(patch))], 0.0, 0).expect("it fits");
 }
+
+/// What a built-in scene needs where its path begins.
+fn at_the_start_of(name: &str) -> (Scene, Decision) {
+    let scene = scene::builtin::load(name).expect("it is built in");
+    let eye_world = scene::builtin::reflection_path(name).expect("a path").poses[0].world_from_eye.translation;
+    let decision = Needs::new(&scene).decide(&scene, &scene.at(0.0), eye_world, &Choices::default());
+    (scene, decision)
+}
+
+#[test]
+fn the_chrome_parts_of_a_car_share_one_set_of_images() {
+    let (scene, decision) = at_the_start_of("chrome-car");
+    let body = scene.instances.iter().position(|instance| instance.name == "chrome body mirror").expect("it has one");
+    assert_eq!(decision.reasons.len(), 1, "{:?}", decision.reasons);
+    assert!(decision.reasons[0].contains("with 8 near it"), "{:?}", decision.reasons);
+    assert!(
+        decision.wanted.len() <= 10 && decision.wanted.iter().all(|wanted| usize::from(wanted.key.reflector) == body)
+    );
+    let around = decision.wanted.iter().find(|wanted| wanted.purpose == Purpose::Environment).expect("six");
+    let mirrors = scene.instances.iter().zip(0_u16..).filter(|(instance, _)| instance.name.contains("mirror"));
+    assert!(mirrors.map(|(_, id)| id).all(|id| !around.drawn.contains(id)), "none stands in the way");
+}
+
+#[test]
+fn a_lake_is_seen_from_the_mirror_image_of_the_eye() {
+    let (_, decision) = at_the_start_of("lake");
+    assert_eq!(decision.wanted.len(), 5, "{:?}", decision.reasons);
+    for wanted in &decision.wanted {
+        let eye_world = wanted.camera.eye_world();
+        assert!(eye_world.distance(DVec3::new(-5.0, -2.2, 18.0)) < 1e-6, "{eye_world}");
+    }
+}

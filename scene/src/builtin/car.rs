@@ -32,6 +32,8 @@ pub(super) struct Car {
     body: u32,
     wheel: u32,
     tone: u32,
+    /// Of the object that is the body.
+    name: &'static str,
 }
 
 /// A car's place and the metres its wheels have rolled, after a share of the scene's period.
@@ -64,12 +66,17 @@ impl Car {
         }
         mesher.paint(0x23252a).cuboid(vec3(-0.80, 0.30, 1.9), vec3(0.80, 0.46, 2.2));
         mesher.cuboid(vec3(-0.80, 0.30, -2.2), vec3(0.80, 0.46, -1.9));
-        Car { body: kit.mesh(mesher, material), wheel, tone: 0xffffff }
+        Car { body: kit.mesh(mesher, material), wheel, tone: 0xffffff, name: "car" }
     }
 
     /// The same car, white until now, in another colour.
     pub fn in_tone(self, tone: u32) -> Car {
         Car { tone, ..self }
+    }
+
+    /// The same car, its body by another name.
+    pub fn called(self, name: &'static str) -> Car {
+        Car { name, ..self }
     }
 
     /// The wheel that all cars share.
@@ -93,7 +100,7 @@ impl Car {
     /// Places a car that drives.
     pub fn drive(&self, kit: &mut Kit, drive: &Drive) {
         let body = Arc::clone(drive);
-        kit.drive("car", self.body, move |share| body(share).0);
+        kit.drive(self.name, self.body, move |share| body(share).0);
         kit.tint(self.tone);
         for (z, side) in AXLES_M.into_iter().flat_map(|z| [(z, -1.0), (z, 1.0)]) {
             let drive = Arc::clone(drive);

@@ -8,9 +8,11 @@
 mod barrels;
 mod birdnest;
 mod car;
+mod chrome_car;
 mod figure;
 mod grass;
 mod kit;
+mod lake;
 mod lamplit;
 mod maze;
 mod mesher;
@@ -69,6 +71,9 @@ const REFLECTING: &[Entry] = &[
     ("mirror-teapots", "mirror-teapots-moving", reflecting::mirror),
     ("glass-teapots", "glass-teapots-moving", reflecting::glass),
     ("mirror-maze", "mirror-maze-moving", mirror_maze::build),
+    ("mirror-pair", "mirror-pair-moving", reflecting::pair),
+    ("chrome-car", "chrome-car-moving", chrome_car::build),
+    ("lake", "lake-moving", lake::build),
 ];
 
 fn all() -> impl Iterator<Item = &'static Entry> {
@@ -91,8 +96,9 @@ pub fn simple() -> impl Iterator<Item = &'static str> {
     SIMPLE.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// Names of the scenes in which one object, whose name holds "mirror" or "glass", reflects or refracts the others, each
-/// still and moving: a teapot as a mirror, a body of glass, and a mirror that is rolled through a maze. Materials say
+/// Names of the scenes in which objects, whose names hold "mirror" or "glass", reflect or refract the others, each
+/// still and moving: a teapot as a mirror, a body of glass, a mirror that is rolled through a maze, two mirrors that see each
+/// other, a car of many chrome parts, and a lake. In the last three, reflectors fill at least 15 % of the picture. Materials say
 /// so by `metallic` 1 with `roughness` 0, and by `transmission` 1 with `ior` 1.3; without reflections they are scenes
 /// like any others.
 pub fn reflecting() -> impl Iterator<Item = &'static str> {
@@ -108,6 +114,9 @@ pub fn reflection_path(name: &str) -> Option<Trace> {
         "glass-teapots" | "glass-teapots-moving" => Some(reflecting::path(reflecting::GLASS_WORLD, 0.1)),
         "mirror-maze" => Some(mirror_maze::path(false)),
         "mirror-maze-moving" => Some(mirror_maze::path(true)),
+        "mirror-pair" | "mirror-pair-moving" => Some(reflecting::pair_path()),
+        "chrome-car" | "chrome-car-moving" => Some(chrome_car::path()),
+        "lake" | "lake-moving" => Some(lake::path()),
         _ => None,
     }
 }

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use camera::Trace;
-use glam::{DAffine3, DVec3, Vec3, dvec3, vec3};
+use glam::{DAffine3, DVec3, Vec3, dvec3, vec2, vec3};
 
 use super::kit::{Kit, path as path_of};
 use super::mesher::Mesher;
@@ -18,6 +18,8 @@ const PERIOD_S: f64 = 20.0;
 pub(super) const MIRROR_WORLD: DVec3 = dvec3(-0.15, 0.09, 0.0);
 /// The middle of the body of glass.
 pub(super) const GLASS_WORLD: DVec3 = dvec3(-0.05, GLASS_RADII_M.y as f64 + CLOTH_M, 0.08);
+/// The middle between the mirror pot and the mirror vase.
+const PAIR_WORLD: DVec3 = dvec3(0.0, 0.1, 0.05);
 /// The cloth on the table is this thick.
 const CLOTH_M: f64 = 0.003;
 /// About the pot's body without spout and handle: 0.24 m wide and 0.19 m high.
@@ -26,8 +28,7 @@ const GLASS_RADII_M: Vec3 = vec3(0.12, 0.095, 0.12);
 /// A teapot as a mirror, and a glazed one near it, which turns and rocks to and fro around it.
 pub(super) fn mirror() -> Kit {
     let mut kit = stage();
-    let silver = Material { metallic: 1.0, roughness: 0.0, double_sided: true, ..toned("mirror", [0.95, 0.93, 0.9]) };
-    let silver = kit.material(silver);
+    let silver = silver(&mut kit);
     let pot = kit.mesh(pot(Vec3::ONE), silver);
     let place = MIRROR_WORLD.with_y(0.0);
     // Spout to the front, handle to the back, where the other pot does not touch them.
@@ -38,6 +39,33 @@ pub(super) fn mirror() -> Kit {
         place + dvec3(around.cos(), 0.0, around.sin()) * 0.36
     });
     kit
+}
+
+/// A mirror pot and a mirror vase that see each other, and a small glazed pot behind that both show, also in one another.
+pub(super) fn pair() -> Kit {
+    let mut kit = stage();
+    let silver = silver(&mut kit);
+    let pot = kit.mesh(pot(Vec3::ONE), silver);
+    let at = PAIR_WORLD.with_y(0.0);
+    kit.place("mirror teapot", pot, DAffine3::from_translation(at - DVec3::X * 0.17) * DAffine3::from_rotation_y(4.0));
+    let vase = kit.mesh(vase(), silver);
+    kit.place("mirror vase", vase, DAffine3::from_translation(at + DVec3::X * 0.14));
+    glazed_pot(&mut kit, 0.6, move |share| at + dvec3(0.02 + 0.06 * (TAU * share).sin(), 0.0, -0.3));
+    kit
+}
+
+/// 0.26 m high, closed.
+fn vase() -> Mesher {
+    const RINGS: usize = 40;
+    let ring = |k: usize| {
+        let up = k as f32 / RINGS as f32;
+        vec2(0.075 + 0.035 * (5.0 * up - 0.9).sin(), 0.26 * up + CLOTH_M as f32)
+    };
+    let ends = [ring(0), ring(RINGS)].map(|rim| rim.with_x(0.0));
+    let profile: Vec<_> = std::iter::once(ends[0]).chain((0..=RINGS).map(ring)).chain([ends[1]]).collect();
+    let mut vase = Mesher::new();
+    vase.lathe(&profile, 96, 1.0);
+    vase
 }
 
 /// A solid ellipsoid of glass of the size of a teapot's body, and a glazed teapot behind it. The teapot's own mesh is a
@@ -53,6 +81,11 @@ pub(super) fn glass() -> Kit {
     kit.place("glass body", body, DAffine3::from_translation(GLASS_WORLD));
     diffuse_pot(&mut kit, |share| dvec3(0.0 + 0.08 * (TAU * share).sin(), 0.0, -0.24));
     kit
+}
+
+/// What shows all that it meets, from both sides.
+pub(super) fn silver(kit: &mut Kit) -> u32 {
+    kit.material(Material { metallic: 1.0, roughness: 0.0, double_sided: true, ..toned("mirror", [0.95, 0.93, 0.9]) })
 }
 
 fn toned(name: &str, [r, g, b]: [f32; 3]) -> Material {
@@ -93,17 +126,30 @@ fn room(kit: &mut Kit) {
 
 /// A pot that turns once a period while it follows a way on the table.
 fn diffuse_pot(kit: &mut Kit, way: impl Fn(f64) -> DVec3 + Send + Sync + 'static) {
+    glazed_pot(kit, 1.0, way);
+}
+
+fn glazed_pot(kit: &mut Kit, scale: f32, way: impl Fn(f64) -> DVec3 + Send + Sync + 'static) {
     let red = glazed(kit, "red glaze", texture::speckled(0xa8402f, 0x6d2419));
-    let pot = kit.mesh(pot(Vec3::ONE), red);
+    let pot = kit.mesh(pot(Vec3::splat(scale)), red);
     kit.drive("diffuse teapot", pot, move |share| {
         DAffine3::from_translation(way(share)) * DAffine3::from_rotation_y(0.6 + TAU * share)
     });
 }
 
+/// 60 degrees around the pair, nearer.
+pub(super) fn pair_path() -> Trace {
+    path_from(PAIR_WORLD, 0.42, 0.14)
+}
+
 /// 60 degrees around a place on the table, half a metre away and `above_m` higher.
 pub(super) fn path(around_world: DVec3, above_m: f64) -> Trace {
+    path_from(around_world, 0.5, above_m)
+}
+
+fn path_from(around_world: DVec3, away_m: f64, above_m: f64) -> Trace {
     path_of(|share, _| {
         let angle = PI / 3.0 * (share - 0.5);
-        (around_world + dvec3(0.5 * angle.sin(), above_m, 0.5 * angle.cos()), around_world)
+        (around_world + dvec3(away_m * angle.sin(), above_m, away_m * angle.cos()), around_world)
     })
 }

@@ -18,11 +18,11 @@ pub enum OwnImage {
 pub enum Rule {
     /// Six images around it.
     Around,
-    /// Six that bend round the corners of corridors.
+    /// Six that bend round the corners of corridors; of a flat mirror those from the eye's mirror image.
     Bent,
     /// Plain images of what seems large from it, and six of all else.
     Plain,
-    /// Images past the silhouette of what seems large, and six of all else that bend.
+    /// Images past the silhouette of what seems large, and six of all else that bend; of a flat mirror those from the eye's mirror image.
     #[default]
     Finest,
 }
@@ -32,6 +32,8 @@ pub enum Rule {
 pub struct Choice {
     /// Objects with images of their own; all others are in the surroundings.
     pub own: Vec<(u16, OwnImage)>,
+    /// Whether the surroundings of a flat mirror are seen from the eye's mirror image.
+    pub from_mirrored_eye: bool,
     /// What views along corridors bend by; `None` where all go straight.
     pub corridors: Option<Arc<CorridorMap>>,
     /// What was found out about the images, for people; empty where the choice is by rule.

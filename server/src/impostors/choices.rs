@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::choice::Choice;
-use super::reflector::{Ball, Reflector};
+use super::group::Ball;
+use super::reflector::Reflector;
 
 /// A choice is made anew where the reflector is this many of its radii from where it was made: then other things are near it.
 const HOLDS_RADII: f64 = 4.0;

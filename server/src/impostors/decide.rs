@@ -6,14 +6,15 @@ use scene::{Scene, Snapshot};
 use super::choice::Rule;
 use super::choices::Choices;
 use super::choose;
+use super::group::{Ball, Group, groups};
 use super::plans::Plans;
-use super::reflector::{Ball, Reflector, effect_of_mesh};
+use super::reflector::{Reflector, effect_of_mesh};
 use super::wanted::{Decision, Shot};
 
 /// Reflectors that are smaller than this, seen from the viewer, show nothing that could be told: 0.01 rad is four pixels in a view of
 /// 640 that is 90 degrees wide.
 const LEAST_REFLECTOR_RAD: f64 = 0.01;
-/// Reflectors that are served, the largest ones seen from the viewer.
+/// Groups of reflectors that are served, those with the largest one seen from the viewer.
 const MAX_REFLECTORS: usize = 4;
 
 /// What of a scene decides about impostors: worked out once.
@@ -68,11 +69,15 @@ impl Needs {
                 Effect::Glass => "glass",
             };
             let name = &scene.instances[usize::from(reflector.id)].name;
-            decision.reasons.push(format!("{name:?} is {effect}: {}{}", parts.join(", "), choice.found));
+            let with = match reflector.members.len() {
+                1 => String::new(),
+                count => format!(" with {} near it", count - 1),
+            };
+            decision.reasons.push(format!("{name:?}{with} is {effect}: {}{}", parts.join(", "), choice.found));
             decision.wanted.extend(wanted);
         }
         if dropped > 0 {
-            decision.reasons.push(format!("{dropped} smaller reflectors get none"));
+            decision.reasons.push(format!("{dropped} smaller groups of reflectors get none"));
         }
         if decision.reasons.is_empty() {
             decision.reasons.push("no mirror or glass in reach: no impostors".to_owned());
@@ -98,7 +103,8 @@ impl Needs {
         let bounds = bounds(scene, snapshot);
         for reflector in self.served((scene, snapshot), &bounds, eye_world).0 {
             let now = choices.of(&reflector);
-            if choices.holds(&reflector, eye_world) {
+            // What a flat mirror shows is all seen from one place: there is nothing to choose.
+            if reflector.plane().is_some() || choices.holds(&reflector, eye_world) {
                 continue;
             }
             let is_anew = now.is_some();
@@ -113,7 +119,7 @@ impl Needs {
         Ok(())
     }
 
-    /// The reflectors that are served, the one that seems largest first, and how many are not.
+    /// The reflectors that are served, those that share images as one, the one that seems largest first, and how many are not.
     fn served<'a>(
         &self,
         (scene, snapshot): (&'a Scene, &'a Snapshot),
@@ -121,12 +127,20 @@ impl Needs {
         eye_world: DVec3,
     ) -> (Vec<Reflector<'a>>, usize) {
         let size_rad = |ball: &Ball| ball.radius_m / (ball.centre - eye_world).length().max(ball.radius_m);
-        let seen = self.reflectors.iter().filter_map(|&(id, effect)| {
+        let balls = self.reflectors.iter().filter_map(|&(id, effect)| {
             let ball = Ball::around(bounds[usize::from(id)].as_ref()?);
-            let reflector = Reflector { id, effect, ball, scene, snapshot, bounds };
-            (size_rad(&ball) >= LEAST_REFLECTOR_RAD).then_some(reflector)
+            (size_rad(&ball) >= LEAST_REFLECTOR_RAD).then_some((id, effect, ball))
         });
-        let mut served: Vec<Reflector<'a>> = seen.collect();
+        let reflector = |Group { lead, effect, ball, members }: Group| Reflector {
+            id: lead,
+            effect,
+            ball,
+            members,
+            scene,
+            snapshot,
+            bounds,
+        };
+        let mut served: Vec<Reflector<'a>> = groups(balls.collect()).into_iter().map(reflector).collect();
         served.sort_by(|a, b| size_rad(&b.ball).total_cmp(&size_rad(&a.ball)));
         let dropped = served.len().saturating_sub(MAX_REFLECTORS);
         served.truncate(MAX_REFLECTORS);

@@ -148,7 +148,7 @@ impl Probes {
     /// Of what a viewer sees in a reflector; `None` where he sees none of it, or nothing can be drawn.
     pub fn new<E>(reflector: &Reflector<'_>, eye_world: DVec3, draw: &mut Draw<'_, E>) -> Result<Option<Probes>, E> {
         let Some(starts) = starts(reflector, eye_world, draw)? else { return Ok(None) };
-        let drawn = Drawn::AllBut(vec![reflector.id]);
+        let drawn = Drawn::AllBut(reflector.members.clone());
         let near_m = NEAR_RADII * reflector.ball.radius_m;
         let mut rays = Vec::new();
         for (point_world, direction_world) in starts {

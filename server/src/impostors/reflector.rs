@@ -9,6 +9,8 @@ use protocol::{Effect, Material, Purpose};
 use scene::{Scene, Snapshot};
 
 use super::choice::{Choice, OwnImage, Rule};
+use super::group::Ball;
+use super::planar::Plane;
 use super::wanted::{Basis, Drawn, Key, Wanted};
 use crate::render::Faces;
 
@@ -26,24 +28,13 @@ const FACE_PX: u32 = 128;
 /// it from all of its surface, so by far less than a radius nothing changes.
 const PLACE_SHARE: f64 = 0.5;
 
-/// A ball around a box.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ball {
-    pub centre: DVec3,
-    pub radius_m: f64,
-}
-
-impl Ball {
-    pub fn around(bounds: &Bounds) -> Ball {
-        Ball { centre: bounds.middle(), radius_m: (bounds.max - bounds.min).length() / 2.0 }
-    }
-}
-
 /// A reflector at a time.
 pub(super) struct Reflector<'a> {
     pub id: u16,
     pub effect: Effect,
     pub ball: Ball,
+    /// Those that share its images, itself included.
+    pub members: Vec<u16>,
     pub scene: &'a Scene,
     pub snapshot: &'a Snapshot,
     /// Of all objects.
@@ -60,7 +51,11 @@ impl Reflector<'_> {
         };
         let bends = matches!(rule, Rule::Bent | Rule::Finest);
         let corridors = if bends { corridors() } else { None };
-        Choice { own: self.near_objects().into_iter().filter_map(image).collect(), corridors, found: String::new() }
+        let from_mirrored_eye = bends && self.plane().is_some();
+        // What a flat mirror shows is all seen from one place.
+        let near = if from_mirrored_eye { Vec::new() } else { self.near_objects() };
+        let own = near.into_iter().filter_map(image).collect();
+        Choice { own, from_mirrored_eye, corridors, found: String::new() }
     }
 
     /// The image that holds the most of an object.
@@ -82,12 +77,14 @@ impl Reflector<'_> {
             wanted.push(self.wanted_of_object(object, camera, Faces::Front, Purpose::Impostor(object)));
             shown.push(object);
         }
-        let around = self.around(choice.corridors.as_deref(), &shown);
+        let plane = self.plane().filter(|_| choice.from_mirrored_eye);
+        let around = self.around(choice.corridors.as_deref(), plane, &shown, eye_world);
         if !around.is_empty() {
             let is_bent = |wanted: &Wanted| matches!(wanted.camera, Camera::Graph(_));
             let bent = around.iter().filter(|wanted| is_bent(wanted)).count();
             let bent = if bent > 0 { format!(", {bent} bent round corners") } else { String::new() };
-            parts.push(format!("{} images of what is around{bent}", around.len()));
+            let from = if plane.is_some() { ", from the eye's mirror image" } else { "" };
+            parts.push(format!("{} images of what is around{bent}{from}", around.len()));
             wanted.extend(around);
         }
         if self.effect == Effect::Glass
@@ -99,29 +96,59 @@ impl Reflector<'_> {
         (wanted, parts)
     }
 
-    /// The images of all objects but this and those `shown` by themselves; none where there is no other.
-    fn around(&self, corridors: Option<&CorridorMap>, shown: &[u16]) -> Vec<Wanted> {
-        let mut others = [&[self.id], shown].concat();
+    /// The images of all objects but this, those that share its images and those `shown` by themselves; none where there is no other.
+    fn around(
+        &self,
+        corridors: Option<&CorridorMap>,
+        plane: Option<Plane>,
+        shown: &[u16],
+        eye_world: DVec3,
+    ) -> Vec<Wanted> {
+        let mut others = [self.members.as_slice(), shown].concat();
         others.sort_unstable();
         if (0..self.bounds.len()).all(|id| others.binary_search(&(id as u16)).is_ok()) {
             return Vec::new();
         }
         let changes_at_s = self.changes(&others).then_some(self.snapshot.time_s);
-        let camera = |(heading, view): (Option<Heading>, Pinhole)| {
-            let bent = corridors.and_then(|map| self.bent(map, heading?, &view));
-            bent.unwrap_or(Camera::Pinhole(view))
+        let (cameras, basis) = match plane {
+            Some(plane) => {
+                // The nearest that the mirrored eye sees is as far as the mirror.
+                let (mirrored_world, distance_m) = plane.mirrored(eye_world);
+                let basis = Basis::Place { eye_world: mirrored_world, reach_m: PLACE_SHARE * distance_m };
+                (plane.cameras(eye_world), basis)
+            }
+            None => {
+                let camera = |(heading, view): (Option<Heading>, Pinhole)| {
+                    let bent = corridors.and_then(|map| self.bent(map, heading?, &view));
+                    bent.unwrap_or(Camera::Pinhole(view))
+                };
+                let (eye_world, reach_m) = (self.ball.centre, PLACE_SHARE * self.ball.radius_m);
+                (self.views_around().map(camera).to_vec(), Basis::Place { eye_world, reach_m })
+            }
         };
-        let cameras = self.views_around().map(camera).into_iter().zip(0..);
-        let wanted = cameras.map(|(camera, part)| Wanted {
+        let wanted = cameras.into_iter().zip(0..).map(|(camera, part)| Wanted {
             key: Key { reflector: self.id, shown: None, part },
             purpose: Purpose::Environment,
-            basis: Basis::Place { eye_world: self.ball.centre, reach_m: PLACE_SHARE * self.ball.radius_m },
+            basis,
             drawn: Drawn::AllBut(others.clone()),
             faces: Faces::Front,
             changes_at_s,
             camera,
         });
         wanted.collect()
+    }
+
+    /// Of a mirror that is flat: thin, and wide along both other axes.
+    pub fn plane(&self) -> Option<Plane> {
+        let world_from_mesh = &self.snapshot.world_from_mesh[usize::from(self.id)];
+        let mesh = &self.scene.meshes[self.scene.instances[usize::from(self.id)].mesh as usize];
+        let [low, high] = mesh.bounds.map(|corner| glam::Vec3::from(corner).as_dvec3());
+        let sides = high - low;
+        let middle = sides.element_sum() - sides.min_element() - sides.max_element();
+        let is_flat = self.effect == Effect::Mirror && sides.min_element() < FLAT * middle;
+        let axis = DVec3::AXES[sides.min_position()];
+        let normal_world = (world_from_mesh.matrix3.inverse().transpose() * axis).try_normalize()?;
+        is_flat.then_some(Plane { point_world: self.ball.centre, normal_world })
     }
 
     /// A view along a corridor whose rays bend into others as far as the reflector sees round their corners; `None` where none does.

@@ -44,7 +44,9 @@ impl Topic for Impostors {
     }
 
     fn default_scenes(&self, _quick: bool) -> Vec<String> {
-        ["mirror-teapots", "glass-teapots", "mirror-maze-moving", "barrels"].map(str::to_owned).to_vec()
+        let scenes =
+            ["mirror-teapots", "glass-teapots", "mirror-maze-moving", "mirror-pair", "chrome-car", "lake", "barrels"];
+        scenes.map(str::to_owned).to_vec()
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {

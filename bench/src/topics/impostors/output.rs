@@ -60,7 +60,20 @@ pub(super) fn tables(report: &mut Report) {
 }
 
 fn errors(report: &Report) -> Table {
-    let headings = ["scene", "method", "error", "p95", "of all", "pixels", "frame ms", "made in ms", "kB"];
+    let headings = [
+        "scene",
+        "method",
+        "error",
+        "p95",
+        "of all",
+        "first order",
+        "second order",
+        "reflecting",
+        "pixels",
+        "frame ms",
+        "made in ms",
+        "kB",
+    ];
     let mut table = Table::new(headings);
     for row in report.rows.iter().filter(|row| METHODS.iter().any(|method| method.name == row.method)) {
         let figure = |path: &str| cell(row.figure(path));
@@ -69,7 +82,10 @@ fn errors(report: &Report) -> Table {
             row.method.clone(),
             figure("error.rgb.mean"),
             figure("error.rgb_p95.mean"),
-            figure("error.reflecting.mean"),
+            figure("error.rgb_reflecting.mean"),
+            figure("error.rgb_first_order.mean"),
+            figure("error.rgb_second_order.mean"),
+            row.figure("counts.reflecting").map_or_else(|| "-".to_owned(), percent),
             figure("counts.pixels"),
             figure("time_ms.frame.median"),
             figure("time_ms.construction.median"),
@@ -185,6 +201,7 @@ pub(super) fn bars(report: &mut Report) {
             bar("error by single-pole images, half of depth images'", images.map(|error| error / 2.0));
             bar("error by single-pole images, a quarter of environment maps'", maps.map(|error| error / 4.0));
         }
+        bars.extend(order_bars(report, scene));
         bars.extend(candidates(report, scene));
         if let Some(row) = found(report, scene, "session, nothing reflects") {
             let what = format!("{scene}: bytes of impostors where nothing reflects");
@@ -194,10 +211,27 @@ pub(super) fn bars(report: &mut Report) {
     report.bars.extend(bars);
 }
 
+/// Over all that reflects: at most half of depth images' and a quarter of environment maps' error, in each order that the scene shows.
+fn order_bars(report: &Report, scene: &str) -> Vec<Bar> {
+    let mut bars = Vec::new();
+    for (order, path) in [("first", "error.rgb_first_order.mean"), ("second", "error.rgb_second_order.mean")] {
+        let error = |method: &str| found(report, scene, method).and_then(|row| row.figure(path));
+        let [ours, images, maps] = [DECIDED, PINHOLES, MAPS].map(error);
+        for (what, at_most) in [
+            ("half of depth images'", images.map(|error| error / 2.0)),
+            ("a quarter of environment maps'", maps.map(|error| error / 4.0)),
+        ] {
+            let label = format!("{scene}: {order} order error over reflecting pixels, {what}");
+            bars.extend(at_most.map(|at_most| Bar::at_most(label, at_most, ours, "")));
+        }
+    }
+    bars
+}
+
 /// Bars of what was decided, beside what else might have been.
 fn candidates(report: &Report, scene: &str) -> Vec<Bar> {
     let figure = |method: &str, path: &str| found(report, scene, method).and_then(|row| row.figure(path));
-    let error = |method: &str| figure(method, "error.reflecting.mean");
+    let error = |method: &str| figure(method, "error.rgb_reflecting.mean");
     let others = || CANDIDATES.iter().filter_map(|method| error(method));
     let ours = error(DECIDED);
     let Some(best) = others().chain(ours).min_by(f64::total_cmp) else { return Vec::new() };

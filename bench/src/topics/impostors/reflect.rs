@@ -258,13 +258,39 @@ pub(super) fn held_view(gpu: &Gpu, stage: &Stage, view: &Pinhole) -> anyhow::Res
 #[derive(Default)]
 struct Found {
     error: Vec<f64>,
+    p95: Vec<f64>,
     /// Over all that reflects.
     reflecting: Vec<f64>,
-    p95: Vec<f64>,
+    /// Where the first mirrored ray meets what does not reflect.
+    first_order: Vec<f64>,
+    /// Where it meets another reflector.
+    second_order: Vec<f64>,
+    /// The share of pixels that reflect.
+    shares: Vec<f64>,
     frame_ms: Vec<f64>,
     draw_ms: Vec<f64>,
     bytes: Vec<f64>,
     pixels: f64,
+}
+
+impl Found {
+    /// Adds a pose's errors over all that reflects, by how often the traced ray was reflected.
+    fn by_order(&mut self, traced: &TracedPicture, result: &[[u8; 3]], reflecting: &[u16]) -> anyhow::Result<()> {
+        let on_reflector = traced.mask(reflecting);
+        let of = |is_order: fn(u8) -> bool| -> Vec<bool> {
+            on_reflector.iter().zip(&traced.bounces).map(|(on, bounces)| *on && is_order(*bounces)).collect()
+        };
+        let orders =
+            [(of(|bounces| bounces == 1), &mut self.first_order), (of(|bounces| bounces > 1), &mut self.second_order)];
+        for (mask, errors) in orders {
+            errors.extend(masked_errors(&traced.rgb, result, &mask, &mask)?.map(|spread| spread.mean));
+        }
+        let over_all = masked_errors(&traced.rgb, result, &on_reflector, &on_reflector)?;
+        self.reflecting.extend(over_all.map(|spread| spread.mean));
+        let count = on_reflector.iter().filter(|on| **on).count();
+        self.shares.push(count as f64 / on_reflector.len() as f64);
+        Ok(())
+    }
 }
 
 /// The object whose reflection is looked at: that which rules would send an image past the silhouette of; `None` where they send none, or
@@ -346,9 +372,7 @@ pub(super) fn measure(
                 found.p95.push(spread.p95);
                 found.pixels += spread.count as f64;
             }
-            let on_reflector = traced.mask(&reflecting);
-            let over_all = masked_errors(&traced.rgb, &result, &on_reflector, &on_reflector)?;
-            found.reflecting.extend(over_all.map(|spread| spread.mean));
+            found.by_order(&traced, &result, &reflecting)?;
             found.frame_ms.push(drawn.frame_ms);
             found.draw_ms.push(made.draw_ms);
             found.bytes.push(made.bytes as f64);
@@ -387,7 +411,14 @@ fn row(label: &str, method: &Method, scene: &Scene, found: &Found) -> Row {
     let mut row = Row::new(label, method.name);
     row.parameters.set("refracts", json!(Needs::new(scene).has(Effect::Glass)));
     row.parameters.set("graph_cameras", json!(scene.corridors.is_some()));
-    for (name, values) in [("rgb", &found.error), ("rgb_p95", &found.p95), ("reflecting", &found.reflecting)] {
+    let errors = [
+        ("rgb", &found.error),
+        ("rgb_p95", &found.p95),
+        ("rgb_reflecting", &found.reflecting),
+        ("rgb_first_order", &found.first_order),
+        ("rgb_second_order", &found.second_order),
+    ];
+    for (name, values) in errors {
         if let Some(spread) = Spread::of(values, Better::Lower) {
             row.error.set(name, spread);
         }
@@ -398,6 +429,7 @@ fn row(label: &str, method: &Method, scene: &Scene, found: &Found) -> Row {
         }
     }
     row.bytes.set("impostors", found.bytes.iter().sum::<f64>() / found.bytes.len().max(1) as f64);
+    row.counts.set("reflecting", found.shares.iter().sum::<f64>() / found.shares.len().max(1) as f64);
     row.counts.set("pixels", found.pixels / found.error.len().max(1) as f64);
     row
 }
