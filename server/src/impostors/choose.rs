@@ -28,8 +28,11 @@ pub(super) fn best<E>(
 ) -> Result<Option<Choice>, E> {
     let Some(probes) = Probes::new(reflector, eye_world, draw)? else { return Ok(None) };
     let mut trial = Trial { reflector, probes, eye_world, drawn: Vec::new() };
-    let Some(mut best) = trial.around(corridors, draw)? else { return Ok(None) };
     let mut near = reflector.near_objects();
+    // Only off an image of its own does a ray go on from another mirror.
+    let mirrors = near.iter().filter(|&&object| reflector.is_mirror(object)).map(|&object| (object, OwnImage::Plain));
+    let least = Choice { own: mirrors.collect(), ..Choice::default() };
+    let Some(mut best) = trial.around(least, corridors, draw)? else { return Ok(None) };
     near.sort_by(|&a, &b| best.wrong.of(b).total_cmp(&best.wrong.of(a)));
     for object in near {
         let limit = WORTH_AN_IMAGE * best.merit();
@@ -78,14 +81,15 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The better ones of six images around, straight or bent.
+    /// The better ones of six images around, straight or bent, beside what there has to be.
     fn around<E>(
         &mut self,
+        least: Choice,
         corridors: Option<Arc<CorridorMap>>,
         draw: &mut Draw<'_, E>,
     ) -> Result<Option<Candidate>, E> {
-        let Some(straight) = self.candidate(Choice::default(), draw)? else { return Ok(None) };
-        let bent = Choice { corridors, ..Choice::default() };
+        let bent = Choice { corridors, ..least.clone() };
+        let Some(straight) = self.candidate(least, draw)? else { return Ok(None) };
         let images = self.reflector.images(&bent, self.eye_world).0;
         if !images.iter().any(|wanted| matches!(wanted.camera, Camera::Graph(_))) {
             return Ok(Some(straight));
@@ -142,9 +146,10 @@ impl Trial<'_> {
 }
 
 impl Choice {
-    /// The same with an image for one more object.
+    /// The same with this image for an object.
     fn with(&self, object: u16, image: OwnImage) -> Choice {
         let mut choice = self.clone();
+        choice.own.retain(|(other, _)| *other != object);
         choice.own.push((object, image));
         choice
     }

@@ -206,6 +206,11 @@ impl Reflector<'_> {
         Some(if image == OwnImage::Plain { Camera::Pinhole(spoc.pinhole) } else { Camera::Spoc(spoc) })
     }
 
+    /// Whether an object is a mirror itself.
+    pub fn is_mirror(&self, object: u16) -> bool {
+        effect_of_mesh(self.scene, self.scene.instances[usize::from(object)].mesh) == Some(Effect::Mirror)
+    }
+
     fn is_flat(&self, object: u16) -> bool {
         let mesh = &self.scene.meshes[self.scene.instances[usize::from(object)].mesh as usize];
         let [low, high] = mesh.bounds.map(glam::Vec3::from);
