@@ -100,7 +100,11 @@ fn shown_m(ray: PixelRay, t: f32, pixel: vec2i) -> f32 {
     let step = vec2i(select(1, -1, pixel.x >= last.x), select(1, -1, pixel.y >= last.y));
     let across = spread_m(ray, t, max(pixel + vec2i(step.x, 0), vec2i(0)));
     let down = spread_m(ray, t, max(pixel + vec2i(0, step.y), vec2i(0)));
-    return max(max(across, down), 0.0);
+    if min(across, down) < 0.0 {
+        return max(max(across, down), 0.0);
+    }
+    // A curved mirror stretches what it shows: by the wider side alone it would be blurred along the other one too.
+    return sqrt(across * down);
 }
 
 fn walked(pixel: vec2i, ray: PixelRay, hit: ImpostorHit) -> Walked {
