@@ -314,3 +314,27 @@ fn views_stay_straight_where_nothing_hides() {
     let outside = view_along(&map, (0, 0), Heading::PlusZ);
     assert_eq!(map.describe_around(&outside, Heading::PlusZ, 0.3), Err(CorridorMapError::Entrance));
 }
+
+/// A corridor is so high that the view shows a mouth in its side in part: what is above and below, other views show, straight.
+#[test]
+fn a_mouth_that_is_seen_in_part_leaves_no_gap() {
+    let map = CorridorMap { height_m: 6.0, ..drawn(&["#.###", "#.###", "#....", "#.###", "#...."]) };
+    let view = view_along(&map, (1, 0), Heading::PlusZ);
+    let (eye_world, mut seen) = (view.world_from_eye.translation, 0);
+    let camera = map.describe_around(&view, Heading::PlusZ, 0.45).expect("a map");
+    let camera = camera.map(|description| GraphCamera::from_description(&description).expect("a camera"));
+    for k in 0..100 * 100 * 60 {
+        let (x, z, y) = (k % 100, k / 100 % 100, k / 10_000);
+        let p = DVec3::new(f64::from(x) / 20.0 + 0.03, f64::from(y) / 10.0 + 0.05, f64::from(z) / 20.0 + 0.04);
+        let in_image = |image: &ImagePoint| [image.u, image.v].iter().all(|at| (1.0..255.0).contains(at));
+        let is_behind_a_mouth = p.x > 2.0;
+        if is_behind_a_mouth
+            && view.image_from_world(p).as_ref().is_some_and(in_image)
+            && is_in_sight(&map, eye_world, p)
+        {
+            assert!(camera.as_ref().is_none_or(|camera| camera.image_from_world(p).is_some()), "{p}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 100, "{seen}");
+}

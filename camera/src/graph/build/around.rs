@@ -62,7 +62,7 @@ impl CorridorMap {
         if face_m2 <= least_m2 {
             return None;
         }
-        // Of a mouth that this view shows in part another one shows the rest: only straight rays leave no gap between them.
+        // Of a mouth that this view shows in part another one shows the rest: both go straight on, so that they meet.
         let is_whole = whole_m2 - face_m2 <= least_m2;
         let round = if is_whole {
             self.hiding_edge(run, body).and_then(|edge| body.deepest_round(edge, run.heading))
