@@ -235,14 +235,14 @@ mod tests {
         for row in &report.rows {
             // A closed room seen from within the region of its images: little is missing but where a mesh ends before outlines.
             let holes = figure(row, "error.holes_share.mean");
-            assert_eq!(holes < 0.04, !row.method.ends_with(" mesh"), "{}: {:?}", row.method, row.error);
+            assert_eq!(holes < 0.03, !row.method.ends_with(" mesh"), "{}: {:?}", row.method, row.error);
             assert!(figure(row, "error.flip_covered.mean") < 0.2, "{}: {:?}", row.method, row.error);
         }
         let samples = |method: &str| {
             let row = report.rows.iter().find(|row| row.method.starts_with(method)).expect(method);
             figure(row, "counts.samples")
         };
-        assert!(samples("surface, averaged") < 0.8 * samples("conventional, averaged"));
+        assert!(samples("covered, averaged") < 0.8 * samples("conventional, averaged"));
         assert!(samples("floor") < 0.3 * samples("conventional, averaged"), "one image of four");
         assert_eq!(report.bars.len(), 3, "one set of bars for the product");
         for figure in &report.figures {
