@@ -84,8 +84,14 @@ fn where_nothing_can_be_drawn_the_rule_holds() {
     let scene = scene::builtin::load("mirror-teapots").expect("it is built in");
     let (needs, mut choices) = (Needs::new(&scene), Choices::default());
     let (now, eye_world) = (scene.at(0.0), DVec3::new(0.05, 0.36, 0.66));
-    let mut draw = |_: &Shot<'_>| Ok::<_, ImagerError>(None);
+    let mut asked = 0;
+    let mut draw = |_: &Shot<'_>| {
+        asked += 1;
+        Ok::<_, ImagerError>(None)
+    };
     needs.choose((&scene, &now), eye_world, &mut choices, &mut draw).expect("nothing fails");
+    needs.choose((&scene, &now), eye_world, &mut choices, &mut draw).expect("nothing fails");
+    assert_eq!(asked, 1, "it is not tried again where nothing has changed");
     let decision = needs.decide(&scene, &now, eye_world, &choices);
     assert_eq!(decision, needs.decide(&scene, &now, eye_world, &Choices::default()));
     assert!(decision.wanted.iter().any(|wanted| matches!(wanted.camera, Camera::Spoc(_))));

@@ -141,6 +141,10 @@ fn what_is_held_is_made_anew_only_where_it_shows_something_else() {
     let nearer = decide(&room(mirror(), |p| if p.x > 1.0 { p - 0.4 * DVec3::X } else { p }));
     let lacking = kept.lacking(&nearer, &account);
     assert_eq!(lacking.iter().map(|wanted| wanted.key.shown).collect::<Vec<_>>(), [Some(1)]);
+    // Another choice: the surroundings hold what had images of its own.
+    let around = Needs::new(&scene).with_rule(Rule::Around);
+    let around = around.decide(&scene, &scene.at(0.0), EYE, &Choices::default());
+    assert_eq!(kept.lacking(&around, &account).len(), 6);
     let none = decide(&room(coloured([0.5; 4]), |p| p));
     assert_eq!(kept.drop_unwanted(&none).len(), 8);
 }

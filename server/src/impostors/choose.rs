@@ -15,7 +15,8 @@ use super::probes::{Draw, Picture, Probes, Wrong, picture_of};
 use super::reflector::Reflector;
 use super::wanted::Wanted;
 
-/// Of the figure of merit, at most this part must be left for another image: two halves of the probes differ by a few percent.
+/// Of the figure of merit, at most this part must be left for another image: as far as that a choice may be off the best one, and what serves already costs
+/// neither time nor bytes anew.
 const WORTH_AN_IMAGE: f64 = 0.95;
 
 /// The best choice for what a viewer sees in a reflector, given what serves it now; `None` where nothing can be drawn, or he sees none of it.

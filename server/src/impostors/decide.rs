@@ -109,9 +109,10 @@ impl Needs {
             }
             let is_anew = now.is_some();
             let corridors = self.plans.around(&reflector);
-            if let Some(choice) = choose::best(&reflector, now, corridors, eye_world, draw)? {
-                choices.insert(&reflector, eye_world, choice);
-            }
+            let best = choose::best(&reflector, now, corridors.clone(), eye_world, draw)?;
+            // What could not be tried now need not be tried again at every look.
+            let choice = best.unwrap_or_else(|| reflector.by_rule(self.rule, || corridors));
+            choices.insert(&reflector, eye_world, choice);
             if is_anew {
                 break;
             }

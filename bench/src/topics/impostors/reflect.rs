@@ -151,8 +151,9 @@ impl Maker {
     pub fn new(stage: &Stage) -> anyhow::Result<Maker> {
         let needs = Needs::new(&stage.scene);
         let planned = Needs::new(&Scene { corridors: None, ..stage.scene.clone() });
-        let (choices, planned_choices) = Default::default();
-        Ok(Maker { needs, choices, planned, planned_choices, drawer: ImpostorDrawer::new(&stage.renderer)? })
+        let none = Choices::default();
+        let drawer = ImpostorDrawer::new(&stage.renderer)?;
+        Ok(Maker { needs, choices: none.clone(), planned, planned_choices: none, drawer })
     }
 
     pub fn make(&mut self, stage: &Stage, view: &Pinhole, images: Images) -> anyhow::Result<Made> {
