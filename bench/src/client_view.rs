@@ -55,6 +55,11 @@ impl HeldSet {
         let build_ms = started.elapsed().as_secs_f64() * 1000.0;
         Ok(HeldSet { held, surfaces, build_ms })
     }
+
+    /// What a frame shows of it.
+    pub fn shown<'a>(&'a self, impostors: Option<&'a Impostors>) -> Shown<'a> {
+        Shown { surfaces: &self.surfaces, held: &self.held, impostors, lights: None, rest: None }
+    }
 }
 
 /// A frame as a client shows it, with what lies behind it.
@@ -119,6 +124,18 @@ impl ClientView {
         Ok(encoded.map().wait(&self.gpu)?.values(shares))
     }
 
+    /// The shares of the lights that cast in the last frame, the strongest first, that arrived at each pixel, 0 to 255; `None` where none
+    /// casts.
+    pub fn light_shares(&self, camera: &Pinhole) -> anyhow::Result<Option<Vec<[u8; 4]>>> {
+        let Some(shares) = self.frames.light_shares() else { return Ok(None) };
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut readback = Readback::default();
+        let shares = readback.texture(shares, 0, (camera.width_px, camera.height_px));
+        let encoded = readback.encode(&self.gpu, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(Some(encoded.map().wait(&self.gpu)?.values(shares)))
+    }
+
     /// What surfaces looked like in the last frame.
     pub fn gbuffer(&self) -> Option<&surface::GBuffer> {
         self.frames.gbuffer()
@@ -137,9 +154,12 @@ impl ClientView {
         camera: &Pinhole,
         options: Options,
     ) -> anyhow::Result<f64> {
+        self.draw_shown(set.shown(impostors), camera, options)
+    }
+
+    fn draw_shown(&mut self, shown: Shown<'_>, camera: &Pinhole, options: Options) -> anyhow::Result<f64> {
         let started = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let shown = Shown { surfaces: &set.surfaces, held: &set.held, impostors, lights: None, rest: None };
         self.frames.draw(&mut encoder, shown, camera, &self.output_view, options);
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();
@@ -165,7 +185,12 @@ impl ClientView {
         camera: &Pinhole,
         options: Options,
     ) -> anyhow::Result<Drawn> {
-        let frame_ms = self.draw_reflecting(set, impostors, camera, options)?;
+        self.frame_shown(set.shown(impostors), camera, options)
+    }
+
+    /// The same of all that is held, also of what lights see.
+    pub fn frame_shown(&mut self, shown: Shown<'_>, camera: &Pinhole, options: Options) -> anyhow::Result<Drawn> {
+        let frame_ms = self.draw_shown(shown, camera, options)?;
         let size_px = (camera.width_px, camera.height_px);
         let gbuffer = self.frames.gbuffer().expect("a frame was drawn");
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -1,4 +1,4 @@
-//! Soft shadows by what a lamp sees, of things that the eye never saw.
+//! Shadows by what a light sees, of things that the eye never saw.
 
 mod common;
 
@@ -51,11 +51,15 @@ struct Client {
 
 impl Client {
     fn new(eye_saw: &[Block]) -> Client {
+        Client::with(eye_saw, Shadows::Soft)
+    }
+
+    fn with(eye_saw: &[Block], shadows: Shadows) -> Client {
         let mut held = WORLD.held_from(&[], &[], lit_by(vec![lamp()]));
         held.commit(patches(&[DVec3::new(1.0, 9.0, 1.0), DVec3::new(1.5, 5.0, 5.5)], eye_saw, Purpose::Eye, 1), 0.0, 0)
             .expect("sound");
         let mut stage = Stage::new(&held);
-        stage.frames.set_shadows(Settings { shadows: Shadows::Soft, ..Settings::default() });
+        stage.frames.set_shadows(Settings { shadows, ..Settings::default() });
         stage.lights = Some(LightImages::new(stage.gpu(), Corners::default()));
         Client { held, stage }
     }
@@ -87,16 +91,18 @@ fn share(shares: &[[u8; 4]], at: &OnFloor) -> f64 {
 }
 
 #[test]
-fn what_only_the_lamp_saw_casts() {
-    let mut client = Client::new(&[FLOOR]);
-    assert_eq!(client.shares(), [1.0, 1.0], "nothing above the floor is held");
-    client.update(seen_by_lamp(&[FLOOR, PLATE], 10));
-    let [under, beside] = client.shares();
-    assert!(under < 0.01 && beside > 0.99, "{under} and {beside}");
-    client.update((10..14).map(|id| Edit::Remove(PatchId(id))).collect());
-    assert_eq!(client.shares(), [1.0, 1.0], "it was taken back");
-    client.update(seen_by_lamp(&[FLOOR], 20));
-    assert_eq!(client.shares(), [1.0, 1.0], "the plate is gone");
+fn what_only_the_light_saw_casts() {
+    for shadows in [Shadows::Soft, Shadows::Maps] {
+        let mut client = Client::with(&[FLOOR], shadows);
+        assert_eq!(client.shares(), [1.0, 1.0], "nothing above the floor is held");
+        client.update(seen_by_lamp(&[FLOOR, PLATE], 10));
+        let [under, beside] = client.shares();
+        assert!(under < 0.01 && beside > 0.99, "{shadows:?}: {under} and {beside}");
+        client.update((10..14).map(|id| Edit::Remove(PatchId(id))).collect());
+        assert_eq!(client.shares(), [1.0, 1.0], "it was taken back");
+        client.update(seen_by_lamp(&[FLOOR], 20));
+        assert_eq!(client.shares(), [1.0, 1.0], "the plate is gone");
+    }
 }
 
 #[test]
@@ -110,11 +116,15 @@ fn a_shadow_goes_where_its_object_is_moved_between_updates() {
         patch.image.object.fill(PLATES);
     }
     let mut client = Client::new(&[FLOOR]);
+    let mut hard = Client::with(&[FLOOR], Shadows::Maps);
+    hard.update(plate.clone());
     client.update(plate);
     for (x_m, is_there) in [(0.0, true), (20.0, false), (0.0, true)] {
-        client.stage.lights.as_mut().expect("made").move_objects(&at(x_m));
-        let [under, beside] = client.shares();
-        assert!(if is_there { under < 0.01 } else { under == 1.0 } && beside > 0.99, "{x_m}: {under} and {beside}");
+        for client in [&mut client, &mut hard] {
+            client.stage.lights.as_mut().expect("made").move_objects(&at(x_m));
+            let [under, beside] = client.shares();
+            assert!(if is_there { under < 0.01 } else { under == 1.0 } && beside > 0.99, "{x_m}: {under} and {beside}");
+        }
     }
 }
 

@@ -20,6 +20,7 @@ pub mod look;
 pub mod message;
 pub mod plain;
 pub mod session;
+mod shadow_views;
 pub mod wire;
 
 pub use held::{
@@ -31,3 +32,4 @@ pub use lamp::Lamp;
 pub use limits::Limits;
 pub use look::{Area, AreaShape, Effect, Light, Lighting, Look, Material};
 pub use message::{ClientMessage, ServerMessage};
+pub use shadow_views::{Viewpoint, shadow_views};

@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 13;
+pub const VERSION: u16 = 14;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -34,11 +34,23 @@ pub struct ViewSize {
     pub fov_y_rad: f64,
 }
 
+/// Which shadows a client draws.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Shadows {
+    /// None.
+    #[default]
+    None,
+    /// Every light casts as from its middle.
+    Hard,
+    /// Lights with an area cast soft shadows, others hard ones.
+    Soft,
+}
+
 /// What a client draws that not every client does, and so has a use for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Draws {
-    /// Soft shadows, by what lights see ([`crate::Purpose::Light`]).
-    pub soft_shadows: bool,
+    /// Shadows, by what lights see ([`crate::Purpose::Light`]).
+    pub shadows: Shadows,
     /// Antialiased pictures, at rest by what each pixel shows in parts ([`crate::DepthImage::share`]).
     pub antialiased: bool,
 }

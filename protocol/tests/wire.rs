@@ -9,7 +9,7 @@ use common::{cast, fragments, patch, with_ends};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use vantage_protocol::codec::Coding;
-use vantage_protocol::message::{Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
+use vantage_protocol::message::{Clock, Draws, ServerMessage, Shadows, VERSION, ViewSize, Welcome};
 use vantage_protocol::plain::{read_update, write_update};
 use vantage_protocol::wire::{
     Assembler, Envelope, FRAGMENT_BYTES, Fragment, ServerPacket, UpdateHead, WireError, client_message_kind,
@@ -30,7 +30,7 @@ fn client_messages() -> Vec<ClientMessage> {
             clock: Clock::Virtual,
             view: VIEW,
             budget_bytes: 1 << 30,
-            draws: Draws { soft_shadows: true, antialiased: false },
+            draws: Draws { shadows: Shadows::Soft, antialiased: false },
         },
         ClientMessage::View(VIEW),
         ClientMessage::Pose {

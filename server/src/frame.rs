@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use camera::Pinhole;
 use protocol::codec::Coding;
 use protocol::held::{ObjectPose, Update};
-use protocol::{Lamp, Lighting, Material, Purpose};
+use protocol::message::Shadows;
+use protocol::{Lighting, Material, Purpose, Viewpoint};
 use scene::{Bounds, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
@@ -25,7 +26,9 @@ use crate::imager::Imager;
 use crate::impostors::relief::{self, Eye, Reliefs};
 use crate::impostors::{Needs, Shot};
 use crate::lights::{self, Serving};
-use crate::plan::{Coverage, Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
+use crate::plan::{
+    Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
+};
 use crate::render::triangle_bases;
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
@@ -253,7 +256,12 @@ impl Stage {
         if !self.begins_coarsely(client) {
             self.send_impostors(plan, snapshot, now, client)?;
         }
-        let lights = self.send_lights(plan, snapshot, now, client)?;
+        let lights = self.send_lights(
+            snapshot,
+            now,
+            client,
+            Viewpoint { eye_world: plan.coverage.world_from_eye.translation, focal_px: output_focal_px(viewer.view) },
+        )?;
         client.account.evict((self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize)?;
         let counts = client.account.counts();
         if counts.evicted > 0 {
@@ -404,15 +412,16 @@ impl Stage {
         Ok(())
     }
 
-    /// Sends what lights see that a client draws soft shadows of, as far as it changed.
+    /// Sends what lights see that a client draws shadows of, as far as it changed.
     fn send_lights(
         &mut self,
-        plan: &Plan,
         snapshot: &Arc<Snapshot>,
         now: &Surroundings<'_>,
         client: &mut Client,
+        viewer: Viewpoint,
     ) -> Result<LightWork, StageError> {
-        if !client.draws.soft_shadows || self.begins_coarsely(client) {
+        let shadows = client.draws.shadows;
+        if shadows == Shadows::None || self.begins_coarsely(client) {
             return Ok(LightWork::default());
         }
         let (started, first) = (Instant::now(), client.account.edits());
@@ -421,19 +430,21 @@ impl Stage {
             snapshot,
             now,
             rules: self.account_rules,
+            viewer,
+            shadows,
             side_px: self.light_size_px(client, now.lighting),
             account: &mut client.account,
             imager: &mut *self.imager,
         };
-        lights::serve(serving, &mut client.lights, plan.coverage.world_from_eye.translation)?;
+        lights::serve(serving, &mut client.lights)?;
         Ok(LightWork { edits: first..client.account.edits(), took: started.elapsed() })
     }
 
     /// The size of lights' images: that of the eye's, as far as all lights' sets together fit their share of a client's budget.
     fn light_size_px(&self, client: &Client, lighting: &Lighting) -> u32 {
-        let lamps = lighting.lights.iter().filter_map(Lamp::of).count().clamp(1, Lighting::MAX_CASTING);
+        let lights = lighting.lights.len().clamp(1, Lighting::MAX_CASTING);
         let samples = self.budget_bytes(client) / BYTES_PER_SAMPLE / LIGHTS_SHARE;
-        let pixels = samples / (lamps as u64 * IMAGES_A_LIGHT);
+        let pixels = samples / (lights as u64 * IMAGES_A_LIGHT);
         pixels.isqrt().min(self.rules.image_size_px.into()) as u32
     }
 

@@ -1,11 +1,13 @@
-//! What lights with an area see, sent to clients that draw soft shadows.
+//! What lights see, sent to clients that draw shadows.
 
 mod common;
 
 use camera::{Pinhole, Rigid};
+use common::looking_back;
 use common::session::{Session, added};
 use glam::{DAffine3, DVec3};
-use protocol::{DepthImage, Lamp, Purpose};
+use protocol::message::Shadows;
+use protocol::{DepthImage, Lamp, Purpose, Viewpoint, shadow_views};
 use scene::{LightArea, Scene, SceneLight};
 use surface::AddressPass;
 use vantage_server::account::LightCounts;
@@ -16,7 +18,13 @@ const SAME_DEPTH: f32 = 0.02;
 
 /// A viewer of a scene who draws soft shadows.
 fn soft(mut session: Session) -> Session {
-    session.client.draws.soft_shadows = true;
+    session.client.draws.shadows = Shadows::Soft;
+    session
+}
+
+/// A viewer of a scene who draws hard shadows alone.
+fn hard(mut session: Session) -> Session {
+    session.client.draws.shadows = Shadows::Hard;
     session
 }
 
@@ -66,7 +74,24 @@ fn lit(scene: Scene) -> Scene {
     lit_from(scene, f32::INFINITY, |time_s| common::swing(time_s, 8.0).transform_point3(DVec3::Z))
 }
 
-/// The share of what the first light's corners see now that the client holds otherwise, or not, for it.
+/// From where the first light is looked from: the corners of a lamp that casts softly, else where its shadow maps are seen from.
+fn views(session: &Session) -> Vec<Pinhole> {
+    let snapshot = session.scene.at(session.held.scene_time_s);
+    let instances = 0..session.scene.instances.len() as u16;
+    let bounds = instances.filter_map(|id| session.scene.bounds_of(&snapshot, id)).reduce(camera::Bounds::union);
+    let (bounds, light) = (bounds.expect("a scene"), &session.held.lighting.as_ref().expect("lit").lights[0]);
+    match Lamp::of(light).filter(|_| session.client.draws.shadows == Shadows::Soft) {
+        Some(lamp) => lamp.corner_views(bounds, 128).into_iter().flatten().collect(),
+        None => shadow_views(
+            light,
+            bounds,
+            Viewpoint::of(&looking_back(session.viewer.world_from_eye.translation, 128)),
+            128,
+        ),
+    }
+}
+
+/// The share of what the first light sees now that the client holds otherwise, or not, for it.
 fn wrong_share(session: &Session) -> f64 {
     wrong_share_of(session, &|_| true)
 }
@@ -74,11 +99,7 @@ fn wrong_share(session: &Session) -> f64 {
 /// The same of some objects.
 fn wrong_share_of(session: &Session, is_meant: &dyn Fn(u16) -> bool) -> f64 {
     let held = &session.held;
-    let lamp = Lamp::of(&held.lighting.as_ref().expect("lit").lights[0]).expect("it has an area");
-    let snapshot = session.scene.at(held.scene_time_s);
-    let instances = 0..session.scene.instances.len() as u16;
-    let bounds = instances.filter_map(|id| session.scene.bounds_of(&snapshot, id)).reduce(camera::Bounds::union);
-    let views: Vec<Pinhole> = lamp.corner_views(bounds.expect("a scene"), 128).into_iter().flatten().collect();
+    let views = views(session);
     let (mut witness, mut pass) = (session.witness(), AddressPass::new(&session.gpu).expect("pipelines"));
     let mut surfaces = pass.new_surfaces().of(Purpose::Light(0));
     surfaces.rebuild(held);
@@ -243,12 +264,90 @@ fn a_lamp_that_travels_leaves_behind_what_it_sees_no_more() {
 }
 
 #[test]
-fn who_draws_none_and_scenes_without_lamps_get_none() {
-    for (mut session, light) in [(Session::built_in("lamp-teapots-moving"), 0), (soft(Session::built_in("teapots")), 0)]
-    {
-        let (counts, bytes) = ticks(&mut session, 5);
-        assert_eq!((counts, bytes, samples(&session, light)), (LightCounts::default(), 0, None));
+fn who_draws_none_gets_none() {
+    let mut session = Session::built_in("lamp-teapots-moving");
+    let (counts, bytes) = ticks(&mut session, 5);
+    assert_eq!((counts, bytes, samples(&session, 0)), (LightCounts::default(), 0, None));
+}
+
+/// A scene under one light.
+fn under(scene: Scene, light: SceneLight) -> Scene {
+    common::animated(scene, move |snapshot| snapshot.lights = vec![light])
+}
+
+fn sun(direction_world: DVec3) -> SceneLight {
+    SceneLight::Directional { direction_world: direction_world.normalize(), colour: [3.0; 3] }
+}
+
+fn lamp(position_world: DVec3, spot_angles_rad: Option<[f32; 2]>) -> SceneLight {
+    let (colour, range_m, area) = ([100.0; 3], f32::INFINITY, None);
+    SceneLight::Point { position_world, colour, direction_world: DVec3::NEG_Z, spot_angles_rad, range_m, area }
+}
+
+#[test]
+fn every_light_without_an_area_gets_what_it_sees() {
+    let place = DVec3::new(1.0, 0.5, 1.0);
+    let lights = [sun(DVec3::new(0.5, -0.4, -1.0)), lamp(place, None), lamp(place, Some([0.3, 0.7]))];
+    for (light, rows) in lights.into_iter().zip([3, 1, 1]) {
+        let mut session = hard(Session::new(under(common::ball_before_wall(), light)));
+        let (first, _) = ticks(&mut session, 1);
+        assert!(first.sets == 1 && samples(&session, 0) > Some(1000), "{light:?}: {first:?}");
+        assert!(views(&session).len() >= rows && wrong_share(&session) < 0.02, "{light:?}: {}", wrong_share(&session));
+        let (then, bytes) = ticks(&mut session, 5);
+        assert_eq!((then.views, then.unchanged, bytes), (0, 5, 0), "{light:?}: nothing moves");
     }
+}
+
+#[test]
+fn a_light_with_an_area_casts_as_from_its_middle_for_who_draws_hard_shadows() {
+    let mut session = hard(Session::new(lit_from(common::ball_before_wall(), f32::INFINITY, |_| DVec3::Z)));
+    let (hard_set, _) = ticks(&mut session, 1);
+    assert!(hard_set.sets == 1 && wrong_share(&session) < 0.02, "{}", wrong_share(&session));
+    let from = |session: &Session| {
+        let of_light = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Light(0));
+        of_light.map(|held| held.patch.image.camera.eye_world()).collect::<Vec<_>>()
+    };
+    assert!(from(&session).iter().all(|eye| *eye == DVec3::Z));
+    let mut session = soft(Session::new(lit_from(common::ball_before_wall(), f32::INFINITY, |_| DVec3::Z)));
+    ticks(&mut session, 1);
+    assert!(from(&session).iter().all(|eye| *eye != DVec3::Z));
+}
+
+#[test]
+fn around_a_viewer_who_walks_the_sun_sees_finely_and_only_what_is_new_is_sent() {
+    // A street of balls on a wall of 60 m, of which the finest frame has 4 m.
+    let at = |x: f64, z: f64, scale: f64| {
+        DAffine3::from_translation(DVec3::new(x, 0.0, z)) * DAffine3::from_scale(DVec3::splat(scale))
+    };
+    let balls = (-14..=14).map(|ball| (1, at(2.0 * f64::from(ball), -3.2, 0.3)));
+    let placed: Vec<_> = [(0, at(0.0, -4.0, 30.0))].into_iter().chain(balls).collect();
+    let material = common::coloured([0.6, 0.5, 0.4, 1.0]);
+    let street = common::scene(vec![common::square(16, 0), common::sphere(24, 0)], vec![material], &placed);
+    let mut session = hard(Session::new(under(street, sun(DVec3::new(0.5, -0.4, -1.0)))));
+    let (first, set_bytes) = ticks(&mut session, 1);
+    assert!(first.sets == 1, "{first:?}");
+    let before = session.light_bytes;
+    let start = session.viewer.world_from_eye;
+    let mut views = 0;
+    for step in 1..=4 {
+        let there = Rigid { translation: DVec3::X * f64::from(step), ..start };
+        views += session.walk_to(there, 6).iter().map(|counts| counts.lights.views).sum::<usize>();
+        session.ticks(3);
+        assert!(wrong_share(&session) < 0.03, "{} at {step} m", wrong_share(&session));
+    }
+    let walked_bytes = session.light_bytes - before;
+    assert!(views > 2 && views < 40 && walked_bytes < set_bytes, "{views} views, {walked_bytes} of {set_bytes} bytes");
+}
+
+#[test]
+fn what_reliefs_show_casts_among_what_a_light_sees() {
+    let mut session = hard(Session::built_in("cars").with_reliefs());
+    session.ticks(3);
+    assert!(session.held.instances.len() > 3, "{} objects by reliefs", session.held.instances.len());
+    let of_light = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Light(0));
+    let seen: std::collections::BTreeSet<u16> = of_light.flat_map(|held| held.patch.image.object.clone()).collect();
+    let shown: std::collections::BTreeSet<u16> = session.held.instances.keys().map(|(object, _)| *object).collect();
+    assert!(shown.iter().any(|object| seen.contains(object)), "{shown:?} in {seen:?}");
 }
 
 #[test]

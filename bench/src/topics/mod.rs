@@ -2,6 +2,7 @@
 
 pub mod codec;
 pub mod impostors;
+pub mod light_images;
 pub mod novel_views;
 pub mod reconstruction;
 pub mod sampling;
@@ -20,5 +21,6 @@ pub const ALL: &[&dyn Topic] = &[
     &codec::Codec,
     &impostors::Impostors,
     &shadows::Shadows,
+    &light_images::LightImages,
     &novel_views::NovelViews,
 ];

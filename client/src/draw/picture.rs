@@ -36,7 +36,7 @@ pub struct PictureOptions {
 impl PictureOptions {
     /// What a server may send for it.
     pub fn draws(&self) -> Draws {
-        Draws { soft_shadows: self.shadow.is_soft(), antialiased: self.frame.antialias.is_wanted() }
+        Draws { shadows: self.shadow.shadows.into(), antialiased: self.frame.antialias.is_wanted() }
     }
 }
 
@@ -70,7 +70,7 @@ pub struct Picture {
     gpu: Gpu,
     surfaces: HeldSurfaces,
     impostors: Impostors,
-    /// `None` where no soft shadows are drawn.
+    /// `None` where no shadows are drawn.
     lights: Option<LightImages>,
     rest: RestView,
     renderer: FrameRenderer,
@@ -90,7 +90,7 @@ impl Picture {
             gpu: gpu.clone(),
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
             impostors: Impostors::new(gpu),
-            lights: options.shadow.is_soft().then(|| LightImages::new(gpu, options.corners)),
+            lights: options.shadow.casts().then(|| LightImages::new(gpu, options.corners)),
             rest: RestView::new(gpu),
             renderer,
             options,

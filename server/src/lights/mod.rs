@@ -23,6 +23,7 @@
 //! Samples have no colours here, nor what only reflections need. Their depths are kept to a tenth of the farthest footprint, so that
 //! they stay within the half by which a caster must stand before what it shadows.
 
+mod caster;
 mod kept;
 mod serve;
 

@@ -6,11 +6,13 @@ use std::time::Instant;
 
 use camera::{Pinhole, Rigid, Trace};
 use client::draw::impostors::Impostors;
+use client::draw::light_images::LightImages;
+use client::draw::shown::Shown;
 use client::receive::follow::Follow;
 use client::receive::viewer::MotionEstimator;
 use glam::{DQuat, DVec3};
 use gpu::Gpu;
-use protocol::message::ViewSize;
+use protocol::message::{Draws, Shadows, ViewSize};
 use protocol::{Held, Limits, wire};
 use scene::Scene;
 use server::account::{AccountRules, Counts};
@@ -21,7 +23,7 @@ use server::frame::Stage;
 use server::imager::GpuImager;
 use server::plan::{PARALLAX_ERROR_PX, Rules};
 use server::viewer::Viewer;
-use surface::HeldSurfaces;
+use surface::{Corners, HeldSurfaces};
 
 use crate::client_view::HeldSet;
 use crate::sets::{self, SetPlan};
@@ -151,6 +153,8 @@ pub struct Setup {
     pub coding: CodingRule,
     /// Whether objects of one shape are shown by one image.
     pub relief: bool,
+    /// Which shadows the client says that it draws.
+    pub shadows: Shadows,
 }
 
 impl Setup {
@@ -165,6 +169,7 @@ impl Setup {
             rules: AccountRules::default(),
             coding: CodingRule::default(),
             relief: false,
+            shadows: Shadows::None,
         }
     }
 }
@@ -178,6 +183,8 @@ pub struct Walker {
     pub set: HeldSet,
     /// Its images for rays.
     pub impostors: Impostors,
+    /// What its lights see.
+    pub lights: LightImages,
     tick: u64,
     motion: MotionEstimator,
     last: Option<Rigid>,
@@ -196,10 +203,11 @@ impl Walker {
         let stage = Stage::new(scene, rules, method, imager).judged_by(setup.rules).coded_by(setup.coding);
         Ok(Walker {
             stage: if setup.relief { stage.with_reliefs() } else { stage },
-            client: Client::default(),
+            client: Client { draws: Draws { shadows: setup.shadows, ..Draws::default() }, ..Client::default() },
             viewer: Viewer::at_start(view, start, 0.0),
             set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },
             impostors: Impostors::new(gpu),
+            lights: LightImages::new(gpu, Corners::default()),
             tick: 0,
             motion: MotionEstimator::default(),
             last: None,
@@ -226,6 +234,7 @@ impl Walker {
             let started = Instant::now();
             surfaces.apply(held, &update);
             self.impostors.follow(held, &update, false);
+            self.lights.follow(held, &update, false);
             *build_ms = started.elapsed().as_secs_f64() * 1000.0;
             tick.build_ms = *build_ms;
             (tick.counts, tick.bytes) = (made.counts, encoded.bytes.len());
@@ -234,6 +243,11 @@ impl Walker {
         }
         (tick.held, tick.patches) = (self.set.held.sample_count(), self.set.held.patches.len());
         Ok(tick)
+    }
+
+    /// All that the client shows.
+    pub fn shown(&self) -> Shown<'_> {
+        Shown { lights: Some(&self.lights), ..self.set.shown(Some(&self.impostors)) }
     }
 
     /// What a viewer sees from `pose`: 90 degrees less the margin.

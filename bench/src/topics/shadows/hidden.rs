@@ -6,7 +6,7 @@ use server::discretize::Capture;
 
 /// How much of a lamp each pixel does not see.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Hidden {
+pub(in crate::topics) struct Hidden {
     pub points: usize,
     /// Which points, 64 a word; `None` where no surface is.
     pub pixels: Vec<Option<Vec<u64>>>,
@@ -16,7 +16,7 @@ pub(super) struct Hidden {
 
 /// The 2016 paper's errors, section 6.2, over the pixels that show a surface in both, on its scale: 255 where every point is wrong.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Errors {
+pub(in crate::topics) struct Errors {
     /// Mean of the points that are resolved wrongly.
     pub visibility: f64,
     /// Of it the points that are taken to be hidden and are seen; the others are taken to be seen and are hidden.
@@ -82,14 +82,14 @@ pub(super) fn ones(words: &[u64]) -> u32 {
 
 /// What a pixel shows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Receiver {
+pub(in crate::topics) struct Receiver {
     p_world: DVec3,
     normal_world: DVec3,
     triangle: u32,
 }
 
 /// What a view shows, from its full geometry; normals of surfaces with two sides face the view.
-pub(super) fn receivers(capture: &Capture, double_sided: &[bool]) -> Vec<Option<Receiver>> {
+pub(in crate::topics) fn receivers(capture: &Capture, double_sided: &[bool]) -> Vec<Option<Receiver>> {
     let width = capture.camera.width_px as usize;
     let receiver = |index: usize| {
         let triangle = capture.ids[index][0];
@@ -106,7 +106,7 @@ pub(super) fn receivers(capture: &Capture, double_sided: &[bool]) -> Vec<Option<
 
 /// The paper's truth: shadow maps of the full geometry. `seen` of every point of the lamp is looked up where a pixel's surface lies in it: the
 /// point is seen where that texel shows the pixel's own triangle, or nothing nearer than the plane of the pixel's surface in the texel's middle.
-pub(super) struct MapTruth {
+pub(in crate::topics) struct MapTruth {
     receivers: Vec<Option<Receiver>>,
     points: usize,
     pixels: Vec<Option<Vec<u64>>>,

@@ -10,7 +10,7 @@ mod bench;
 mod cell;
 mod full;
 mod growth;
-mod hidden;
+pub(super) mod hidden;
 mod lamp;
 mod methods;
 mod output;

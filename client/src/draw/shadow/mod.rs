@@ -11,16 +11,11 @@
 //! The [`LIGHTS`] lights that bring the most light to the viewer cast shadows, others none. All maps are pinholes, of
 //! [`Settings::side_px`] texels a side.
 //!
-//! - A **directional light** stands at the distance `D = N R / 2` before a ball of the radius `R` that `N` texels span, `2 R /
-//!   N` each. A ray through a point at the distance `r` from the axis leans by `r / D`, which over the way `h` from caster to
-//!   receiver moves a shadow by `h r / D`. Within the ball `h r <= R²`, so by up to a texel; what comes from further away errs
-//!   by more texels, but up to one of the widest map. The widest ball holds all that is held; up to two narrower ones, each a
-//!   quarter as wide, lie around the point of that which is nearest to the viewer, so that large scenes are finely shadowed
-//!   near by. A pixel takes the narrowest that has it. Balls move in steps of whole texels, so shadows do not crawl, and
-//!   seldom, so that they are seldom drawn.
+//! - A **directional light** has up to three, one within the other: of all that is held, and around the viewer. A pixel takes the narrowest
+//!   that has it.
 //! - A **spot** is one map, a **point light**, or a spot wider than 120 degrees, the faces of a cube.
 //!
-//! What the view cannot show, or nothing held lies in, has no map. A map is drawn again when what is held, or where it is, has
+//! See [`protocol::shadow_views`] for where they lie. What the view cannot show, or nothing held lies in, has no map. A map is drawn again when what is held, or where it is, has
 //! changed, or it looks from elsewhere.
 //!
 //! # The comparison
@@ -53,9 +48,8 @@ mod pass;
 
 use ::camera::Pinhole;
 use gpu::Gpu;
-use protocol::Lighting;
+use protocol::{Lighting, message};
 use surface::{GBuffer, Smoothing, SurfaceError};
-use wgpu::TextureView;
 
 use crate::draw::fullscreen::Target;
 use crate::draw::held_pass::{self, HeldPass};
@@ -83,6 +77,16 @@ pub enum Shadows {
     Soft,
 }
 
+impl From<Shadows> for message::Shadows {
+    fn from(shadows: Shadows) -> message::Shadows {
+        match shadows {
+            Shadows::None => message::Shadows::None,
+            Shadows::Maps => message::Shadows::Hard,
+            Shadows::Soft => message::Shadows::Soft,
+        }
+    }
+}
+
 /// How shadows are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
@@ -95,6 +99,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Whether anything casts.
+    pub fn casts(&self) -> bool {
+        self.shadows != Shadows::None
+    }
+
     /// Whether lights with an area cast soft shadows.
     pub fn is_soft(&self) -> bool {
         self.shadows == Shadows::Soft
@@ -152,7 +161,8 @@ impl Caster {
 struct ShadowMap {
     /// Of which `w` is the map; the rest is shared by all.
     gbuffer: GBuffer,
-    view: Pinhole,
+    /// Light and view.
+    of: (usize, Pinhole),
     /// Of what it shows.
     revision: (u64, u64),
 }
@@ -164,7 +174,7 @@ impl ShadowRenderer {
         let side_px = settings.side_px.clamp(16, gpu.device.limits().max_texture_dimension_2d);
         let settings = Settings { side_px, ..settings };
         let renderer = ShadowRenderer { gpu: gpu.clone(), settings, passes, maps, shares, lights, has_lamps: false };
-        (settings.shadows != Shadows::None).then_some(renderer)
+        settings.casts().then_some(renderer)
     }
 
     /// Draws what the lights see, where it changed, and how much of each arrives at the pixels of a G-buffer.
@@ -185,14 +195,11 @@ impl ShadowRenderer {
             let (casting, shares) = (HeldPass::casting(&self.gpu)?, SharePass::new(&self.gpu)?);
             self.passes = Some(Passes { casting, shares, lamps: None });
         }
-        let all: Vec<Pinhole> = wanted.iter().flat_map(|(_, caster)| caster.views().iter().copied()).collect();
-        self.draw_maps(encoder, shown, &all);
+        self.draw_maps(encoder, shown, &wanted);
         let kept =
             self.shares.take().filter(|target| (target.texture.width(), target.texture.height()) == gbuffer.size_px);
         let shares = kept.unwrap_or_else(|| Target::new(&self.gpu, "light shares", gbuffer.size_px, SharePass::FORMAT));
-        let map_of = |view| (view, self.map_of(view).expect("drawn before"));
-        let maps: Vec<Maps<'_>> =
-            wanted.iter().map(|(_, caster)| caster.views().iter().map(map_of).collect()).collect();
+        let maps: Vec<Maps<'_>> = wanted.iter().map(|(light, caster)| self.maps_of(*light, caster)).collect();
         let lamp = |(channel, (light, caster)): (usize, &(usize, Caster))| match caster {
             Caster::Lamp(lamp) => Some(CastingLamp { channel, light: *light, lamp: *lamp }),
             Caster::Maps(_) => None,
@@ -246,27 +253,38 @@ impl ShadowRenderer {
     }
 
     /// Draws the views that no map shows as they are now, in place of maps that are of no use to any of them.
-    fn draw_maps(&mut self, encoder: &mut wgpu::CommandEncoder, shown: Shown<'_>, views: &[Pinhole]) {
-        let revision = held_pass::revision(shown);
-        for view in views {
-            let place = self.maps.iter().position(|map| map.view == *view);
+    fn draw_maps(&mut self, encoder: &mut wgpu::CommandEncoder, shown: Shown<'_>, wanted: &[(usize, Caster)]) {
+        let all = wanted.iter().flat_map(|(light, caster)| caster.views().iter().map(|view| (*light, *view)));
+        let all: Vec<(usize, Pinhole)> = all.collect();
+        for &(light, view) in &all {
+            let casting = casting(shown, light);
+            let revision = held_pass::revision(casting);
+            let place = self.maps.iter().position(|map| map.of == (light, view));
             if place.is_some_and(|place| self.maps[place].revision == revision) {
                 continue;
             }
-            let spare = place.or_else(|| self.maps.iter().position(|map| !views.contains(&map.view)));
+            let spare = place.or_else(|| self.maps.iter().position(|map| !all.contains(&map.of)));
             let gbuffer = match (spare, self.maps.first()) {
                 (Some(place), _) => self.maps.swap_remove(place).gbuffer,
                 (None, Some(other)) => other.gbuffer.beside(&self.gpu),
                 (None, None) => GBuffer::new(&self.gpu, (self.settings.side_px, self.settings.side_px)),
             };
             if let Some(passes) = &mut self.passes {
-                passes.casting.encode(encoder, shown, view, Smoothing::None, &gbuffer);
+                passes.casting.encode(encoder, casting, &view, Smoothing::None, &gbuffer);
             }
-            self.maps.push(ShadowMap { gbuffer, view: *view, revision });
+            self.maps.push(ShadowMap { gbuffer, of: (light, view), revision });
         }
     }
 
-    fn map_of(&self, view: &Pinhole) -> Option<&TextureView> {
-        self.maps.iter().find(|map| map.view == *view).map(|map| &map.gbuffer.views.w)
+    /// The maps of a light, which were drawn before.
+    fn maps_of<'a>(&'a self, light: usize, caster: &'a Caster) -> Maps<'a> {
+        let map_of = |view: &Pinhole| self.maps.iter().find(|map| map.of == (light, *view));
+        caster.views().iter().filter_map(|view| Some((view, &map_of(view)?.gbuffer.views.w))).collect()
     }
+}
+
+/// What casts a light's shadows: what it sees, where images of that are held, objects that reliefs show among it; else all that is held.
+fn casting(shown: Shown<'_>, light: usize) -> Shown<'_> {
+    let seen = shown.lights.and_then(|lights| lights.seen_by(light));
+    seen.map_or(shown, |surfaces| Shown { surfaces, impostors: None, ..shown })
 }
