@@ -25,9 +25,11 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
     report.settings.set("server views", format!("{image_px}x{image_px}"));
     report.settings.set("output", format!("{output_px}x{output_px} at 69 degrees"));
     report.notes = [
-        "Errors: mean absolute difference of the share of a light that arrives, 0 to 255, over the pixels whose surface faces it; those behind which the client shows \
+        "Errors: mean absolute difference of the share of the strongest light that arrives, 0 to 255, over the pixels whose surface faces it; \"all\": of every light that casts; those behind which the client shows \
          nothing are left out. Maps of clients have 1024 texels a side.",
         "Truths: a ray to the light; a shadow map of the full geometry of 4096x4096, for a light from afar one of the whole scene.",
+        "A map of the full geometry shows surfaces of one side from their front only, as lights' images do; rays are stopped from either side, so they differ where a light shines \
+         through a ground from below.",
         "The eye's samples: what is held for the eye casts, as where a server sends nothing of lights.",
     ]
     .map(str::to_owned)
@@ -43,8 +45,10 @@ pub(super) fn row(label: &str, way: &Way, walked: &Walked) -> Row {
             row.error.set(name, spread);
         }
     };
-    set("by_rays", all(|view| view.by_rays));
-    set("by_map", all(|view| view.by_map));
+    set("by_map", all(|view| view.strongest.by_map));
+    set("by_rays", all(|view| view.strongest.by_rays));
+    set("by_map_all", all(|view| view.all.by_map));
+    set("by_rays_all", all(|view| view.all.by_rays));
     for (name, values) in [("frame", all(|view| view.frame_ms)), ("look", all(|view| view.look_ms))] {
         if let Some(spread) = Spread::of(&values, Better::Lower) {
             row.time_ms.set(name, spread);
@@ -65,7 +69,8 @@ pub(super) fn pictures(
     run: &Run,
     report: &mut Report,
 ) -> anyhow::Result<()> {
-    let worst = walked.views.iter().zip(seen).max_by(|(a, _), (b, _)| a.by_rays.total_cmp(&b.by_rays));
+    let worst =
+        walked.views.iter().zip(seen).max_by(|(a, _), (b, _)| a.strongest.by_rays.total_cmp(&b.strongest.by_rays));
     let Some((found, (_, seen))) = worst else { return Ok(()) };
     let Some(light) = seen.lights.first() else { return Ok(()) };
     let (width_px, height_px) = (seen.view.width_px, seen.view.height_px);
@@ -78,7 +83,7 @@ pub(super) fn pictures(
         grey(light.facing.iter().zip(hidden).map(arrives).collect())
     };
     let (by_rays, by_map) = (truth(&light.hidden_by_rays), truth(&light.hidden_by_map));
-    let wrong = error_picture(&found.errors, width_px, height_px);
+    let wrong = error_picture(&found.off, width_px, height_px);
     let sheet = [&grey(found.arriving.clone()), &by_rays, &by_map, &wrong];
     let file = format!("{}-{}.png", scene_label(name), way.name.replace(", ", "-").replace([' ', '\''], "-"));
     let caption = format!(

@@ -13,7 +13,7 @@ use scene::Scene;
 
 use super::Settings;
 use super::truth::{Arriving, Seen};
-use crate::client_view::ClientView;
+use crate::client_view::{ClientView, Drawn};
 use crate::topics::sent_once::walk::{Setup, UPDATE_HZ, Walk, Walker};
 
 /// A way.
@@ -44,16 +44,33 @@ pub(super) struct Walked {
     pub objects: usize,
 }
 
-/// How wrong a view is: means over the pixels that face a light, 0 to 255.
+/// How wrong a view is.
 pub(super) struct Found {
-    pub by_rays: f64,
-    pub by_map: f64,
-    pub pixels: usize,
+    /// Of the strongest light: the sun, where there is one.
+    pub strongest: Errors,
+    /// Of all that cast.
+    pub all: Errors,
     pub frame_ms: f64,
     pub look_ms: f64,
-    /// What arrives of the first light, and how wrong it is by rays; 255 and 0 where nothing faces it.
+    /// What arrives of the strongest light, and how wrong it is by rays; 255 and 0 where nothing faces it.
     pub arriving: Vec<u8>,
-    pub errors: Vec<f32>,
+    pub off: Vec<f32>,
+}
+
+/// Means over the pixels that face a light, 0 to 255.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Errors {
+    pub by_rays: f64,
+    pub by_map: f64,
+    pixels: f64,
+}
+
+impl Errors {
+    fn add(&mut self, by_rays: f64, by_map: f64) {
+        self.pixels += 1.0;
+        self.by_rays += (by_rays - self.by_rays) / self.pixels;
+        self.by_map += (by_map - self.by_map) / self.pixels;
+    }
 }
 
 impl Settings {
@@ -101,8 +118,7 @@ impl Way {
             if let Some((_, seen)) = seen.iter().find(|(of, _)| *of == tick) {
                 let drawn = client.frame_shown(walker.shown(), &seen.view, Options::default())?;
                 let shares = client.light_shares(&seen.view)?;
-                let found = compare(seen, &drawn.w, shares.as_deref());
-                walked.views.push(Found { frame_ms: drawn.frame_ms, look_ms: done.look_ms, ..found });
+                walked.views.push(compare(seen, &drawn, shares.as_deref(), done.look_ms));
             }
         }
         walked.objects = walker.set.held.instances.len();
@@ -111,29 +127,20 @@ impl Way {
 }
 
 /// Over the pixels where a surface faces a light and the client shows one too. A light that the client draws no shadows of arrives.
-fn compare(seen: &Seen, w: &[f32], shares: Option<&[[u8; 4]]>) -> Found {
-    let mut found = Found {
-        by_rays: 0.0,
-        by_map: 0.0,
-        pixels: 0,
-        frame_ms: 0.0,
-        look_ms: 0.0,
-        arriving: vec![255; w.len()],
-        errors: vec![0.0; w.len()],
-    };
+fn compare(seen: &Seen, drawn: &Drawn, shares: Option<&[[u8; 4]]>, look_ms: f64) -> Found {
+    let (w, mut all, mut strongest) = (&drawn.w, Errors::default(), Errors::default());
+    let (mut arriving, mut errors) = (vec![255; w.len()], vec![0.0; w.len()]);
     for (channel, Arriving { facing, hidden_by_rays, hidden_by_map }) in seen.lights.iter().enumerate() {
         for pixel in (0..w.len()).filter(|&pixel| facing[pixel] && w[pixel] > 0.0) {
             let arrives = shares.map_or(255, |shares| shares[pixel][channel]);
             let off = |hidden: bool| (f64::from(arrives) - if hidden { 0.0 } else { 255.0 }).abs();
-            found.by_rays += off(hidden_by_rays[pixel]);
-            found.by_map += off(hidden_by_map[pixel]);
-            found.pixels += 1;
+            let (by_rays, by_map) = (off(hidden_by_rays[pixel]), off(hidden_by_map[pixel]));
+            all.add(by_rays, by_map);
             if channel == 0 {
-                found.arriving[pixel] = arrives;
-                found.errors[pixel] = (off(hidden_by_rays[pixel]) / 255.0) as f32;
+                strongest.add(by_rays, by_map);
+                (arriving[pixel], errors[pixel]) = (arrives, (by_rays / 255.0) as f32);
             }
         }
     }
-    let count = found.pixels.max(1) as f64;
-    Found { by_rays: found.by_rays / count, by_map: found.by_map / count, ..found }
+    Found { strongest, all, frame_ms: drawn.frame_ms, look_ms, arriving, off: errors }
 }
