@@ -21,6 +21,7 @@ mod pinhole;
 mod rigid;
 mod spoc;
 mod trace;
+pub mod written;
 
 pub use bounds::{Bounds, ImageBounds};
 pub use convex::HalfSpace;

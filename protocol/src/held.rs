@@ -38,6 +38,8 @@ pub enum Purpose {
     /// Rows of the own view of a viewer who stands still: at the eye, and at the pixels of the output. From that very camera it shows in place
     /// of all else, pixels without a sample too; from any other it shows nothing.
     Rest,
+    /// The image of the camera that the client asked for by its name: shown as it is, in place of all else.
+    Camera,
 }
 
 /// Where an object was when a patch captured it, or is now. Objects that never move are left out everywhere.

@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 14;
+pub const VERSION: u16 = 15;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -70,6 +70,8 @@ pub enum ClientMessage {
         budget_bytes: u64,
         /// What it draws.
         draws: Draws,
+        /// The name of the camera whose image it shows in place of a view of its own; `None` where its viewer looks around.
+        camera: Option<String>,
     },
     /// The output changed.
     View(ViewSize),

@@ -154,6 +154,7 @@ fn purposes_and_object_poses_come_back() {
         Purpose::Relief(9),
         Purpose::Inside(7),
         Purpose::Rest,
+        Purpose::Camera,
     ];
     for purpose in purposes {
         let image = cast((16, 16), |_, _| true);

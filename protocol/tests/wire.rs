@@ -31,6 +31,7 @@ fn client_messages() -> Vec<ClientMessage> {
             view: VIEW,
             budget_bytes: 1 << 30,
             draws: Draws { shadows: Shadows::Soft, antialiased: false },
+            camera: Some("round the corner".to_owned()),
         },
         ClientMessage::View(VIEW),
         ClientMessage::Pose {

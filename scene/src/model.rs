@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use camera::CorridorMap;
+use camera::written::NamedCamera;
 use glam::{DAffine3, DVec3};
 
 /// A vertex, in its mesh's own space. Meshes are centred by the loader, so f32 is relative to the mesh, never to the world.
@@ -240,6 +241,8 @@ pub struct Scene {
     /// Where there is room between its walls, where its maker knows: what a graph camera is made of. Where it is `None`,
     /// [`crate::floor_plan`] may find out.
     pub corridors: Option<CorridorMap>,
+    /// Cameras that viewers may ask for by their names; no two share one.
+    pub named_cameras: Vec<NamedCamera>,
     /// What was dropped or mended while loading, for the log: each names the thing.
     pub warnings: Vec<String>,
     /// Evaluates the scene over time.
@@ -291,6 +294,12 @@ impl Scene {
         let [min, max] = mesh.bounds.map(|corner| DVec3::from(corner.map(f64::from)));
         let corners = camera::Bounds { min, max }.corners();
         camera::Bounds::around(corners.map(|corner| place.transform_point3(corner))).filter(|_| min.cmple(max).all())
+    }
+
+    /// The same of the first object of a name, where it is at time 0; `None` where there is none.
+    pub fn bounds_of_name(&self, name: &str) -> Option<camera::Bounds> {
+        let instance = self.instances.iter().position(|instance| instance.name == name)?;
+        self.bounds_of(&self.at(0.0), u16::try_from(instance).ok()?)
     }
 
     /// Triangles drawn, instances counted.

@@ -4,6 +4,7 @@ use protocol::message::Draws;
 use protocol::session::DEFAULT_BUDGET_BYTES;
 
 use crate::account::Account;
+use crate::asked::Asked;
 use crate::impostors::relief::KeptReliefs;
 use crate::impostors::{Choices, Kept};
 use crate::pace::Pace;
@@ -33,6 +34,8 @@ pub struct Client {
     pub rest: rest::Kept,
     /// What it was looked ahead for.
     pub ahead: anticipate::Kept,
+    /// The camera that it asked for, in place of views of its own.
+    pub asked: Option<Asked>,
     /// What it draws, and so has a use for.
     pub draws: Draws,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
@@ -52,6 +55,7 @@ impl Default for Client {
             lights: lights::Kept::default(),
             rest: rest::Kept::default(),
             ahead: anticipate::Kept::default(),
+            asked: None,
             draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
         }
@@ -65,6 +69,7 @@ impl Client {
         self.lights = lights::Kept::default();
         self.rest = rest::Kept::default();
         self.ahead = anticipate::Kept::default();
+        self.asked.iter_mut().for_each(Asked::start_anew);
         self.focus = None;
         self.picture_sent_at_s = None;
     }

@@ -1,6 +1,7 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
 mod ahead;
+mod camera_image;
 mod next;
 
 use std::ops::Range;
@@ -148,6 +149,9 @@ impl Stage {
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
     pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
+        if client.asked.is_some() {
+            return self.camera_image(viewer, client, now_s);
+        }
         // Who stands still sees his own view before anything that he does not see.
         let strip = rest::lacking(&self.rules, client, viewer, now_s);
         let plan = if strip.is_none() { self.plan(viewer, client, now_s) } else { None };
@@ -187,7 +191,9 @@ impl Stage {
         let made = make(self, &snapshot, &now);
         self.materials = materials;
         let mut made = made?;
-        if let Some(made) = &mut made {
+        if let Some(made) = &mut made
+            && made.reason != Reason::Camera
+        {
             made.update.next = self.next_steps(&made.update, &moving);
         }
         Ok(made)

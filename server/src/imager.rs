@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use camera::Pinhole;
+use camera::{Camera, Pinhole};
 use glam::DVec3;
 use gpu::Gpu;
 use protocol::{DepthImage, Lighting, Mask, Material, Purpose};
@@ -16,7 +16,7 @@ use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer, En
 use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
-use crate::render::{RenderError, SceneRenderer};
+use crate::render::{Faces, RenderError, SceneRenderer};
 
 /// Why no images could be made.
 #[derive(Debug, Error)]
@@ -69,6 +69,11 @@ pub trait Imager: Send {
 
     /// A picture for rays, of what is there now; `None` where this imager draws none.
     fn impostor(&mut self, _: &Snapshot, _: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
+        Ok(None)
+    }
+
+    /// All that any camera sees, with normals and colours as finely as they are coded; `None` where this imager draws none.
+    fn camera_image(&mut self, _: &Snapshot, _: &Camera) -> Result<Option<DepthImage>, ImagerError> {
         Ok(None)
     }
 
@@ -185,6 +190,16 @@ impl Imager for GpuImager {
             self.renderer.set_tint(object, tint);
         }
         Ok(Some(capture?.depth_image(DepthPrecision::Finest)))
+    }
+
+    fn camera_image(&mut self, snapshot: &Snapshot, camera: &Camera) -> Result<Option<DepthImage>, ImagerError> {
+        let everything = Drawn::AllBut(Vec::new());
+        let shot = Shot { camera, drawn: &everything, faces: Faces::Front, is_tinted: true };
+        self.renderer.leave_out(BTreeSet::new());
+        self.renderer.keep_finely(true);
+        let image = self.impostor(snapshot, &shot);
+        self.renderer.keep_finely(false);
+        image
     }
 
     fn new_surfaces(&self) -> Option<HeldSurfaces> {

@@ -8,7 +8,8 @@
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
 //!   soft shadows; [`look`]: its lights as both ends shade with them.
-//! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it.
+//! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
+//!   whose image a client asked for.
 //! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
 //!   what it counts.
 
@@ -16,6 +17,8 @@ pub mod access;
 pub mod account;
 pub mod anticipate;
 pub mod app;
+pub mod asked;
+pub mod cameras;
 pub mod client;
 pub mod coding;
 pub mod config;

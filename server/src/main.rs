@@ -12,7 +12,7 @@ use scene::load::Stage;
 use tracing_subscriber::EnvFilter;
 use vantage_server::imager::GpuImager;
 use vantage_server::options::Options;
-use vantage_server::{app, source};
+use vantage_server::{app, cameras, source};
 
 /// `EX_UNAVAILABLE` of sysexits.h: a service that is needed is not there, here a graphics adapter.
 const EXIT_NO_ADAPTER: u8 = 69;
@@ -87,7 +87,10 @@ fn load(options: &Options) -> anyhow::Result<Scene> {
         bar.set_position((progress.share * 1000.0) as u64);
     });
     bar.finish_and_clear();
-    let scene = scene?;
+    let mut scene = scene?;
+    for file in &options.graph_camera {
+        cameras::add(&mut scene, file)?;
+    }
     for warning in &scene.warnings {
         tracing::warn!("{}: {warning}", scene.name);
     }

@@ -20,6 +20,9 @@ pub struct Options {
     /// A scene file (glTF, GLB, OBJ, PLY) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a
     /// file as what reflects in a built-in scene, as in mirror-teapots+bunny.obj
     pub scene: Option<String>,
+    /// A file of cameras that viewers may ask for by their names: bent, split and merged, or past a silhouette; may be given several times
+    #[arg(long, value_name = "FILE")]
+    pub graph_camera: Vec<PathBuf>,
     /// Name the built-in scenes and exit
     #[arg(long)]
     pub list: bool,

@@ -64,11 +64,13 @@ pub enum Reason {
     Rest,
     /// Nothing lacks: what will be needed next, see [`crate::anticipate`].
     Ahead,
+    /// No look either: the client asked for the image of a camera, see [`crate::asked`].
+    Camera,
 }
 
 impl Reason {
     /// Every reason.
-    pub const ALL: [Reason; 8] = [
+    pub const ALL: [Reason; 9] = [
         Reason::First,
         Reason::Moved,
         Reason::Turned,
@@ -77,6 +79,7 @@ impl Reason {
         Reason::Settling,
         Reason::Rest,
         Reason::Ahead,
+        Reason::Camera,
     ];
 
     /// Whether the next look will be from elsewhere or at another time, as far as one knows.
@@ -95,6 +98,7 @@ impl Reason {
             Reason::Settling => "settling",
             Reason::Rest => "rest",
             Reason::Ahead => "ahead",
+            Reason::Camera => "camera",
         }
     }
 }
@@ -169,7 +173,7 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
     let all = region_views(&wanted, rules);
     let way = Way::of(rules, course, now_s);
     let (views, refining) = match reason {
-        Reason::First | Reason::Resized | Reason::Settling | Reason::Rest | Reason::Ahead => {
+        Reason::First | Reason::Resized | Reason::Settling | Reason::Rest | Reason::Ahead | Reason::Camera => {
             (still_views(all, &wanted), usize::MAX)
         }
         Reason::Moved | Reason::Turned | Reason::Animated => {

@@ -5,6 +5,8 @@ mod net;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use camera::written::NamedCamera;
+use camera::{Camera, Pinhole, Rigid};
 use futures_util::{SinkExt, StreamExt};
 use net::{Client, Socket, VIEW, config, request, room, socket, start};
 use protocol::limits::Limits;
@@ -14,7 +16,12 @@ use tokio_tungstenite::tungstenite::Message;
 use vantage_server::{Config, Running};
 
 fn hello(version: u16, clock: Clock) -> Message {
-    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, draws: Draws::default() })
+    hello_for(version, clock, None)
+}
+
+fn hello_for(version: u16, clock: Clock, camera: Option<String>) -> Message {
+    let draws = Draws::default();
+    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, draws, camera })
 }
 
 fn say(message: ClientMessage) -> Message {
@@ -83,6 +90,28 @@ async fn each_kind_of_nonsense_is_answered_by_its_name() {
         }
         eventually(name, || running.stats.cut_off.load(Ordering::Relaxed) == index as u64 + 1).await;
         still_serves(&running).await;
+    }
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn who_asks_for_a_camera_that_is_not_there_is_told_those_that_are_and_others_go_on() {
+    let mut scene = room(true);
+    for name in ["both-sides", "two-corners"] {
+        let camera = Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (32, 32), 1.0, 0.1));
+        scene.named_cameras.push(NamedCamera { name: name.to_owned(), camera });
+    }
+    let running = start(config(), scene, Duration::ZERO).await;
+    let mut other = Client::connect(&running, Clock::Wall).await;
+    other.run(10.0, |other| !other.updates.is_empty()).await.expect("a session");
+    for (asked, words) in [("nowhere".to_owned(), "\"nowhere\""), (String::new(), "\"\""), ("x".repeat(900), "\"xxx")] {
+        let mut socket = socket(&running).await;
+        socket.send(hello_for(VERSION, Clock::Wall, Some(asked))).await.expect("send");
+        let reason = goodbye(&mut socket).await.expect("words");
+        assert!([words, "both-sides, two-corners"].iter().all(|word| reason.contains(word)), "{reason}");
+        let so_far = other.updates.len();
+        other.run(10.0, |other| other.updates.len() > so_far).await.expect("a session that goes on");
+        assert!(other.updates.len() > so_far);
     }
     running.stop().await;
 }

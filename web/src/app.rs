@@ -48,6 +48,8 @@ struct Wishes {
     url: String,
     renderer: Option<Renderer>,
     picture: PictureOptions,
+    /// The camera whose image is shown.
+    camera: Option<String>,
 }
 
 struct App {
@@ -93,7 +95,8 @@ pub async fn start() -> Result<(), String> {
         page: Page::new()?,
         viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
             .with_budget(BUDGET_BYTES)
-            .with_draws(wishes.picture.draws()),
+            .with_draws(wishes.picture.draws())
+            .with_camera(wishes.camera),
         url: wishes.url,
         socket: None,
         scene: String::new(),
@@ -167,7 +170,8 @@ fn wishes() -> Result<Wishes, String> {
         }
     };
     let frame = frame::Options { antialias, ..frame::Options::default() };
-    Ok(Wishes { url, renderer, picture: PictureOptions { frame, occlusion, shadow, ..PictureOptions::default() } })
+    let picture = PictureOptions { frame, occlusion, shadow, ..PictureOptions::default() };
+    Ok(Wishes { url, renderer, picture, camera: query.get("camera") })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.

@@ -40,6 +40,7 @@ pub(super) fn scene(parts: Vec<(Mesh, Material, DVec3)>) -> Scene {
         walk: false,
         start: None,
         corridors: None,
+        named_cameras: Vec::new(),
         lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(Placed(places)),

@@ -27,6 +27,7 @@ const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage,
 /// Looks around in the scene of a Vantage server.
 #[derive(Debug, Parser)]
 #[command(name = "vantage-view", version, after_help = EXIT_CODES)]
+#[command(group(clap::ArgGroup::new("shown").args(["trace", "camera"]).multiple(true)))]
 struct Arguments {
     /// The server: ws://HOST:PORT, HOST:PORT, or with a path and a token ws://HOST:PORT/ws?token=...
     #[arg(long, default_value = "ws://127.0.0.1:8080")]
@@ -37,6 +38,9 @@ struct Arguments {
     /// Vertical field of view in degrees
     #[arg(long, default_value_t = 60.0, value_parser = field_of_view)]
     fov_y_deg: f64,
+    /// Show the image of one of the server's cameras, by its name, instead of looking around
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
     /// Memory for what is held, in MiB; what was least recently visible goes first
     #[arg(long, default_value_t = DEFAULT_BUDGET_BYTES >> 20, value_name = "MIB")]
     budget_mib: u64,
@@ -78,8 +82,8 @@ struct Arguments {
     /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS, each as needed
     #[arg(long, value_name = "LINK")]
     network: Option<Link>,
-    /// Without a window: follow --trace, write pictures and stats.json to --out
-    #[arg(long, requires = "trace", requires = "out")]
+    /// Without a window: follow --trace, or show --camera, and write pictures and stats.json to --out
+    #[arg(long, requires = "shown", requires = "out")]
     headless: bool,
     /// A camera trace (lines of: px py pz rx ry rz t_ms), or auto for an orbit that frames the scene
     #[arg(long, value_name = "FILE", requires = "headless")]
@@ -219,6 +223,7 @@ impl Arguments {
             size_px: self.size.unwrap_or((1280, 720)),
             fov_y_rad: self.fov_y_deg.to_radians(),
             budget_bytes: self.budget_bytes(),
+            camera: self.camera.clone(),
             renderer: match self.renderer {
                 RendererName::Auto => Renderer::Auto,
                 RendererName::Vulkan => Renderer::Vulkan,
@@ -237,12 +242,14 @@ impl Arguments {
         options.size_px = self.size.unwrap_or(options.size_px);
         options.fov_y_rad = self.fov_y_deg.to_radians();
         options.budget_bytes = self.budget_bytes();
+        options.camera.clone_from(&self.camera);
         options.clock = match self.clock {
             ClockName::Wall => Clock::Wall,
             ClockName::Virtual => Clock::Virtual,
         };
         options.fps = self.fps;
-        options.frames = self.frames;
+        // Without a trace there is one picture to see.
+        options.frames = self.frames.or(self.trace.is_none().then_some(1));
         options.link = self.network;
         options.seed = self.seed;
         options.warm_up = self.warm_up;
@@ -276,13 +283,13 @@ fn run_window(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn run_headless(arguments: &Arguments) -> anyhow::Result<()> {
-    let trace = arguments.trace.as_deref().expect("the command line requires it");
-    let way = if trace.as_os_str() == "auto" {
-        Way::Auto
-    } else {
+    let trace = arguments.trace.as_deref().filter(|trace| trace.as_os_str() != "auto");
+    let way = if let Some(trace) = trace {
         let text = std::fs::read_to_string(trace).map_err(|error| anyhow::anyhow!("{}: {error}", trace.display()))?;
         let trace = camera::Trace::parse(&text).map_err(|error| anyhow::anyhow!("{}: {error}", trace.display()))?;
         Way::Trace(trace)
+    } else {
+        Way::Auto
     };
     let options = arguments.headless(way);
     let gpu = gpu::Gpu::block_on(gpu::Gpu::new_headless()).map_err(HeadlessError::from)?;
@@ -369,6 +376,7 @@ mod tests {
         let parse = |line: &str| Arguments::try_parse_from(line.split_whitespace());
         assert!(parse("vantage-view --headless --trace auto --out here").is_ok());
         assert!(parse("vantage-view --headless --trace auto").is_err());
+        assert!(parse("vantage-view --headless --camera corner --out here").is_ok());
         assert!(parse("vantage-view --headless --out here").is_err());
         assert!(parse("vantage-view --trace auto").is_err());
         let run =

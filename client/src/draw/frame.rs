@@ -26,7 +26,7 @@ use crate::draw::shown::Shown;
 use crate::receive::follow::Follow;
 
 /// Why passes that are made while drawing can be made.
-const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them";
+pub(crate) const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them";
 
 /// How a frame is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,9 +5,11 @@
 //! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
 //!   [`light_images`]: what casts soft shadows.
 //! - [`antialiasing`]: whether outlines are smooth while the view changes.
+//! - [`camera_image`]: the image of a camera that was asked for by its name, in place of all else.
 //! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
 
 pub mod antialiasing;
+pub mod camera_image;
 mod coverage;
 mod fill;
 pub mod frame;
@@ -21,6 +23,7 @@ mod map_space;
 pub mod occlusion;
 mod parts;
 pub mod picture;
+mod planes;
 pub mod reflect;
 pub mod relief;
 pub mod rest;

@@ -11,6 +11,7 @@ use surface::{CornerRules, Corners, HeldSurfaces, SurfaceError};
 use thiserror::Error;
 use web_time::Instant;
 
+use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
 use crate::draw::frame::{self, FrameRenderer};
 use crate::draw::impostors::Impostors;
 use crate::draw::light_images::LightImages;
@@ -73,6 +74,10 @@ pub struct Picture {
     /// `None` where no shadows are drawn.
     lights: Option<LightImages>,
     rest: RestView,
+    camera_image: CameraImage,
+    /// Made when an image of a camera first comes.
+    camera_image_pass: Option<CameraImagePass>,
+    format: wgpu::TextureFormat,
     renderer: FrameRenderer,
     options: PictureOptions,
     build_ms: f64,
@@ -92,6 +97,9 @@ impl Picture {
             impostors: Impostors::new(gpu),
             lights: options.shadow.casts().then(|| LightImages::new(gpu, options.corners)),
             rest: RestView::new(gpu),
+            camera_image: CameraImage::new(gpu),
+            camera_image_pass: None,
+            format,
             renderer,
             options,
             build_ms: 0.0,
@@ -112,8 +120,11 @@ impl Picture {
         self.surfaces.revision() != before
     }
 
-    /// Draws and submits; does not wait.
+    /// Draws and submits; does not wait. Where the image of a camera is held, that is the picture, and of `camera` only the size counts.
     pub fn draw(&mut self, held: &Held, camera: &Pinhole, output: &wgpu::TextureView) {
+        if self.camera_image.is_there() {
+            return self.draw_camera_image(held, (camera.width_px, camera.height_px), output);
+        }
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
         let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, rest: Some(&self.rest) };
@@ -130,6 +141,12 @@ impl Picture {
         camera: &Pinhole,
         output: &wgpu::TextureView,
     ) -> Result<Timing, PictureError> {
+        if self.camera_image.is_there() {
+            let begin = Instant::now();
+            self.draw_camera_image(held, (camera.width_px, camera.height_px), output);
+            self.gpu.wait_idle()?;
+            return Ok(Timing { surface_ms: 0.0, light_ms: begin.elapsed().as_secs_f64() * 1e3 });
+        }
         let encoder = || self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let begin = Instant::now();
         let mut first = encoder();
@@ -148,12 +165,24 @@ impl Picture {
         Ok(Timing { surface_ms: ms(begin, middle), light_ms: ms(middle, Instant::now()) })
     }
 
+    fn draw_camera_image(&mut self, held: &Held, size_px: (u32, u32), output: &wgpu::TextureView) {
+        let made = || CameraImagePass::new(&self.gpu, self.format).expect(frame::EMBEDDED);
+        let pass = self.camera_image_pass.get_or_insert_with(made);
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let frame::Options { mark_uncovered, coverage_in_alpha, .. } = self.options.frame;
+        let showing = Showing { size_px, mark: mark_uncovered.then_some(frame::MARK), coverage_in_alpha };
+        pass.encode(&mut encoder, (&self.camera_image, held), showing, output);
+        self.gpu.queue.submit([encoder.finish()]);
+        pass.submitted();
+    }
+
     /// Builds the surfaces of everything held, on a device that has none of them yet.
     pub fn rebuild(&mut self, held: &Held) {
         self.surfaces.rebuild(held);
         self.impostors.rebuild(held);
         self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
         self.rest.rebuild(held);
+        self.camera_image.rebuild(held);
     }
 
     /// How many impostors there are: for what mirrors and glass show, and of objects that are drawn by them.
@@ -169,7 +198,10 @@ impl Picture {
 
     /// Share of pixels without a surface in the newest picture that was counted; `None` before the first.
     pub fn uncovered_share(&mut self) -> Option<f64> {
-        self.renderer.uncovered_share()
+        match &mut self.camera_image_pass {
+            Some(pass) if self.camera_image.is_there() => pass.uncovered_share(),
+            _ => self.renderer.uncovered_share(),
+        }
     }
 
     /// What building surfaces took since this was last asked, in milliseconds.
@@ -185,6 +217,7 @@ impl Follow for Picture {
         self.impostors.follow(held, update, anew);
         self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew));
         self.rest.follow(held, update, anew);
+        self.camera_image.follow(held, update, anew);
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;
     }
 }

@@ -38,6 +38,7 @@ pub(crate) fn write(patch: &Patch, out: &mut Writer) {
         Purpose::Relief(object) => (4, object),
         Purpose::Inside(object) => (5, object),
         Purpose::Rest => (6, 0),
+        Purpose::Camera => (7, 0),
     };
     out.u8(tag);
     out.u16(index);
@@ -79,6 +80,7 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
         4 => Purpose::Relief(index),
         5 => Purpose::Inside(index),
         6 => Purpose::Rest,
+        7 => Purpose::Camera,
         _ => return Err(CodecError::Damaged("purpose")),
     };
     let capture_time_s = bytes.f64()?;

@@ -101,6 +101,7 @@ impl Digest {
             Purpose::Relief(object) => 4 | u64::from(object) << 8,
             Purpose::Inside(object) => 5 | u64::from(object) << 8,
             Purpose::Rest => 6,
+            Purpose::Camera => 7,
         });
         self.objects(&patch.objects);
         let image = &patch.image;

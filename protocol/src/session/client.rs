@@ -38,6 +38,8 @@ pub struct ClientConfig {
     pub budget_bytes: u64,
     /// What is drawn.
     pub draws: Draws,
+    /// The camera to ask for, by its name; `None` where the viewer looks around.
+    pub camera: Option<String>,
     /// Caps on what the server sends.
     pub limits: Limits,
     /// Without a word from the server for this long, it is gone. Several pings.
@@ -51,7 +53,7 @@ impl ClientConfig {
     /// The usual limits.
     pub fn new(clock: Clock, view: ViewSize) -> ClientConfig {
         let (budget_bytes, limits) = (DEFAULT_BUDGET_BYTES, Limits::default());
-        ClientConfig { clock, view, budget_bytes, draws: Draws::default(), limits, silence_s: 20.0 }
+        ClientConfig { clock, view, budget_bytes, draws: Draws::default(), camera: None, limits, silence_s: 20.0 }
     }
 }
 
@@ -138,6 +140,7 @@ impl ClientSession {
             view: config.view,
             budget_bytes: config.budget_bytes,
             draws: config.draws,
+            camera: config.camera.clone(),
         };
         ClientSession {
             config,

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! client                               server
-//! Hello{version, clock, view}   ->     checked; refused by Goodbye{reason}
+//! Hello{version, clock, camera} ->     checked; refused by Goodbye{reason}
 //!                               <-     Welcome
 //! Pose, View (when they change) ->     the newest one counts
 //!                               <-     Update 1, 2, 3 ... in fragments, while credit lasts
@@ -84,6 +84,14 @@ pub enum SessionError {
         /// What the client asked for.
         client: Clock,
     },
+    /// The client asked for a camera that the server does not have.
+    #[error("there is no camera {asked:?}; the server has: {}", if known.is_empty() { "none" } else { known })]
+    Camera {
+        /// The name that was asked for.
+        asked: String,
+        /// The names that there are.
+        known: String,
+    },
     /// A message that its sender may not send now.
     #[error("unexpected: {0}")]
     Unexpected(&'static str),
@@ -131,7 +139,10 @@ impl SessionError {
             | SessionError::Range(_)
             | SessionError::TooMany(_)
             | SessionError::NoGreeting { .. } => Fault::Peer,
-            SessionError::Version { .. } | SessionError::Clock { .. } | SessionError::Goodbye { .. } => Fault::Mismatch,
+            SessionError::Version { .. }
+            | SessionError::Clock { .. }
+            | SessionError::Camera { .. }
+            | SessionError::Goodbye { .. } => Fault::Mismatch,
             SessionError::Silent { .. } | SessionError::Stalled { .. } | SessionError::Closed => Fault::Network,
         }
     }

@@ -1,7 +1,9 @@
 //! The server's end. See [the module](super) for the states.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
+use camera::written::WrittenCamera;
 use camera::{Motion, Rigid};
 use thiserror::Error;
 
@@ -31,6 +33,8 @@ pub struct ServerConfig {
     pub clock: Clock,
     /// Said to every client; its scene time is that of when the session begins.
     pub welcome: Welcome,
+    /// The names of the cameras that a client may ask for.
+    pub cameras: Arc<[String]>,
     /// Caps on what the client sends.
     pub limits: Limits,
     /// A client must greet within this time.
@@ -51,6 +55,7 @@ impl ServerConfig {
         ServerConfig {
             clock,
             welcome,
+            cameras: Arc::default(),
             limits: Limits::default(),
             greeting_s: 10.0,
             silence_s: 20.0,
@@ -141,6 +146,7 @@ pub struct ServerSession {
     view: Option<ViewSize>,
     budget_bytes: u64,
     draws: Draws,
+    camera: Option<usize>,
     pose: Option<ClientPose>,
     flow: Flow,
     must_clear: bool,
@@ -174,6 +180,7 @@ impl ServerSession {
             view: None,
             budget_bytes: 0,
             draws: Draws::default(),
+            camera: None,
             pose: None,
             flow: Flow::default(),
             must_clear: false,
@@ -212,9 +219,11 @@ impl ServerSession {
             return Err(SessionError::TooMany("messages"));
         }
         match (self.state, envelope.message) {
-            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, draws }) => {
+            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, draws, camera }) => {
                 (self.budget_bytes, self.draws) = (budget_bytes, draws);
-                self.greet(version, clock, view, envelope.at_s, now_s)
+                check_ends(version, (clock, self.config.clock))?;
+                self.camera = camera.map(|name| self.known_camera(&name)).transpose()?;
+                self.greet(clock, view, envelope.at_s, now_s)
             }
             (State::Greeting, _) => Err(SessionError::Unexpected("a message before Hello")),
             (_, ClientMessage::Hello { .. }) => Err(SessionError::Unexpected("a second Hello")),
@@ -231,13 +240,16 @@ impl ServerSession {
         }
     }
 
-    fn greet(&mut self, version: u16, clock: Clock, view: ViewSize, at_s: f64, now_s: f64) -> Result<(), SessionError> {
-        if version != VERSION {
-            return Err(SessionError::Version { ours: VERSION, theirs: version });
-        }
-        if clock != self.config.clock {
-            return Err(SessionError::Clock { server: self.config.clock, client: clock });
-        }
+    /// The place of a camera among [`ServerConfig::cameras`].
+    fn known_camera(&self, name: &str) -> Result<usize, SessionError> {
+        let cameras = &self.config.cameras;
+        let place = cameras.iter().position(|known| known == name);
+        // What it asked for leaves room for what there is.
+        let asked = || name.chars().take(WrittenCamera::MAX_NAME_BYTES).collect();
+        place.ok_or_else(|| SessionError::Camera { asked: asked(), known: cameras.join(", ") })
+    }
+
+    fn greet(&mut self, clock: Clock, view: ViewSize, at_s: f64, now_s: f64) -> Result<(), SessionError> {
         check_view(&view)?;
         self.view = Some(view);
         self.state = State::Open;
@@ -445,6 +457,11 @@ impl ServerSession {
         self.draws
     }
 
+    /// The camera that the client asked for, by its place among [`ServerConfig::cameras`]; `None` where its viewer looks around.
+    pub fn camera(&self) -> Option<usize> {
+        self.camera
+    }
+
     /// The client's output; `None` before Hello.
     pub fn view(&self) -> Option<ViewSize> {
         self.view
@@ -495,6 +512,16 @@ impl ServerSession {
     /// Whether the session is over and everything is sent.
     pub fn is_drained(&self) -> bool {
         self.state == State::Closed && self.control.is_empty() && self.bulk.is_empty()
+    }
+}
+
+fn check_ends(version: u16, (client, server): (Clock, Clock)) -> Result<(), SessionError> {
+    if version != VERSION {
+        Err(SessionError::Version { ours: VERSION, theirs: version })
+    } else if client != server {
+        Err(SessionError::Clock { server, client })
+    } else {
+        Ok(())
     }
 }
 

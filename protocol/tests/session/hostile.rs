@@ -19,6 +19,7 @@ fn hello() -> Vec<u8> {
             view: VIEW,
             budget_bytes: 0,
             draws: Draws::default(),
+            camera: None,
         },
     )
 }
@@ -45,8 +46,14 @@ fn refusal(messages: &[Vec<u8>]) -> SessionError {
 fn hostile_clients_are_refused_by_name() {
     let pose =
         |seq, x_m| ClientMessage::Pose { seq, sampled_at_s: 0.0, world_from_eye: pose(x_m), motion: Motion::STILL };
-    let other =
-        ClientMessage::Hello { version: 99, clock: Clock::Wall, view: VIEW, budget_bytes: 0, draws: Draws::default() };
+    let other = ClientMessage::Hello {
+        version: 99,
+        clock: Clock::Wall,
+        view: VIEW,
+        budget_bytes: 0,
+        draws: Draws::default(),
+        camera: None,
+    };
     assert_eq!(refusal(&[message(0.0, other)]), SessionError::Version { ours: VERSION, theirs: 99 });
     let other = ClientMessage::Hello {
         version: VERSION,
@@ -54,6 +61,7 @@ fn hostile_clients_are_refused_by_name() {
         view: VIEW,
         budget_bytes: 0,
         draws: Draws::default(),
+        camera: None,
     };
     assert_eq!(refusal(&[message(0.0, other)]).fault(), Fault::Mismatch);
     let blind = ViewSize { width_px: 0, ..VIEW };
@@ -63,6 +71,7 @@ fn hostile_clients_are_refused_by_name() {
         view: blind,
         budget_bytes: 0,
         draws: Draws::default(),
+        camera: None,
     };
     assert!(matches!(refusal(&[message(0.0, other)]), SessionError::Range(_)));
     assert!(matches!(refusal(&[message(0.0, ClientMessage::Restart)]), SessionError::Unexpected(_)));

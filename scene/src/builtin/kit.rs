@@ -178,6 +178,7 @@ impl Kit {
             walk: self.walk,
             start: self.start,
             corridors: self.corridors,
+            named_cameras: Vec::new(),
             warnings: self.warnings,
             animation: Arc::new(animation),
         };

@@ -78,6 +78,7 @@ pub(super) fn still_scene(
         walk,
         start: None,
         corridors: None,
+        named_cameras: Vec::new(),
         warnings: warnings.into_messages(),
         animation: Arc::new(still),
     })

@@ -21,6 +21,7 @@ use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
 use scene::Scene;
 use tokio::sync::{Semaphore, watch};
 
+use crate::asked::Asked;
 use crate::client::Client;
 use crate::config::Config;
 use crate::frame::Stage;
@@ -52,6 +53,7 @@ pub struct Shared {
     /// One permit a session.
     pub places: Arc<Semaphore>,
     rules: Rules,
+    camera_names: Arc<[String]>,
     welcome: Welcome,
     stopped: watch::Receiver<bool>,
     started: Instant,
@@ -87,7 +89,9 @@ impl Shared {
         let stage = if config.relief { stage.with_reliefs() } else { stage };
         let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
-        Ok(Shared { config, scene, adapter, stats, worker, places, rules, welcome, stopped, started: Instant::now() })
+        let camera_names = scene.named_cameras.iter().map(|named| named.name.clone()).collect();
+        let started = Instant::now();
+        Ok(Shared { config, scene, adapter, stats, worker, places, rules, camera_names, welcome, stopped, started })
     }
 
     /// Seconds since the server started: scene time and session time under the wall clock.
@@ -199,6 +203,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
         greeting_s: limits.hello.as_secs_f64(),
         silence_s: if clock == Clock::Wall { limits.silence.as_secs_f64() } else { VIRTUAL_SILENCE_S },
         stall_s: limits.stall.as_secs_f64(),
+        cameras: shared.camera_names.clone(),
         ..ServerConfig::new(clock, Welcome { scene_time_s, ..shared.welcome.clone() })
     };
     let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
@@ -244,8 +249,11 @@ impl Connection<'_> {
                     viewer.view = view;
                     let budget_bytes = self.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
                     let draws = self.session.draws();
+                    let cameras = &self.shared.scene.named_cameras;
+                    let asked = self.session.camera().and_then(|place| cameras.get(place));
                     self.client.iter_mut().for_each(|client| {
                         (client.budget_bytes, client.draws) = (budget_bytes, draws);
+                        client.asked = asked.map(|named| Asked::of(named.camera.clone()));
                     });
                     tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }
@@ -281,6 +289,10 @@ impl Connection<'_> {
     fn wish(&self, now_s: f64) -> Option<Wish> {
         let (rules, viewer) = (&self.shared.rules, self.viewer());
         let client = self.client.as_ref().filter(|_| self.session.can_send_update())?;
+        if let Some(asked) = &client.asked {
+            let is_due = asked.is_due(rules.animated, self.session.in_flight_and_window_bytes().0);
+            return is_due.then_some(Wish::Now);
+        }
         let lacks = plan::plan(rules, &viewer, now_s, client.focus.as_ref()).is_some()
             || rest::lacking(rules, client, &viewer, now_s).is_some();
         if lacks {

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test file uses a part
 
 pub mod session;
+pub mod triangles;
 pub mod witness;
 
 use std::f64::consts::TAU;
@@ -119,6 +120,7 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, placed: &[(u32, DAffin
         walk: false,
         start: None,
         corridors: None,
+        named_cameras: Vec::new(),
         lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(animation),

@@ -46,6 +46,7 @@ pub fn room(moves: bool) -> Scene {
         walk: true,
         start: None,
         corridors: None,
+        named_cameras: Vec::new(),
         lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(Still),

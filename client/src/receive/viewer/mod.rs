@@ -70,6 +70,7 @@ pub struct Viewer {
     view: ViewSize,
     budget_bytes: u64,
     draws: Draws,
+    camera: Option<String>,
     connection: Connection,
     /// Counts sessions, so that what an earlier one left in the decoder is told apart.
     session_number: u64,
@@ -112,6 +113,7 @@ impl Viewer {
             view,
             budget_bytes: DEFAULT_BUDGET_BYTES,
             draws: Draws::default(),
+            camera: None,
             connection: Connection::new(address, now_s),
             session_number: 0,
             session: None,
@@ -139,6 +141,11 @@ impl Viewer {
     /// What is drawn, and so wanted, from the next session on.
     pub fn with_draws(self, draws: Draws) -> Viewer {
         Viewer { draws, ..self }
+    }
+
+    /// The camera whose image is asked for by its name, from the next session on; `None` for what the viewer's own eye sees.
+    pub fn with_camera(self, camera: Option<String>) -> Viewer {
+        Viewer { camera, ..self }
     }
 
     /// Takes what the socket reports.
@@ -194,7 +201,8 @@ impl Viewer {
     fn begin_session(&mut self, now_s: f64) {
         self.session_number += 1;
         let Viewer { budget_bytes, draws, .. } = *self;
-        let config = ClientConfig { budget_bytes, draws, ..ClientConfig::new(self.clock, self.view) };
+        let camera = self.camera.clone();
+        let config = ClientConfig { budget_bytes, draws, camera, ..ClientConfig::new(self.clock, self.view) };
         self.session = Some(ClientSession::new(config, now_s));
         self.trips = RoundTrips::default();
         self.advanced_to_s = f64::NEG_INFINITY;
@@ -260,6 +268,9 @@ impl Viewer {
 
     /// The same of an eye that is known to move in a way, as controls may know.
     pub fn set_steered_pose(&mut self, world_from_eye: Rigid, known: Option<Motion>, now_s: f64) {
+        if self.camera.is_some() {
+            return; // Its image is no view of this eye.
+        }
         let seen = self.motion.see(world_from_eye, now_s);
         let Some(session) = self.session.as_mut().filter(|session| session.is_open()) else { return };
         session.set_pose(world_from_eye, known.filter(Motion::is_valid).unwrap_or(seen), now_s);
@@ -378,7 +389,7 @@ impl Viewer {
 
     /// Whether something is held that the server made for a pose of this session, and not only for where the scene begins.
     pub fn has_answer(&self) -> bool {
-        self.has_picture() && self.trips.is_answered()
+        self.has_picture() && (self.camera.is_some() || self.trips.is_answered())
     }
 
     /// Whether the session is open.

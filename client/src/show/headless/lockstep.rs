@@ -40,7 +40,8 @@ pub(super) fn run(
         pump: Pump::new(sockets, url, Arc::new(|| {})),
         viewer: Viewer::new(&options.server, Clock::Virtual, options.view(), decoder, 0.0)
             .with_budget(options.budget_bytes)
-            .with_draws(options.picture.draws()),
+            .with_draws(options.picture.draws())
+            .with_camera(options.camera.clone()),
         up: LinkModel::new(link, options.seed),
         down: LinkModel::new(link, !options.seed),
         patience_s: options.patience_s,

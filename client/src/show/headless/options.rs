@@ -32,6 +32,8 @@ pub struct Options {
     pub fov_y_rad: f64,
     /// What the held copy may take of this machine's memory.
     pub budget_bytes: u64,
+    /// The camera whose image is shown, by its name; `None` for what the eye sees.
+    pub camera: Option<String>,
     /// Which clock to ask the server for.
     pub clock: Clock,
     /// Pictures a second of the trace's time.
@@ -62,6 +64,7 @@ impl Options {
             size_px: (640, 360),
             fov_y_rad: 60_f64.to_radians(),
             budget_bytes: protocol::session::DEFAULT_BUDGET_BYTES,
+            camera: None,
             clock: Clock::Wall,
             fps: 60.0,
             frames: None,

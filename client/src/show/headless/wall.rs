@@ -26,7 +26,8 @@ pub(super) fn run(
     let decoder = Decoder::on_thread(Limits::default(), Arc::new(|| {})).map_err(HeadlessError::Thread)?;
     let mut viewer = Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0)
         .with_budget(options.budget_bytes)
-        .with_draws(options.picture.draws());
+        .with_draws(options.picture.draws())
+        .with_camera(options.camera.clone());
     let mut pump = Pump::new(sockets, url, Arc::new(|| {}));
     wait(options, &mut pump, &mut viewer, stage, Viewer::is_open)?;
     let welcome = viewer.welcome().expect("an open session was welcomed").clone();
@@ -80,6 +81,9 @@ fn wait(
         stage.take_in(viewer, pump.now_s());
         if done(viewer) {
             return Ok(());
+        }
+        if let Some(refusal) = viewer.goodbye().filter(|_| viewer.welcome().is_none()) {
+            return Err(HeadlessError::Server(format!("the server refused: {refusal}")));
         }
         if pump.now_s() > give_up_s {
             let status = viewer.status(pump.now_s()).unwrap_or_else(|| "no picture came".to_owned());

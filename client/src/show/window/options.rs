@@ -18,6 +18,8 @@ pub struct Options {
     pub fov_y_rad: f64,
     /// What the held copy may take of this machine's memory.
     pub budget_bytes: u64,
+    /// The camera whose image is shown, by its name; `None` to look around.
+    pub camera: Option<String>,
     /// Graphics interface.
     pub renderer: Renderer,
     /// How pictures are drawn.

@@ -16,6 +16,7 @@ use super::instancing::{self, Offset};
 use super::light::{self, NodeLight};
 use super::material::Materials;
 use super::motion::{DeformSource, Motion, Skin, Source, invertible};
+use super::named_camera::named_cameras;
 use super::panel::rectangle;
 use super::primitive::{Place, Primitive};
 use super::{Request, Stage, Warnings};
@@ -89,7 +90,7 @@ pub(super) fn scene(
         false => Arc::new(motion),
     };
     request.report(Stage::Finish, 1, 1);
-    Ok(Scene {
+    let mut scene = Scene {
         name: request.name.clone(),
         meshes,
         materials: materials.materials,
@@ -101,9 +102,13 @@ pub(super) fn scene(
         bounds,
         walk,
         corridors: None,
-        warnings: warnings.into_messages(),
+        named_cameras: Vec::new(),
+        warnings: Vec::new(),
         animation,
-    })
+    };
+    scene.named_cameras = named_cameras(document, &visible, &worlds, &scene, &mut warnings);
+    scene.warnings = warnings.into_messages();
+    Ok(scene)
 }
 
 /// The rectangles that emit light, the strongest first; [`PANELS`] at most.

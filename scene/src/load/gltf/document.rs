@@ -119,6 +119,7 @@ pub(super) struct Node {
     pub skin: Option<usize>,
     pub camera: Option<usize>,
     pub weights: Option<Vec<f32>>,
+    pub extras: Value,
     pub extensions: NodeExtensions,
 }
 

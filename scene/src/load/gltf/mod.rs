@@ -12,6 +12,9 @@
 //! xy plane of its node; and a mesh of two triangles that form a rectangle and emit light is a light of its size, which sends the more light
 //! the more it is seen from the front (with the square of the cosine, from both sides where its material has two).
 //!
+//! Cameras that bend, split, merge or look past a silhouette: `"graph_camera"` or `"single_pole"` in the `extras` of a node with a camera, in the
+//! node's space ([`named_camera`]).
+//!
 //! Other extensions are ignored where the file merely uses them, and refused by name where it requires them.
 
 mod accessor;
@@ -29,6 +32,7 @@ mod lint;
 mod material;
 mod meshopt;
 mod motion;
+mod named_camera;
 mod panel;
 mod primitive;
 

@@ -274,6 +274,48 @@ fn lights_and_cameras_stand_where_their_nodes_are() {
 }
 
 #[test]
+fn cameras_in_extras_are_in_their_nodes_space_and_bad_ones_are_named() {
+    let bent = |of: &str| {
+        json!({"graph_camera": {"fov_y_deg": 60, "size_px": [64, 36], "depth_m": 10, "operations": [
+            {"bend": {"of": of, "at": {"after_m": 4}, "into": {"name": "on", "direction": [1, 0, -1], "depth_m": 5}}}]}})
+    };
+    let scene = triangle_with(|b| {
+        b.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}));
+        let turned = |name: &str, extras: serde_json::Value| {
+            json!({"name": name, "rotation": [0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2], "translation": [1, 2, 3],
+                "scale": [2, 2, 2], "camera": 0, "extras": extras})
+        };
+        b.push("nodes", turned("corner", bent("root")));
+        b.push("nodes", turned("lost", bent("hall")));
+        b.push("nodes", turned("corner", bent("root")));
+        b.push("nodes", turned("odd", json!({"graph_camera": 7})));
+        b.push("nodes", json!({"name": "eyeless", "extras": bent("root")}));
+        let ball =
+            json!({"single_pole": {"target": {"centre": [0, 0, -5], "radius_m": 1}, "size_px": [32, 32], "ring_m": 1}});
+        b.push("nodes", turned("ball", ball));
+        b.json["scenes"][0]["nodes"] = json!([0, 1, 2, 3, 4, 5, 6]);
+    });
+    let names: Vec<&str> = scene.named_cameras.iter().map(|named| named.name.as_str()).collect();
+    assert_eq!(names, ["corner", "ball"]);
+    let camera::Camera::Graph(graph) = &scene.named_cameras[0].camera else { panic!("a graph camera") };
+    assert_near(graph.root().world_from_eye.translation, [1.0, 2.0, 3.0]);
+    // It looks along -x as its node does, and four metres on, not eight, it turns to the right: towards -z.
+    let pieces = graph.ray(32.0, 18.0);
+    assert_near(pieces[0].to_world, [-3.0, 2.0, 3.0]);
+    let on = (pieces[1].to_world - pieces[1].from_world).normalize();
+    assert_near(on, [-0.5_f64.sqrt(), 0.0, -0.5_f64.sqrt()]);
+    let camera::Camera::Spoc(ball) = &scene.named_cameras[1].camera else { panic!("a single-pole camera") };
+    assert_near(ball.pinhole.world_from_eye.transform_vector(DVec3::Z), [-1.0, 0.0, 0.0]);
+    for (name, why) in
+        [("lost", "\"hall\""), ("corner", "another one"), ("odd", "invalid type"), ("eyeless", "no camera")]
+    {
+        let named = format!("camera {name:?}");
+        let is_told = scene.warnings.iter().any(|warning| warning.contains(&named) && warning.contains(why));
+        assert!(is_told, "{name}: {:?}", scene.warnings);
+    }
+}
+
+#[test]
 fn a_light_alone_may_move() {
     let lit = |node: u32| {
         triangle_with(|b| {
