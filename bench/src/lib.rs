@@ -1,5 +1,6 @@
 //! Evidence: how good, how fast and how small Vantage is, on the built-in scenes and on any scene of your own.
 //!
+//! - [`command`]: what people type; [`all`]: every run of the papers, piece by piece.
 //! - [`compare`]: scores of a picture against the truth (FLIP, SSIM, PSNR, flicker, holes), for one frame or a folder.
 //! - [`load`]: many clients of one server.
 //! - [`poses`]: the eye, frame by frame; [`motion`]: ways to move that need no file.
@@ -13,7 +14,9 @@
 //! The truth is never made by the code under test: it is the full scene drawn by `server::truth`, which shares nothing with
 //! the reconstruction of the client.
 
+pub mod all;
 pub mod client_view;
+pub mod command;
 pub mod compare;
 pub mod load;
 pub mod motion;

@@ -44,7 +44,7 @@ enum Command {
         /// Run only the steps whose name holds one of these words.
         only: Vec<String>,
     },
-    /// Build vantage-report in release and run a topic, e.g. `report timing --quick`.
+    /// Build vantage-report in release and run a topic, e.g. `report timing --quick`, or `all`.
     Report {
         /// Passed on to vantage-report.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -96,7 +96,8 @@ fn serve(scene: Option<OsString>, port: u16, server_arguments: &[OsString]) -> a
 }
 
 fn report(arguments: &[OsString]) -> anyhow::Result<()> {
-    if arguments.first().is_some_and(|topic| topic == "novel-views")
+    let shows_video = |topic: &OsString| topic == "novel-views" || topic == "all";
+    if arguments.first().is_some_and(shows_video)
         && let Err(error) = setup::install(&[Need::Ffmpeg])
     {
         println!("the report goes on without video: {error:#}");

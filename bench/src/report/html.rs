@@ -2,7 +2,7 @@
 
 use super::rows::{bar_table, row_tables};
 use super::table::{Table, escape};
-use super::{Report, Verdict};
+use super::{Bar, Report};
 
 const STYLE: &str = "
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 76rem; padding: 0 1rem; color: #1c1c1c; }
@@ -22,7 +22,7 @@ pub fn page(report: &Report) -> String {
     let mut body = format!("<h1>{}</h1>\n<p>{}</p>\n", escape(&report.topic), escape(&report.about));
     body += &facts(report).html();
     if !report.bars.is_empty() {
-        let missed = report.bars.iter().filter(|bar| bar.verdict == Verdict::Miss).count();
+        let missed = report.bars.iter().filter(|bar| Bar::is_missed(bar)).count();
         body += &format!("<h2>Bars: {} of {} met</h2>\n", report.bars.len() - missed, report.bars.len());
         body += &bar_table(&report.bars).html();
     }
@@ -38,9 +38,14 @@ pub fn page(report: &Report) -> String {
         body += &format!("<h2>{}</h2>\n{}", escape(&scene), table.html());
     }
     body += &figures(report, false);
+    document(&report.topic, "", &body)
+}
+
+/// A page in the style of all reports; `style` is what it has beside.
+pub fn document(title: &str, style: &str, body: &str) -> String {
     format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{} - Vantage report</title>\n<style>{STYLE}</style></head>\n<body>\n{body}</body></html>\n",
-        escape(&report.topic)
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{} - Vantage report</title>\n<style>{STYLE}{style}</style></head>\n<body>\n{body}</body></html>\n",
+        escape(title)
     )
 }
 

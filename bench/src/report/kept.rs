@@ -39,6 +39,13 @@ pub struct Source {
     pub build: String,
 }
 
+impl Source {
+    /// This program, of this source tree, now.
+    pub fn now() -> anyhow::Result<Source> {
+        Ok(Source { date: machine::date_utc(), commit: machine::commit(), build: build()?.to_owned() })
+    }
+}
+
 #[derive(Serialize, Deserialize)]
 struct Line {
     key: Value,
@@ -58,8 +65,7 @@ pub struct Kept {
 impl Kept {
     /// Reads what earlier runs of a topic kept in a folder. A line that is cut off is passed over.
     pub fn open(folder: &Path, topic: &str, taken: Taken) -> anyhow::Result<Kept> {
-        let now = Source { date: machine::date_utc(), commit: machine::commit(), build: build()?.to_owned() };
-        Kept::opened_by(now, folder, topic, taken)
+        Kept::opened_by(Source::now()?, folder, topic, taken)
     }
 
     fn opened_by(now: Source, folder: &Path, topic: &str, taken: Taken) -> anyhow::Result<Kept> {

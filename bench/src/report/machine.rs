@@ -3,8 +3,14 @@
 use std::process::Command;
 use std::time::SystemTime;
 
+/// Names the commit for programs that are started by one that knows it: in the hours that they take the tree may be changed.
+pub const COMMIT_VARIABLE: &str = "VANTAGE_COMMIT";
+
 /// The commit of the source tree that this program was built from, or `unknown` outside of one.
 pub fn commit() -> String {
+    if let Ok(commit) = std::env::var(COMMIT_VARIABLE) {
+        return commit;
+    }
     let git = |arguments: &[&str]| {
         let output = Command::new("git").arg("-C").arg(env!("CARGO_MANIFEST_DIR")).args(arguments).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())

@@ -9,10 +9,11 @@ pub mod kept;
 pub mod machine;
 pub mod plot;
 pub mod progress;
-mod rows;
+pub mod rows;
 pub mod table;
 pub mod write;
 
+use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -138,22 +139,23 @@ impl Row {
 }
 
 /// What a figure must reach.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Bar {
     /// What is measured, on which scene.
     pub what: String,
-    /// The most that passes.
+    /// The most that passes; JSON has null for what is not finite.
+    #[serde(deserialize_with = "number_or_null")]
     pub at_most: f64,
     /// What was found; `None` where the run could not be made.
     pub found: Option<f64>,
     /// Unit of both, empty for plain numbers; `share` is shown as a percentage.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Whether it passes.
     pub verdict: Verdict,
 }
 
 /// Whether a bar is met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub enum Verdict {
     /// The figure is at most the bar.
@@ -166,12 +168,21 @@ impl Bar {
     /// A bar that passes while the figure is at most `at_most`.
     pub fn at_most(what: impl Into<String>, at_most: f64, found: Option<f64>, unit: &'static str) -> Bar {
         let verdict = if found.is_some_and(|found| found <= at_most) { Verdict::Pass } else { Verdict::Miss };
-        Bar { what: what.into(), at_most, found, unit, verdict }
+        Bar { what: what.into(), at_most, found, unit: unit.into(), verdict }
+    }
+
+    /// Whether it is missed.
+    pub fn is_missed(&self) -> bool {
+        self.verdict == Verdict::Miss
     }
 }
 
+fn number_or_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
 /// A picture or plot of the page, as a file beside it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Figure {
     /// File name inside of the report's folder.
     pub file: String,

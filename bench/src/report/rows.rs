@@ -73,19 +73,21 @@ fn spread_cell(name: &str, spread: &Spread) -> String {
 pub fn bar_table(bars: &[Bar]) -> Table {
     let mut table = Table::new(["bar", "at most", "found", "verdict"]);
     for bar in bars {
-        let value = |value: f64| match bar.unit {
-            "share" => percent(value),
-            "" => number(value),
-            unit => format!("{} {unit}", number(value)),
-        };
-        let verdict = match bar.verdict {
-            super::Verdict::Pass => "PASS",
-            super::Verdict::Miss => "MISS",
-        };
-        let found = bar.found.map_or("not measured".to_owned(), value);
-        table.row([bar.what.clone(), value(bar.at_most), found, verdict.to_owned()]);
+        table.row(bar_cells(bar));
     }
     table
+}
+
+/// What a bar is of, what it asks, what was found, and the verdict.
+pub fn bar_cells(bar: &Bar) -> [String; 4] {
+    let value = |value: f64| match &*bar.unit {
+        "share" => percent(value),
+        "" => number(value),
+        unit => format!("{} {unit}", number(value)),
+    };
+    let verdict = if bar.is_missed() { "MISS" } else { "PASS" };
+    let found = bar.found.map_or("not measured".to_owned(), value);
+    [bar.what.clone(), value(bar.at_most), found, verdict.to_owned()]
 }
 
 pub(super) fn ordered_names(rows: &[Row], names: impl Fn(&Row) -> Vec<String>) -> Vec<String> {

@@ -58,6 +58,16 @@ impl Table {
         std::iter::once(&self.headings).chain(&self.rows).map(line).collect()
     }
 
+    /// A table of Markdown.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| {
+            let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let rule = format!("|{}\n", "---|".repeat(self.headings.len()));
+        line(&self.headings) + &rule + &self.rows.iter().map(|row| line(row)).collect::<String>()
+    }
+
     /// An HTML table.
     pub fn html(&self) -> String {
         let cell = |tag: &str, c: usize, text: &str| {
@@ -132,9 +142,12 @@ mod tests {
     }
 
     #[test]
-    fn csv_and_html_are_escaped() {
+    fn csv_html_and_markdown_are_escaped() {
         assert_eq!(example().csv(), "method,ms\n\"quads, \"\"averaged\"\"\",1.5\n<points>,10\n");
         assert!(example().html().contains("<td>&lt;points&gt;</td>"));
+        let mut table = Table::new(["bar"]);
+        table.row(["a | b"]);
+        assert_eq!(table.markdown(), "| bar |\n|---|\n| a \\| b |\n");
     }
 
     #[test]

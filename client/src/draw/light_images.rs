@@ -1,7 +1,7 @@
-//! What lights with an area see: surfaces that cast their shadows, and nothing else.
+//! What lights see: surfaces that cast their shadows, and nothing else.
 //!
 //! Xie, Wang, Popescu 2016, section 5: images from the corners of a light hold all that may stand before it, also what the viewer never
-//! saw. A server sends them as patches of [`Purpose::Light`]; here they become a store of surfaces a light. A light with patches but
+//! saw. So it is here for every light that casts. A server sends them as patches of [`Purpose::Light`]; here they become a store of surfaces a light. A light with patches but
 //! without a sample in them casts nothing, and nothing is drawn for it; of a light without patches a server has not spoken (yet), and
 //! everything held casts, as far as that goes.
 

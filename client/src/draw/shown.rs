@@ -18,7 +18,7 @@ pub struct Shown<'a> {
     /// What mirrors and glass show, and what objects are drawn by; without, mirrors and glass are plain surfaces, and objects
     /// that reliefs show are missing.
     pub impostors: Option<&'a Impostors>,
-    /// What lights with an area see; without, everything held casts their shadows.
+    /// What lights see; without, everything held casts their shadows.
     pub lights: Option<&'a LightImages>,
     /// What is shown in place of all else as long as the camera is that of a viewer at rest.
     pub rest: Option<&'a RestView>,

@@ -1,4 +1,4 @@
-//! Shadows of the scene's own lights: hard ones by shadow maps that are drawn from the held samples, and soft ones of lights with an area by
+//! Shadows of the scene's own lights: hard ones by shadow maps that are drawn from what each light sees, and soft ones of lights with an area by
 //! [`crate::draw::soft`].
 //!
 //! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.2, shade relief
@@ -15,8 +15,8 @@
 //!   that has it.
 //! - A **spot** is one map, a **point light**, or a spot wider than 120 degrees, the faces of a cube.
 //!
-//! See [`protocol::shadow_views`] for where they lie. What the view cannot show, or nothing held lies in, has no map. A map is drawn again when what is held, or where it is, has
-//! changed, or it looks from elsewhere.
+//! See [`protocol::shadow_views`] for where they lie. What the view cannot show, or nothing held lies in, has no map. A map is drawn again when
+//! what casts, or where it is, has changed, or it looks from elsewhere.
 //!
 //! # The comparison
 //!
@@ -26,21 +26,19 @@
 //! image, so a plane does not shadow itself. A caster counts where it is nearer than that by more than the sum of
 //!
 //! - half of its own footprint, by which samples of one surface may lie apart ([`surface::SETBACK_FOOTPRINTS`]); the map holds
-//!   it already;
+//!   it already, and what the caster's own surface rises over half a sample, as maps may have far finer texels than what they are drawn from has samples;
 //! - what the plane rises over half a texel in u and v. This stands for its normal, which codes and averages turn. At the
 //!   grazing angle `a` the plane rises `tan a` texels a texel, and an error of `e` in the normal errs by `e / cos² a`: less
 //!   than half a `tan a` as long as `e < sin 2a / 4`, which with normals of 8 + 8 bits (half a degree) holds up to 89 degrees;
-//! - what rounding may do (`maps::ROUNDING`), for a directional light an eighth of a texel with 1024 of them a side.
+//! - what rounding may do (`crate::draw::map_space::ROUNDING`), for a directional light an eighth of a texel with 1024 of them a side.
 //!
 //! So light leaks under what touches a surface by up to half a texel's shadow on it, and half of a sample.
 //!
 //! # Limits
 //!
-//! What was never sampled casts nothing: a client holds what its viewer may see, and of lights with an area what they see
-//! ([`crate::draw::light_images`]). Everything held casts, glass and surfaces
-//! without lights too. What mirrors and glass show is lit without shadows. What moves casts from where it is, but the frames
-//! follow where it was captured. Objects that reliefs show cast and receive like the rest, without half a footprint's lead, and while
-//! there are some, maps are drawn again at every update.
+//! What a light sees casts ([`crate::draw::light_images`]); until a server has said what that is, everything held does, and what was never
+//! sampled casts nothing. Everything that a light sees casts, glass and surfaces without lights too. What mirrors and glass show is lit without shadows. What moves casts from
+//! where it is, but the frames follow where it was captured. Objects that reliefs show are among what a light sees; they receive like the rest.
 
 mod lamps;
 mod maps;
@@ -71,7 +69,7 @@ pub enum Shadows {
     /// Nothing: every light arrives everywhere.
     #[default]
     None,
-    /// What is held, by shadow maps; lights with an area cast from their middles.
+    /// What lights see, by shadow maps; lights with an area cast from their middles.
     Maps,
     /// The same, but lights with an area cast soft shadows.
     Soft,
