@@ -4,6 +4,7 @@
 //! rays, and one shadow map of the full geometry for each light. Objects that reliefs show are there beside the same objects as samples.
 
 mod output;
+mod settings;
 mod truth;
 mod way;
 
@@ -17,47 +18,12 @@ use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
 use crate::topics::sent_once::walk::{UPDATE_HZ, Walk};
+use settings::{Arguments, Settings};
 use truth::{Seen, Truths};
 use way::{WAYS, Way};
 
 /// See the module.
 pub struct LightImages;
-
-/// Seconds out, and as many back.
-const HALF_S: f64 = 4.0;
-const QUICK_HALF_S: f64 = 0.8;
-/// Views of the walk that are compared.
-const POSES: usize = 12;
-const QUICK_POSES: usize = 2;
-/// Sides of server views and of the output.
-const SIDES_PX: (u32, u32) = (512, 360);
-const QUICK_SIDES_PX: (u32, u32) = (256, 128);
-
-/// What only this topic takes.
-#[derive(Debug, Default, clap::Args)]
-struct Arguments {
-    /// Views of the walk that are compared [default: 12, with --quick 2].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
-    poses: Option<u32>,
-    /// Seconds out, and as many back [default: 4, with --quick 0.8].
-    #[arg(long, value_name = "S", value_parser = seconds)]
-    seconds: Option<f64>,
-    /// Side of the server's images in pixels [default: 512, with --quick 256].
-    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(128..=4096))]
-    image_size: Option<u32>,
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|seconds| (0.1..=600.0).contains(seconds)).ok_or_else(|| "from 0.1 to 600".to_owned())
-}
-
-/// What is walked, and how it is looked at.
-struct Settings {
-    half_s: f64,
-    poses: usize,
-    image_px: u32,
-    output_px: u32,
-}
 
 impl Topic for LightImages {
     fn name(&self) -> &'static str {
@@ -80,14 +46,7 @@ impl Topic for LightImages {
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
         let gpu = run.gpu(report)?.clone();
-        let arguments: Arguments = run.arguments()?;
-        let (image_px, output_px) = if run.quick { QUICK_SIDES_PX } else { SIDES_PX };
-        let settings = Settings {
-            half_s: arguments.seconds.unwrap_or(if run.quick { QUICK_HALF_S } else { HALF_S }),
-            poses: arguments.poses.map_or(if run.quick { QUICK_POSES } else { POSES }, |poses| poses as usize),
-            image_px: arguments.image_size.unwrap_or(image_px),
-            output_px: run.size_px.map_or(output_px, |(_, height_px)| height_px),
-        };
+        let settings = Settings::of(run)?;
         output::describe(report, &settings);
         for name in &run.scenes {
             if let Err(error) = scene(&gpu, name, &settings, run, report) {

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::Settings;
+use super::settings::Settings;
 use super::truth::Seen;
 use super::way::{Found, WAYS, Walked, Way};
 use crate::compare::Picture;

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use camera::{Pinhole, Rigid};
 use client::draw::frame::Options;
 use client::draw::shadow;
 use gpu::Gpu;
@@ -11,7 +10,7 @@ use protocol::codec::{Coding, encode_patch};
 use protocol::message::Shadows;
 use scene::Scene;
 
-use super::Settings;
+use super::settings::Settings;
 use super::truth::{Arriving, Seen};
 use crate::client_view::{ClientView, Drawn};
 use crate::topics::sent_once::walk::{Setup, UPDATE_HZ, Walk, Walker};
@@ -70,13 +69,6 @@ impl Errors {
         self.pixels += 1.0;
         self.by_rays += (by_rays - self.by_rays) / self.pixels;
         self.by_map += (by_map - self.by_map) / self.pixels;
-    }
-}
-
-impl Settings {
-    /// The output at a pose.
-    pub fn output(&self, scene: &Scene, pose: Rigid) -> Pinhole {
-        Pinhole::symmetric(pose, (self.output_px, self.output_px), 1.2, server::start::near_m(scene))
     }
 }
 
