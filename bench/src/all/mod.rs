@@ -1,6 +1,6 @@
 //! `vantage-report all`: every run of docs/papers.md, of one commit, piece by piece.
 //!
-//! [`pieces`] is the list. Each piece is a process of its own and has a folder of its own, DIR/COMMIT/PIECE ([`folder`]); what is
+//! [`pieces()`] is the list. Each piece is a process of its own and has a folder of its own, DIR/COMMIT/PIECE ([`folder`]); what is
 //! finished there is not run again, so that an interrupted run goes on where it stopped ([`walk`]). A page shows them all
 //! ([`page`]), those too that are yet to be run.
 

@@ -7,7 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use glam::DAffine3;
+use camera::Pinhole;
+use glam::{DAffine3, DVec3};
 use gpu::Gpu;
 use protocol::{Held, Purpose, Update};
 use surface::{CornerRules, Corners, HeldSurfaces};
@@ -21,6 +22,8 @@ pub struct LightImages {
     corners: Corners,
     /// By the light's number in the lighting.
     seen: BTreeMap<u16, HeldSurfaces>,
+    /// The views of the patches that are held of each.
+    views: BTreeMap<u16, Vec<Pinhole>>,
     /// Counts what may have changed a shadow.
     revision: u64,
 }
@@ -28,12 +31,23 @@ pub struct LightImages {
 impl LightImages {
     /// Holds nothing yet.
     pub fn new(gpu: &Gpu, corners: Corners) -> LightImages {
-        LightImages { gpu: gpu.clone(), corners, seen: BTreeMap::new(), revision: 0 }
+        LightImages { gpu: gpu.clone(), corners, seen: BTreeMap::new(), views: BTreeMap::new(), revision: 0 }
     }
 
     /// What a light sees, by its place in the lighting; `None` where that is not known.
     pub fn seen_by(&self, light: usize) -> Option<&HeldSurfaces> {
         u16::try_from(light).ok().and_then(|light| self.seen.get(&light))
+    }
+
+    /// How wide a sample of a light's images is at a point that they show, by the light's place in the lighting: the narrowest; `None` where none shows it.
+    pub fn sample_m(&self, light: usize, p_world: DVec3) -> Option<f64> {
+        let views = u16::try_from(light).ok().and_then(|light| self.views.get(&light))?;
+        let sample_m = |view: &Pinhole| {
+            let p_eye = view.world_from_eye.inverse().transform_point(p_world);
+            let place = view.image_from_eye(p_eye).filter(|place| view.contains(*place));
+            place.map(|_| p_eye.z / view.focal_px)
+        };
+        views.iter().filter_map(sample_m).min_by(f64::total_cmp)
     }
 
     /// A number that grows with every change of what a light sees.
@@ -45,6 +59,7 @@ impl LightImages {
     pub fn rebuild(&mut self, held: &Held) {
         self.revision += 1;
         self.seen.clear();
+        self.views = views(held);
         for light in lights(held) {
             self.store(light).rebuild(held);
         }
@@ -69,6 +84,7 @@ impl Follow for LightImages {
             return self.rebuild(held);
         }
         let (before, known) = (self.revisions(), lights(held));
+        self.views = views(held);
         self.seen.retain(|light, _| known.contains(light));
         for light in known {
             // A new light's patches came by this very update.
@@ -86,9 +102,15 @@ impl LightImages {
 
 /// The lights that patches are held of, ascending.
 fn lights(held: &Held) -> Vec<u16> {
-    let light = |purpose: Purpose| if let Purpose::Light(light) = purpose { Some(light) } else { None };
-    let mut lights: Vec<u16> = held.patches.values().filter_map(|held| light(held.patch.purpose)).collect();
-    lights.sort_unstable();
-    lights.dedup();
-    lights
+    views(held).into_keys().collect()
+}
+
+/// The views of the patches of each light.
+fn views(held: &Held) -> BTreeMap<u16, Vec<Pinhole>> {
+    let mut views: BTreeMap<u16, Vec<Pinhole>> = BTreeMap::new();
+    for held in held.patches.values() {
+        let Purpose::Light(light) = held.patch.purpose else { continue };
+        views.entry(light).or_default().extend(held.patch.image.camera.pinhole());
+    }
+    views
 }

@@ -27,6 +27,11 @@ struct Shadow {
     side_px: f32,
     // How far rounding moves an inverse depth, as a share of it.
     rounding: f32,
+    // Samples of what casts are as wide as so many texels.
+    sample_texels: f32,
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
     // A point is shown by the first that has it.
     maps: array<ShadowMap, SHADOW_MAPS>,
 }
@@ -69,7 +74,7 @@ fn lit_share(place: Place, normal_view: vec3f) -> f32 {
     // On a plane inverse depth is linear in the image: 1/z = dot(normal, ray) / dot(normal, p).
     let slope = -normal.xy / (shadow.maps[shadow.own].focal_px * facing);
     let own_w = 1.0 / place.p.z;
-    let slack = 0.5 * (abs(slope.x) + abs(slope.y)) + shadow.rounding * own_w;
+    let slack = 0.5 * shadow.sample_texels * (abs(slope.x) + abs(slope.y)) + shadow.rounding * own_w;
     let first = floor(place.image_px - 0.5);
     let part = place.image_px - 0.5 - first;
     var share = 0.0;

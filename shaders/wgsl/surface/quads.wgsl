@@ -208,14 +208,9 @@ fn cast_w(patch_w: f32, nearer: f32) -> f32 {
     return patch_w * nearer / (1.0 + view.setback * nearer);
 }
 
-// The same, and what its surface rises over half a sample to either side: where a surface bends, its quads lie so far off it. Maps may have far finer
-// texels than samples.
 @fragment
 fn casting(in: Corner) -> Surface {
-    let w = cast_w(in.image.z, in.clip.w);
-    let samples_a_texel = max(length(dpdx(in.image.xy)), length(dpdy(in.image.xy)));
-    let rise = 0.5 * (abs(dpdx(w)) + abs(dpdy(w))) / samples_a_texel;
-    return Surface(vec4f(0.0), vec2u(0u), max(w - rise, 0.0));
+    return Surface(vec4f(0.0), vec2u(0u), cast_w(in.image.z, in.clip.w));
 }
 
 struct CastCorner {

@@ -26,8 +26,9 @@
 //! image, so a plane does not shadow itself. A caster counts where it is nearer than that by more than the sum of
 //!
 //! - half of its own footprint, by which samples of one surface may lie apart ([`surface::SETBACK_FOOTPRINTS`]); the map holds
-//!   it already, and what the caster's own surface rises over half a sample, as maps may have far finer texels than what they are drawn from has samples;
-//! - what the plane rises over half a texel in u and v. This stands for its normal, which codes and averages turn. At the
+//!   it already;
+//! - what the plane rises over half a texel in u and v, or over half a sample of the light's images, where these are wider: where the surface bends, the quads
+//!   that were sampled of it lie so far off it. This stands for its normal, which codes and averages turn. At the
 //!   grazing angle `a` the plane rises `tan a` texels a texel, and an error of `e` in the normal errs by `e / cos² a`: less
 //!   than half a `tan a` as long as `e < sin 2a / 4`, which with normals of 8 + 8 bits (half a degree) holds up to 89 degrees;
 //! - what rounding may do (`crate::draw::map_space::ROUNDING`), for a directional light an eighth of a texel with 1024 of them a side.
@@ -45,6 +46,7 @@ mod maps;
 mod pass;
 
 use ::camera::Pinhole;
+use glam::DVec3;
 use gpu::Gpu;
 use protocol::{Lighting, message};
 use surface::{GBuffer, Smoothing, SurfaceError};
@@ -56,7 +58,7 @@ use crate::draw::shown::Shown;
 use crate::draw::soft::{self, Lamp, Receivers};
 pub use lamps::SoftProgress;
 use lamps::{CastingLamp, LampPass};
-use pass::{CHANNELS, Maps, SharePass};
+use pass::{CHANNELS, Map, Maps, SharePass};
 
 /// The most lights that cast shadows.
 pub const LIGHTS: usize = Lighting::MAX_CASTING;
@@ -197,7 +199,7 @@ impl ShadowRenderer {
         let kept =
             self.shares.take().filter(|target| (target.texture.width(), target.texture.height()) == gbuffer.size_px);
         let shares = kept.unwrap_or_else(|| Target::new(&self.gpu, "light shares", gbuffer.size_px, SharePass::FORMAT));
-        let maps: Vec<Maps<'_>> = wanted.iter().map(|(light, caster)| self.maps_of(*light, caster)).collect();
+        let maps: Vec<Maps<'_>> = wanted.iter().map(|(light, caster)| self.maps_of(shown, *light, caster)).collect();
         let lamp = |(channel, (light, caster)): (usize, &(usize, Caster))| match caster {
             Caster::Lamp(lamp) => Some(CastingLamp { channel, light: *light, lamp: *lamp }),
             Caster::Maps(_) => None,
@@ -275,10 +277,22 @@ impl ShadowRenderer {
     }
 
     /// The maps of a light, which were drawn before.
-    fn maps_of<'a>(&'a self, light: usize, caster: &'a Caster) -> Maps<'a> {
-        let map_of = |view: &Pinhole| self.maps.iter().find(|map| map.of == (light, *view));
-        caster.views().iter().filter_map(|view| Some((view, &map_of(view)?.gbuffer.views.w))).collect()
+    fn maps_of<'a>(&'a self, shown: Shown<'_>, light: usize, caster: &'a Caster) -> Maps<'a> {
+        let map = |view: &'a Pinhole| {
+            let drawn = self.maps.iter().find(|map| map.of == (light, *view))?;
+            Some(Map { view, w: &drawn.gbuffer.views.w, sample_texels: sample_texels(shown, light, view) })
+        };
+        caster.views().iter().filter_map(map).collect()
     }
+}
+
+/// How many texels of a map a sample of what casts is wide, in the map's middle; 1 where samples are narrower, or it is not known.
+fn sample_texels(shown: Shown<'_>, light: usize, view: &Pinhole) -> f32 {
+    // Of a light from afar, the middle of its ball; near depths are half of that.
+    let depth_m = 2.0 * view.near_m;
+    let middle_world = view.world_from_eye.transform_point(DVec3::Z * depth_m);
+    let sample_m = shown.lights.and_then(|lights| lights.sample_m(light, middle_world));
+    sample_m.map_or(1.0, |sample_m| (sample_m * view.focal_px / depth_m).max(1.0) as f32)
 }
 
 /// What casts a light's shadows: what it sees, where images of that are held, objects that reliefs show among it; else all that is held.

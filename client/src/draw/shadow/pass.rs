@@ -34,11 +34,22 @@ struct ShadowUniform {
     own: u32,
     side_px: f32,
     rounding: f32,
+    sample_texels: f32,
+    padding: [f32; 3],
     maps: [MapUniform; MAPS],
 }
 
-/// A light's maps: what each shows, and its inverse depths.
-pub(super) type Maps<'a> = Vec<(&'a Pinhole, &'a TextureView)>;
+/// A map of a light.
+pub(super) struct Map<'a> {
+    pub view: &'a Pinhole,
+    /// Its inverse depths.
+    pub w: &'a TextureView,
+    /// Samples of what casts are as wide as so many texels, at least one.
+    pub sample_texels: f32,
+}
+
+/// A light's maps.
+pub(super) type Maps<'a> = Vec<Map<'a>>;
 
 /// See the module.
 #[derive(Debug)]
@@ -73,7 +84,7 @@ impl SharePass {
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
         let mut pass = begin(encoder, "light shares", true, &[&target.view], None);
         for (channel, maps) in lights.iter().enumerate() {
-            for (own, (_, map)) in maps.iter().enumerate() {
+            for (own, map) in maps.iter().enumerate() {
                 let shadow = ShadowUniform::new((channel, own), maps, eye_world);
                 let shadow = uniform(&self.gpu, "shadow", bytemuck::bytes_of(&shadow));
                 let inputs = [
@@ -82,7 +93,7 @@ impl SharePass {
                     shadow.as_entire_binding(),
                     BindingResource::TextureView(&gbuffer.views.w),
                     BindingResource::TextureView(&gbuffer.views.normal_ids),
-                    BindingResource::TextureView(map),
+                    BindingResource::TextureView(map.w),
                 ];
                 self.pass.draw(&mut pass, &inputs);
             }
@@ -95,11 +106,12 @@ impl ShadowUniform {
         let mut uniform: ShadowUniform = Zeroable::zeroed();
         uniform.channel[channel] = 1.0;
         uniform.map_count = maps.len() as u32;
+        uniform.sample_texels = maps[own].sample_texels;
         uniform.own = own as u32;
         uniform.rounding = ROUNDING as f32;
-        for (slot, (map, _)) in uniform.maps.iter_mut().zip(maps) {
-            uniform.side_px = map.width_px as f32;
-            *slot = MapUniform::new(map, eye_world);
+        for (slot, Map { view, .. }) in uniform.maps.iter_mut().zip(maps) {
+            uniform.side_px = view.width_px as f32;
+            *slot = MapUniform::new(view, eye_world);
         }
         uniform
     }
@@ -119,6 +131,17 @@ mod tests {
     fn uniforms_are_laid_out_as_in_wgsl() {
         let path = "client/shadow.wgsl";
         shaders::assert_layout!(MapUniform, path, "ShadowMap", map_from_view, focal_px);
-        shaders::assert_layout!(ShadowUniform, path, "Shadow", channel, map_count, own, side_px, rounding, maps);
+        shaders::assert_layout!(
+            ShadowUniform,
+            path,
+            "Shadow",
+            channel,
+            map_count,
+            own,
+            side_px,
+            rounding,
+            sample_texels,
+            maps
+        );
     }
 }
