@@ -9,7 +9,7 @@ use common::{Shape, Stage, ball, capture, held, truth, view};
 use glam::{DAffine3, DQuat, DVec3};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Mask, Material, ObjectPose, PatchId};
+use protocol::{DepthImage, DepthScale, Mask, Material, ObjectPose, PatchId, Purpose};
 use vantage_surface::{AddressPass, AddressTexel, CornerRules, Corners, HeldSurfaces, Smoothing};
 
 const FLOOR: Shape = Shape::Plane { point: DVec3::ZERO, normal: DVec3::Y };
@@ -150,6 +150,26 @@ fn a_sphere_grows_by_no_more_than_its_rim() {
         assert!(wrong < 3 * covered.isqrt(), "{wrong} of {covered} pixels beside the sphere");
         assert!(holes < 3 * covered.isqrt(), "{holes} of {covered} pixels missing");
     }
+}
+
+#[test]
+fn what_casts_lies_hardly_anywhere_before_a_surface_that_bends() {
+    // As a light sees it, and in a map with eight times as fine texels: near its rim a sample is far longer than it is wide.
+    let stage = Stage::casting();
+    let sphere = [Shape::Sphere { centre: DVec3::new(0.0, 1.7, -4.0), radius: 1.0 }];
+    let of_side = |side_px| view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.0, 1.7, -4.0), side_px, 45.0);
+    let mut surfaces = HeldSurfaces::new(&stage.gpu).of(Purpose::Light(0));
+    let mut patch = capture(&sphere, &of_side(48));
+    patch.patch.purpose = Purpose::Light(0);
+    surfaces.insert(&patch);
+    let (drawn, truth) = (stage.draw(&surfaces, &of_side(384), Smoothing::None), truth(&sphere, &of_side(384)));
+    let hits = truth.iter().zip(&drawn.w).filter_map(|(hit, w)| Some((1.0 / hit.as_ref()?.t, f64::from(*w))));
+    let (mut covered, mut before) = (0, 0);
+    for (surface_w, w) in hits.filter(|(_, w)| *w > 0.0) {
+        covered += 1;
+        before += usize::from(w > surface_w);
+    }
+    assert!(covered > 20_000 && before * 1000 < covered, "{before} of {covered} texels before the sphere");
 }
 
 #[test]

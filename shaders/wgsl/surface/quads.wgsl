@@ -208,9 +208,15 @@ fn cast_w(patch_w: f32, nearer: f32) -> f32 {
     return patch_w * nearer / (1.0 + view.setback * nearer);
 }
 
+// The same, and what its surface rises over half a sample to either side, at most a footprint more: where a surface bends, its quads lie so far off
+// it, and maps may have far finer texels than samples.
 @fragment
 fn casting(in: Corner) -> Surface {
-    return Surface(vec4f(0.0), vec2u(0u), cast_w(in.image.z, in.clip.w));
+    let w = cast_w(in.image.z, in.clip.w);
+    let samples_a_texel = max(length(dpdx(in.image.xy)), length(dpdy(in.image.xy)));
+    let rise = 0.5 * (abs(dpdx(w)) + abs(dpdy(w))) / samples_a_texel;
+    let farthest = in.image.z * in.clip.w / (1.0 + 3.0 * view.setback * in.clip.w);
+    return Surface(vec4f(0.0), vec2u(0u), max(w - rise, farthest));
 }
 
 struct CastCorner {

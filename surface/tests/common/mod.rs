@@ -147,6 +147,13 @@ impl Stage {
         Drawn { colour: mapped.values(colour), normal_ids: mapped.values(normal_ids), w: mapped.values(w) }
     }
 
+    /// The same that draws what casts.
+    pub fn casting() -> Stage {
+        let Stage { gpu, .. } = Stage::new();
+        let pass = SurfacePass::casting(&gpu).expect("the shaders compile");
+        Stage { gpu, pass }
+    }
+
     pub fn draw_patch(&self, patch: &HeldPatch, camera: &Pinhole) -> Drawn {
         let mut surfaces = HeldSurfaces::new(&self.gpu);
         surfaces.insert(patch);

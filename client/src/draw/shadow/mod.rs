@@ -26,7 +26,7 @@
 //! image, so a plane does not shadow itself. A caster counts where it is nearer than that by more than the sum of
 //!
 //! - half of its own footprint, by which samples of one surface may lie apart ([`surface::SETBACK_FOOTPRINTS`]); the map holds
-//!   it already;
+//!   it already, and what its surface rises over half a sample, up to a footprint;
 //! - what the plane rises over half a texel in u and v, or over half a sample of the light's images, where these are wider: where the surface bends, the quads
 //!   that were sampled of it lie so far off it. This stands for its normal, which codes and averages turn. At the
 //!   grazing angle `a` the plane rises `tan a` texels a texel, and an error of `e` in the normal errs by `e / cos² a`: less
