@@ -33,6 +33,12 @@ impl Lamp {
         self.views_from(&self.area.corners_world(self.middle_world), bounds, side_px)
     }
 
+    /// The same of any of its points, as shares of [`Area::half_world`].
+    pub fn views_at(&self, points: &[[f64; 2]], bounds: Bounds, side_px: u32) -> Vec<Vec<Pinhole>> {
+        let eyes: Vec<DVec3> = points.iter().map(|[s, t]| self.area.at(self.middle_world, *s, *t)).collect();
+        self.views_from(&eyes, bounds, side_px)
+    }
+
     fn views_from(&self, eyes: &[DVec3], bounds: Bounds, side_px: u32) -> Vec<Vec<Pinhole>> {
         parallel_views(eyes, self.area.half_world.map(DVec3::from), bounds, side_px)
     }

@@ -148,7 +148,8 @@ impl Area {
         })
     }
 
-    fn at(&self, middle_world: DVec3, s: f64, t: f64) -> DVec3 {
+    /// A point of the rectangle, by shares of its half sides.
+    pub fn at(&self, middle_world: DVec3, s: f64, t: f64) -> DVec3 {
         let [u, v] = self.half_world.map(DVec3::from);
         middle_world + u * s + v * t
     }

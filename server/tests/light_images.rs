@@ -8,7 +8,7 @@ use common::session::{Session, added};
 use glam::{DAffine3, DVec3};
 use protocol::message::Shadows;
 use protocol::{DepthImage, Lamp, Purpose, Viewpoint, shadow_views};
-use scene::{LightArea, Scene, SceneLight};
+use scene::{LightArea, Material, Scene, SceneLight};
 use surface::AddressPass;
 use vantage_server::account::LightCounts;
 use vantage_server::discretize::Capture;
@@ -157,9 +157,9 @@ fn a_set_is_sent_once_and_the_eye_goes_where_it_likes() {
 }
 
 #[test]
-fn every_corner_brings_outlines_of_its_own() {
-    // All see the same rim of a flat card, each by pixels of its own. By four pixels the later images hold 81, 58 and 58 % of them; by the nearest
-    // pixel alone 55, 3 and 2 %: the rim would be where the first corner's pixels end.
+fn every_image_brings_outlines_of_its_own() {
+    // All see the same rim of a flat card, each by pixels of its own. By four pixels the later images hold most of them; by the nearest pixel
+    // alone next to none: the rim would be where the first one's pixels end.
     let card = DAffine3::from_translation(DVec3::NEG_Z * 3.0) * DAffine3::from_rotation_z(0.3);
     let wall = DAffine3::from_translation(DVec3::NEG_Z * 4.0) * DAffine3::from_scale(DVec3::splat(3.0));
     let material = common::coloured([0.6, 0.5, 0.4, 1.0]);
@@ -174,8 +174,70 @@ fn every_corner_brings_outlines_of_its_own() {
             held_share_of_rim(&held.patch.image, &witness.truth(view, session.held.scene_time_s), 1)
         })
         .collect();
-    assert_eq!((shares.len(), shares[0]), (4, 1.0));
+    assert!(shares.len() > 1 && shares[0] == 1.0, "{shares:?}");
     assert!(shares[1..].iter().all(|&share| share > 0.5), "{shares:?}");
+}
+
+/// From where the images were seen that are held of the first light.
+fn places(session: &Session) -> Vec<DVec3> {
+    let of_light = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Light(0));
+    of_light.map(|held| held.patch.image.camera.eye_world()).collect()
+}
+
+/// A wall at z = -9 m with square tubes on it, 0.2 m wide and 6 m deep, at these places of it.
+fn tubes(places: &[(f64, f64)]) -> Scene {
+    const HALF_M: f64 = 0.1;
+    let wall = DAffine3::from_translation(DVec3::NEG_Z * 9.0) * DAffine3::from_scale(DVec3::splat(0.7));
+    // A side, a quarter turn further each time.
+    let side = |(x, y): (f64, f64), turn: usize| {
+        DAffine3::from_translation(DVec3::new(x, y, -6.0))
+            * DAffine3::from_rotation_z(turn as f64 * std::f64::consts::FRAC_PI_2)
+            * DAffine3::from_translation(DVec3::X * HALF_M)
+            * DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_2)
+            * DAffine3::from_scale(DVec3::new(3.0, HALF_M, 1.0))
+    };
+    let sides = places.iter().flat_map(|&place| (0..4).map(move |turn| (0, side(place, turn))));
+    let placed: Vec<_> = std::iter::once((0, wall)).chain(sides).collect();
+    let material = Material { double_sided: true, ..common::coloured([0.6, 0.5, 0.4, 1.0]) };
+    common::scene(vec![common::square(4, 0)], vec![material], &placed)
+}
+
+#[test]
+fn a_lamp_is_looked_from_where_it_sees_what_its_other_points_do_not() {
+    // The bottom of a tube is seen from the point before it alone: its mouth is 3 m away, so from a point
+    // that is d beside, the first (d - 0.1) 6 / 3 m of its 0.2 m are hidden, all where d is a quarter of a metre.
+    let from = |tubes_at: &[(f64, f64)]| {
+        let mut session = soft(Session::new(lit_from(tubes(tubes_at), f32::INFINITY, |_| DVec3::ZERO)));
+        let (first, _) = ticks(&mut session, 1);
+        assert_eq!(first.sets, 1);
+        places(&session)
+    };
+    let has =
+        |places: &[DVec3], x: f64, y: f64| places.iter().any(|place| place.distance(DVec3::new(x, y, 0.0)) < 1e-9);
+    let quarters = from(&[(0.25, 0.25), (-0.25, -0.25)]);
+    assert!(has(&quarters, 0.25, 0.25) && has(&quarters, -0.25, -0.25), "{quarters:?}");
+    let corner = from(&[(0.5, 0.5)]);
+    assert!(has(&corner, 0.5, 0.5) && !has(&corner, -0.25, -0.25), "{corner:?}");
+}
+
+#[test]
+fn a_lamp_that_sees_all_from_its_middle_is_looked_from_there_alone() {
+    // A far smaller one than what it lights.
+    let small = common::animated(common::ball_before_wall(), |snapshot| {
+        snapshot.lights = vec![SceneLight::Point {
+            position_world: DVec3::Z * 2.0,
+            colour: [100.0; 3],
+            direction_world: DVec3::NEG_Z,
+            spot_angles_rad: None,
+            range_m: f32::INFINITY,
+            area: Some(LightArea { half_world: [DVec3::X * 0.002, DVec3::NEG_Y * 0.002], is_disc: false }),
+        }];
+    });
+    let mut session = soft(Session::new(small));
+    let (first, _) = ticks(&mut session, 1);
+    assert_eq!(first.sets, 1);
+    assert_eq!(places(&session), [DVec3::Z * 2.0]);
+    assert!(wrong_share(&session) < 0.01, "{}", wrong_share(&session));
 }
 
 #[test]
@@ -303,14 +365,10 @@ fn a_light_with_an_area_casts_as_from_its_middle_for_who_draws_hard_shadows() {
     let mut session = hard(Session::new(lit_from(common::ball_before_wall(), f32::INFINITY, |_| DVec3::Z)));
     let (hard_set, _) = ticks(&mut session, 1);
     assert!(hard_set.sets == 1 && wrong_share(&session) < 0.02, "{}", wrong_share(&session));
-    let from = |session: &Session| {
-        let of_light = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Light(0));
-        of_light.map(|held| held.patch.image.camera.eye_world()).collect::<Vec<_>>()
-    };
-    assert!(from(&session).iter().all(|eye| *eye == DVec3::Z));
-    let mut session = soft(Session::new(lit_from(common::ball_before_wall(), f32::INFINITY, |_| DVec3::Z)));
+    assert!(places(&session).iter().all(|eye| *eye == DVec3::Z));
+    let mut session = soft(Session::new(lit_from(tubes(&[(0.5, 0.5)]), f32::INFINITY, |_| DVec3::ZERO)));
     ticks(&mut session, 1);
-    assert!(from(&session).iter().all(|eye| *eye != DVec3::Z));
+    assert!(places(&session).len() > 1);
 }
 
 #[test]

@@ -5,6 +5,8 @@ use glam::DVec3;
 use protocol::message::Shadows;
 use protocol::{Lamp, Light, Viewpoint, shadow_views};
 
+use super::places::{self, Places};
+
 /// No light counts where it brings less irradiance than this: of a white wall at 5 ([`crate::look::TYPICAL_IRRADIANCE`]) it is less than a
 /// step of eight bits.
 const LEAST_IRRADIANCE: f64 = 0.01;
@@ -27,17 +29,23 @@ impl<'a> Caster<'a> {
         Caster { light, lamp: Lamp::of(light).filter(|_| shadows == Shadows::Soft) }
     }
 
-    /// Its views of what of a box it may reach. A row is a lamp's corners, the frames of a light from afar, or one face.
-    pub fn views(&self, all: Bounds, viewer: Viewpoint, side_px: u32) -> Views {
+    /// Its views of what of a box it may reach. A row is the places of a lamp, the frames of a light from afar, or one face.
+    pub fn views(&self, all: Bounds, viewer: Viewpoint, places: &Places, side_px: u32) -> Views {
         let Some(bounds) = self.lit_part(all) else { return Views::default() };
         if let Some(lamp) = self.lamp {
-            return Views(lamp.corner_views(bounds, side_px));
+            return Views(places.views(&lamp, bounds, side_px));
         }
         let views = shadow_views(self.light, bounds, viewer, side_px);
         match self.light {
             Light::Directional { .. } => Views(vec![views]),
             Light::Point { .. } => Views(views.into_iter().map(|view| vec![view]).collect()),
         }
+    }
+
+    /// The views of all points of a lamp that come into question, face by face; none of a light without an area.
+    pub fn all_views(&self, all: Bounds, side_px: u32) -> Vec<Vec<Pinhole>> {
+        let lamp_and_bounds = self.lamp.zip(self.lit_part(all));
+        lamp_and_bounds.map_or_else(Vec::new, |(lamp, bounds)| places::all_views(&lamp, bounds, side_px))
     }
 
     /// The part of a box that the light may reach; `None` where that is nothing.

@@ -7,6 +7,7 @@ use protocol::Lighting;
 use scene::{Scene, Snapshot};
 
 use super::caster::Views;
+use super::places::Places;
 
 /// What a client was sent of lights.
 #[derive(Debug, Default)]
@@ -20,6 +21,8 @@ pub struct Kept {
 /// A light that was looked from.
 #[derive(Debug)]
 pub(super) struct KeptLight {
+    /// From which points, of a lamp.
+    pub places: Places,
     /// From where.
     pub views: Views,
     /// `None` where it casts nothing.
@@ -35,6 +38,8 @@ pub(super) struct Set {
     pub due: VecDeque<usize>,
     /// Looks so far.
     pub looks: usize,
+    /// Looks when the points of a lamp were chosen last.
+    pub looks_at_choice: usize,
 }
 
 impl Set {

@@ -1,7 +1,7 @@
 //! What lights see, for clients that draw shadows: surfaces that cast, wherever the eye is.
 //!
-//! Xie, Wang, Popescu 2016, section 5: a lamp (a light with an area) is served by a non-redundant set of the images from its four corners
-//! ([`crate::discretize::Discretization::COVERED`]). They hold what stands before any of its points, also what the eye never saw, and what is held for
+//! Xie, Wang, Popescu 2016, section 5: a lamp (a light with an area) is served by a non-redundant set of images from points of it
+//! ([`crate::discretize::Discretization::COVERED`]): there its four corners, here as many as are needed ([`places`]). They hold what stands before any of its points, also what the eye never saw, and what is held for
 //! them moves with its objects like all that is held. So a set is made once, and afterwards looked at only when the light or an object moved: the scene from a
 //! corner, laid beside the same view of what the client holds of the set, by the very rules of the eye's samples ([`crate::account`]). The eye may go
 //! anywhere meanwhile; no view of a lamp depends on it.
@@ -13,7 +13,7 @@
 //! |---|---|
 //! | no light, or a client without shadows | nothing |
 //! | a light before which nothing stands before anything else | a patch without samples, once: it casts nothing |
-//! | a new light | a set: a lamp's four images, or four a face of a cube where it hangs amid things; a spot's one, a point's up to six, three frames of a light from afar |
+//! | a new light | a set: a lamp's one to eight images, or as many a face of a cube where it hangs amid things; a spot's one, a point's up to six, three frames of a light from afar |
 //! | a light or an object that moved | what a view lacks, the views in turn; all of them where something deforms |
 //! | an eye that left the middle of a frame | what the frame lacks where it is now |
 //! | none of these | nothing, and nothing is drawn |
@@ -31,6 +31,7 @@
 
 mod caster;
 mod kept;
+pub mod places;
 mod serve;
 
 pub use kept::Kept;

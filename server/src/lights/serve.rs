@@ -11,8 +11,10 @@ use scene::{Scene, Snapshot};
 
 use super::caster::{Caster, Views};
 use super::kept::{Kept, KeptLight, Set};
+use super::places::{self, MOST_IMAGES, Places};
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
+use crate::discretize::placement::Budget;
 use crate::discretize::{DepthPrecision, Discretization};
 use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
@@ -23,6 +25,8 @@ use crate::stage_error::StageError;
 const PROBE_PX: u32 = 128;
 /// What covers falsely is trimmed at every so manieth look of a light. As views take turns, no divisor of their number.
 const TRIM_EVERY: usize = 5;
+/// The points of a lamp are chosen anew after so many looks: it, or what it lights, has gone on meanwhile.
+const CHOSEN_FOR: usize = 24;
 /// A set may grow to this many times the samples that it began with; then what no view saw for the longest goes.
 const GROWS_TO: usize = 2;
 
@@ -81,13 +85,14 @@ impl Serving<'_> {
         moved: bool,
         kept: &mut Kept,
     ) -> Result<(), StageError> {
-        let views = caster.views(all, self.viewer, self.side_px);
-        let probes = caster.views(all, self.viewer, PROBE_PX);
         let Some(known) = kept.lights.get_mut(&light) else {
-            let set = self.begin(light, (&views, &probes, all), false)?;
-            kept.lights.insert(light, KeptLight { views, set });
+            kept.lights.insert(light, self.begin(light, (caster, all), false)?);
             return Ok(());
         };
+        if let Some(set) = known.set.as_mut().filter(|set| set.looks >= set.looks_at_choice + CHOSEN_FOR) {
+            (known.places, set.looks_at_choice) = (self.places(caster, all)?, set.looks);
+        }
+        let views = caster.views(all, self.viewer, &known.places, self.side_px);
         let before = std::mem::replace(&mut known.views, views);
         let views = &known.views;
         match &mut known.set {
@@ -103,7 +108,7 @@ impl Serving<'_> {
                     self.follow(light, (views, all), set)?;
                 }
             }
-            None if moved || *views != before => known.set = self.begin(light, (views, &probes, all), true)?,
+            None if moved || *views != before => *known = self.begin(light, (caster, all), true)?,
             None => self.account.counts_mut().lights.without += 1,
         }
         Ok(())
@@ -113,17 +118,21 @@ impl Serving<'_> {
     fn begin(
         &mut self,
         light: u16,
-        (views, probes, all): (&Views, &Views, Bounds),
+        (caster, all): (Caster<'_>, Bounds),
         is_known: bool,
-    ) -> Result<Option<Set>, StageError> {
+    ) -> Result<KeptLight, StageError> {
         let purpose = Purpose::Light(light);
-        if !self.casts(probes)? {
+        let corners = Places::default();
+        if !self.casts(&caster.views(all, self.viewer, &corners, PROBE_PX))? {
             self.account.counts_mut().lights.without += 1;
             if !is_known {
                 self.account.add_nothing(light, self.now)?;
             }
-            return Ok(None);
+            let views = caster.views(all, self.viewer, &corners, self.side_px);
+            return Ok(KeptLight { places: corners, views, set: None });
         }
+        let places = self.places(caster, all)?;
+        let views = caster.views(all, self.viewer, &places, self.side_px);
         self.account.remove_where(|other| other == purpose)?;
         let imager = &*self.imager;
         self.account.draw_with(purpose, || imager.new_surfaces());
@@ -137,7 +146,19 @@ impl Serving<'_> {
             }
         }
         self.account.counts_mut().lights.sets += 1;
-        Ok(Some(Set { samples: self.account.samples_for(purpose), ..Set::default() }))
+        let set = Some(Set { samples: self.account.samples_for(purpose), ..Set::default() });
+        Ok(KeptLight { places, views, set })
+    }
+
+    /// The points that a lamp is looked from.
+    fn places(&mut self, caster: Caster<'_>, all: Bounds) -> Result<Places, StageError> {
+        let faces = caster.all_views(all, places::PROBE_PX);
+        let mut probes = Vec::with_capacity(faces.len());
+        for face in &faces {
+            self.account.counts_mut().lights.views += face.len();
+            probes.push(self.imager.captures(self.snapshot, face, Discretization::Conventional)?);
+        }
+        Ok(Places::by_probes(&probes, Budget::of(MOST_IMAGES)))
     }
 
     /// Brings a set up to date as a turn that is due sees it, or all of them where something deforms.

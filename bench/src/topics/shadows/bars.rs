@@ -2,7 +2,7 @@
 
 use super::methods::PAPERS;
 use super::paper;
-use super::sets::SETS;
+use super::sets::{PLACED, SETS};
 use super::settings::{Settings, USUAL_LAMP};
 use super::tables::{found, of_set, rows, text};
 use crate::report::{Bar, Report, Row};
@@ -14,6 +14,11 @@ const TIMES_PX: u32 = 512;
 const PRINTED: [&str; 2] = ["grass", "urban"];
 /// An error of the paper's set may be as many times its own.
 const OF_PAPER: f64 = 2.0;
+/// Scenes on which images from where they are needed must be better than those of the corners, and by how much: intensity errors.
+const PLACED_AT_MOST: [(&str, f64); 2] = [("tree", 3.5), ("grass", 2.6)];
+/// Such images of a lamp of this size must take no more bytes than this part of four that show all they see: two of them.
+const SMALL_LAMP: f64 = 0.25;
+const OF_CONVENTIONAL: f64 = 0.5;
 /// A faster way may be as many times as wrong as the paper's.
 const AS_WRONG: f64 = 1.1;
 /// And must take this part of its time.
@@ -30,6 +35,7 @@ pub(super) fn add(report: &mut Report, settings: &Settings) {
         if settings.sizes.contains(&(USUAL_LAMP, ERRORS_PX)) {
             bars.extend(of_errors(report, scene, settings));
         }
+        bars.extend(of_placed(report, scene, settings));
         if settings.sizes.contains(&(USUAL_LAMP, TIMES_PX)) && PRINTED.contains(&scene.as_str()) {
             bars.push(of_time(report, scene));
         }
@@ -57,6 +63,31 @@ fn of_errors(report: &Report, scene: &str, settings: &Settings) -> Vec<Bar> {
         // Without what it is compared with nothing is shown.
         let found = error(other).and(error(ours));
         bars.push(Bar::at_most(what, error(other).unwrap_or_default(), found, ""));
+    }
+    bars
+}
+
+/// Images from where probes want them.
+fn of_placed(report: &Report, scene: &str, settings: &Settings) -> Vec<Bar> {
+    let is_asked_for = |set: &str| settings.sets.iter().any(|(name, _)| name == set);
+    let figure = |set: &str, lamp: f64, path: &str| {
+        of_set(report, scene, set, (lamp, ERRORS_PX)).and_then(|row| row.figure(path))
+    };
+    let mut bars = Vec::new();
+    if !is_asked_for(PLACED) {
+        return bars;
+    }
+    if let Some((_, most)) = PLACED_AT_MOST.iter().find(|(name, _)| *name == scene)
+        && settings.sizes.contains(&(USUAL_LAMP, ERRORS_PX))
+    {
+        let what = format!("{scene}: intensity error of {PLACED}");
+        bars.push(Bar::at_most(what, *most, figure(PLACED, USUAL_LAMP, "error.intensity.mean"), ""));
+    }
+    if settings.sizes.contains(&(SMALL_LAMP, ERRORS_PX)) && is_asked_for("conventional") {
+        let bytes = |set: &str| figure(set, SMALL_LAMP, "counts.bytes");
+        let share = bytes(PLACED).zip(bytes("conventional")).map(|(placed, four)| placed / four);
+        let what = format!("{scene}: bytes of {PLACED}, a lamp of a quarter, of four conventional images'");
+        bars.push(Bar::at_most(what, OF_CONVENTIONAL, share, "share"));
     }
     bars
 }

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 use server::discretize::Discretization;
 
 use super::methods::{METHODS, Way};
+use super::sets::Images;
 use super::settings::{InAllWays, Settings, USUAL_LAMP};
 use crate::report::Row;
 
@@ -12,7 +13,7 @@ use crate::report::Row;
 pub(super) struct Cell {
     pub scene: String,
     pub set: String,
-    pub discretization: Discretization,
+    pub images: Images,
     /// Its diagonal, in those of the scene's box.
     pub lamp: f64,
     pub image_px: u32,
@@ -24,8 +25,8 @@ pub(super) const FULL_GEOMETRY: &str = "full geometry";
 
 impl Cell {
     /// Drawn in the paper's way.
-    pub fn new(scene: &str, (set, discretization): (&str, Discretization), (lamp, image_px): (f64, u32)) -> Cell {
-        Cell { scene: scene.to_owned(), set: set.to_owned(), discretization, lamp, image_px, way: METHODS[0] }
+    pub fn new(scene: &str, (set, images): (&str, Images), (lamp, image_px): (f64, u32)) -> Cell {
+        Cell { scene: scene.to_owned(), set: set.to_owned(), images, lamp, image_px, way: METHODS[0] }
     }
 
     /// Everything that its figures depend on, but the program. `what`: which figures.
@@ -67,14 +68,14 @@ impl Settings {
     pub fn cells(&self, scene: &str) -> Vec<Cell> {
         let of_size = |&(lamp, image_px): &(f64, u32)| {
             let is_usual = lamp == USUAL_LAMP && image_px == self.usual_px;
-            let of_set = move |(set, discretization): &(String, Discretization)| {
+            let of_set = move |(set, images): &(String, Images)| {
                 let all = match self.in_all_ways {
                     InAllWays::Everything => true,
                     InAllWays::Usual if is_usual => true,
-                    InAllWays::Usual | InAllWays::Ours => *discretization == Discretization::COVERED,
+                    InAllWays::Usual | InAllWays::Ours => *images == Images::CORNERS,
                 };
                 let ways = self.ways.iter().filter(move |way| all || way.is_papers());
-                let cell = Cell::new(scene, (set, *discretization), (lamp, image_px));
+                let cell = Cell::new(scene, (set, *images), (lamp, image_px));
                 ways.map(move |way| Cell { way: *way, ..cell.clone() }).collect::<Vec<_>>()
             };
             self.sets.iter().flat_map(of_set).collect::<Vec<_>>()
@@ -87,10 +88,10 @@ impl Settings {
         let one_size = Settings { sizes: vec![(USUAL_LAMP, self.growth_px)], ..self.clone() };
         let is_first = |cell: &Cell| cell.way.name == cell.way.method();
         // The paper's alone of the sets that are not ours.
-        let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.discretization == Discretization::COVERED;
+        let is_drawn = |cell: &Cell| cell.way.is_papers() || cell.images == Images::CORNERS;
         let mut cells: Vec<Cell> =
             one_size.cells(scene).into_iter().filter(|cell| is_first(cell) && is_drawn(cell)).collect();
-        let full = (FULL_GEOMETRY, Discretization::Conventional);
+        let full = (FULL_GEOMETRY, Images::By(Discretization::Conventional));
         cells.push(Cell::new(scene, full, (USUAL_LAMP, self.growth_px)));
         cells
     }

@@ -42,7 +42,11 @@ pub(super) fn point_views(lamp: &Lamp, scene: &Scene, points: u32, side_px: u32)
 }
 
 fn one_face(lamp: &Lamp, scene: &Scene, eyes: &[DVec3], side_px: u32) -> anyhow::Result<Vec<Pinhole>> {
-    let mut faces = parallel_views(eyes, lamp.area.half_world.map(DVec3::from), bounds(scene), side_px);
+    only_face(parallel_views(eyes, lamp.area.half_world.map(DVec3::from), bounds(scene), side_px))
+}
+
+/// The views of the only face that a lamp sees the scene by.
+pub(super) fn only_face(mut faces: Vec<Vec<Pinhole>>) -> anyhow::Result<Vec<Pinhole>> {
     anyhow::ensure!(faces.len() == 1, "the lamp sees the scene by {} faces; one is meant", faces.len());
     Ok(faces.remove(0))
 }

@@ -1,4 +1,4 @@
-//! Error against run time of every set and method.
+//! Error against run time of every set and method, and against the number of images.
 
 use super::bench::Bench;
 use super::methods::method_of;
@@ -27,7 +27,35 @@ pub(super) fn add(report: &mut Report, bench: &Bench<'_>) -> anyhow::Result<()> 
             draw_curves(&plot, Axes { log_x: true, front: true }, &path)?;
         }
     }
-    Ok(())
+    by_images(report, bench)
+}
+
+/// What one more image of a lamp is worth: a series is a lamp over a scene.
+fn by_images(report: &mut Report, bench: &Bench<'_>) -> anyhow::Result<()> {
+    let mut series: Vec<Series> = Vec::new();
+    for row in rows(report).filter(|row| text(row, "set").starts_with("placed-")) {
+        let (Some(images), Some(error)) = (row.figure("counts.images"), row.figure("error.intensity.mean")) else {
+            continue;
+        };
+        let name = format!("{}, lamp of {}, {} px", row.scene, parameter(row, "lamp"), parameter(row, "image_px"));
+        match series.iter_mut().find(|series| series.name == name) {
+            Some(series) => series.points.push((images, error)),
+            None => series.push(Series { name, points: vec![(images, error)] }),
+        }
+    }
+    series.retain(|series| series.points.len() > 1);
+    if series.is_empty() {
+        return Ok(());
+    }
+    series.iter_mut().for_each(|series| series.points.sort_by(|a, b| a.0.total_cmp(&b.0)));
+    let plot = Scatter {
+        title: "intensity error against the number of images".to_owned(),
+        x_label: "images, from the points that probes choose".to_owned(),
+        y_label: "intensity error, 0 to 255".to_owned(),
+        series,
+    };
+    let path = bench.run.figure(report, "images.svg".to_owned(), "What one more image of a lamp is worth.".to_owned());
+    draw_curves(&plot, Axes { log_x: false, front: false }, &path)
 }
 
 fn series(report: &Report, scene: &str, error: &str) -> Vec<Series> {

@@ -6,9 +6,12 @@ use std::time::Instant;
 use camera::{Bounds, Pinhole};
 use client::draw::soft::{self, Count, Lamp, Pace, Receivers, Settings, SoftShadows};
 use gpu::{Gpu, Readback};
+use protocol::codec::Coding;
 use protocol::held::{Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material, Purpose};
+use server::discretize::placement::Budget;
 use server::discretize::{DepthPrecision, Discretization, Discretizer};
+use server::lights::places::{self, Places};
 use surface::mesh::{self, MeshOptions};
 use surface::{CornerRules, GBuffer, HeldSurfaces, PatchMesh};
 use wgpu::TextureView;
@@ -21,31 +24,96 @@ use crate::sets::{self, ImageSet};
 use crate::spread::{Better, Spread};
 use crate::stage::Stage;
 
-/// The counterparts of the paper's: without redundancy as a server makes lamps' sets ([`Discretization::COVERED`]), conventional, peeled.
+/// The counterparts of the paper's: of the corners without redundancy ([`Discretization::COVERED`]), conventional, peeled.
 pub(super) const SETS: [&str; 3] = ["covered", "conventional", "depth-peeling"];
-/// Images of a set.
+/// As a server makes them.
+pub(super) const PLACED: &str = "placed";
+/// Images of a set of the corners, or of layers.
 const IMAGES: usize = 4;
 
-/// The images of a lamp, of its corners, or layers from its middle, and the times that it took, of `runs` times at most; the first run warms up.
+/// The images of a lamp, and the times that it took, of `runs` times at most; the first run warms up.
 pub(super) fn make(
     stage: &Stage,
     discretizer: &mut Discretizer,
-    method: Discretization,
+    images: Images,
     (lamp, image_px): (&Lamp, u32),
     runs: usize,
 ) -> anyhow::Result<(ImageSet, Spread)> {
-    let views = if method == Discretization::DepthPeeling {
-        vec![middle_view(lamp, &stage.scene, image_px)?; IMAGES]
-    } else {
-        corner_views(lamp, &stage.scene, image_px)?
-    };
-    let mut make = || sets::make(stage, discretizer, &views, method, DepthPrecision::Finest);
+    let views = images.views(stage, discretizer, (lamp, image_px))?;
+    let mut make = || sets::make(stage, discretizer, &views, images.discretization(), DepthPrecision::Finest);
     let mut made = make()?;
     let times = repeated(runs, || {
         made = make()?;
         Ok([made.images_ms])
     })?;
     Ok((made, times[0]))
+}
+
+/// The images of a lamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Images {
+    /// By a method: of its corners, or layers from its middle.
+    By(Discretization),
+    /// Without redundancy from the points that probes choose: as many as a server takes, or just so many.
+    Placed(Option<usize>),
+}
+
+impl Images {
+    /// By the name of a method, "placed", or "placed-N".
+    pub fn named(name: &str) -> Result<Images, String> {
+        match name.split_once(PLACED) {
+            Some(("", "")) => Ok(Images::Placed(None)),
+            Some(("", count)) => {
+                let count = count.strip_prefix('-').and_then(|count| count.parse().ok());
+                let is_possible = |count: &usize| (1..=places::POINTS.len()).contains(count);
+                let count = count
+                    .filter(is_possible)
+                    .ok_or_else(|| format!("{name}: a lamp is looked from 1 to {} points", places::POINTS.len()))?;
+                Ok(Images::Placed(Some(count)))
+            }
+            _ => name.parse().map(Images::By),
+        }
+    }
+
+    /// The counterpart of the paper's own.
+    pub const CORNERS: Images = Images::By(Discretization::COVERED);
+
+    fn discretization(self) -> Discretization {
+        match self {
+            Images::By(discretization) => discretization,
+            Images::Placed(_) => Discretization::COVERED,
+        }
+    }
+
+    fn views(
+        self,
+        stage: &Stage,
+        discretizer: &mut Discretizer,
+        (lamp, image_px): (&Lamp, u32),
+    ) -> anyhow::Result<Vec<Pinhole>> {
+        let budget = match self {
+            Images::By(Discretization::DepthPeeling) => {
+                return Ok(vec![middle_view(lamp, &stage.scene, image_px)?; IMAGES]);
+            }
+            Images::By(_) => return corner_views(lamp, &stage.scene, image_px),
+            Images::Placed(None) => Budget::of(places::MOST_IMAGES),
+            Images::Placed(Some(images)) => Budget { images, missing: 0.0 },
+        };
+        let bounds = lamp::bounds(&stage.scene);
+        let probes = places::all_views(lamp, bounds, places::PROBE_PX);
+        let look =
+            |face: &Vec<Pinhole>| Ok(discretizer.run(&stage.renderer, face, Discretization::Conventional)?.wait()?);
+        let probes = probes.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?;
+        let faces = Places::by_probes(&probes, budget).views(lamp, bounds, image_px);
+        lamp::only_face(faces)
+    }
+}
+
+/// What a client is sent of such images: surfaces alone, as samples of lights have no colours.
+pub(super) fn bytes(images: &[DepthImage]) -> usize {
+    let colourless = |image: &DepthImage| DepthImage { colour: vec![[0; 3]; image.colour.len()], ..image.clone() };
+    let images: Vec<DepthImage> = images.iter().map(colourless).collect();
+    sets::encoded(&images, Coding::default()).iter().map(Vec::len).sum()
 }
 
 /// Measures no longer than this where once is enough: what takes seconds several times, and once what takes half a minute.

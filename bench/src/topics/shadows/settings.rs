@@ -1,9 +1,7 @@
 //! What a run of the topic is asked to measure.
 
-use server::discretize::Discretization;
-
 use super::methods::{self, Way};
-use super::sets::SETS;
+use super::sets::{Images, PLACED, SETS};
 use crate::report::kept::Taken;
 use crate::topic::Run;
 
@@ -19,7 +17,8 @@ pub(super) struct Arguments {
     /// The lamp is N x N points [default: 16, with --quick 4].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32))]
     pub points: Option<u32>,
-    /// Only these sets of images: covered, conventional, depth-peeling or any other method by its name.
+    /// Only these sets of images: placed (as a server makes them), placed-N (from N points), covered (from the corners), conventional,
+    /// depth-peeling or any other method by its name.
     #[arg(long, value_name = "NAME")]
     pub set: Vec<String>,
     /// Only these ways of drawing, of every set: maps, or one of the faster ones by its whole name [default: all of them of covered sets,
@@ -58,7 +57,7 @@ pub(super) struct Settings {
     pub points: u32,
     /// Pairs of lamp and images.
     pub sizes: Vec<(f64, u32)>,
-    pub sets: Vec<(String, Discretization)>,
+    pub sets: Vec<(String, Images)>,
     pub ways: Vec<Way>,
     /// Which sets are drawn in all of them, rather than in the paper's alone.
     pub in_all_ways: InAllWays,
@@ -104,8 +103,10 @@ impl Settings {
             let by_lamp = LAMPS.into_iter().filter(|lamp| *lamp != USUAL_LAMP).map(|lamp| (lamp, USUAL_PX));
             by_image.into_iter().chain(by_lamp).collect()
         };
-        let names: Vec<String> = if set.is_empty() { SETS.map(str::to_owned).to_vec() } else { set.clone() };
-        let named = |name: &String| name.parse().map(|method| (name.clone(), method)).map_err(anyhow::Error::msg);
+        let usual = || [PLACED].into_iter().chain(SETS).map(str::to_owned).collect();
+        let names: Vec<String> = if set.is_empty() { usual() } else { set.clone() };
+        let named =
+            |name: &String| Images::named(name).map(|images| (name.clone(), images)).map_err(anyhow::Error::msg);
         let has_usual = sizes.iter().any(|(_, image_px)| *image_px == USUAL_PX);
         let grows = !no_growth && (!run.names_scenes() || run.scenes.iter().any(|scene| scene == GROWING));
         let by_default: &[u32] = if run.quick { &[9, 144] } else { &[9, 36, 144, 576, 2304] };

@@ -11,7 +11,7 @@ use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer};
 
 use super::cell::Cell;
 use super::hidden::{Errors, Hidden};
-use super::sets::{self, Casters, Client};
+use super::sets::{self, Casters, Client, Images};
 use super::settings::Settings;
 use super::truths::{self, Truths};
 use super::{full, lamp};
@@ -38,13 +38,15 @@ pub(super) struct Subject {
 }
 
 /// Method, lamp and size of a set.
-type Named = (Discretization, f64, u32);
+type Named = (Images, f64, u32);
 
 struct Made {
     set: ImageSet,
     /// The same so small that drawing it warms up pipelines alone.
     tiny: ImageSet,
     images_ms: Spread,
+    /// Of the set, on the wire.
+    bytes: usize,
 }
 
 impl Subject {
@@ -86,11 +88,11 @@ impl Subject {
         if let Some((_, made)) = self.made.as_ref().filter(|(of, _)| *of == named) {
             return Ok(made.clone());
         }
-        let (method, _, image_px) = named;
+        let (images, _, image_px) = named;
         let of = (lamp, image_px);
-        let (set, images_ms) = sets::make(&self.stage, &mut self.discretizer, method, of, self.settings.runs)?;
-        let (tiny, _) = sets::make(&self.stage, &mut self.discretizer, method, (lamp, TINY_PX), 1)?;
-        let made = Rc::new(Made { set, tiny, images_ms });
+        let (set, images_ms) = sets::make(&self.stage, &mut self.discretizer, images, of, self.settings.runs)?;
+        let (tiny, _) = sets::make(&self.stage, &mut self.discretizer, images, (lamp, TINY_PX), 1)?;
+        let made = Rc::new(Made { bytes: sets::bytes(&set.images), set, tiny, images_ms });
         self.made = Some((named, made.clone()));
         Ok(made)
     }
@@ -98,13 +100,15 @@ impl Subject {
     /// What a cell takes.
     pub fn timed(&mut self, cell: &Cell) -> anyhow::Result<Row> {
         let lamp = lamp::over(&self.stage.scene, cell.lamp);
-        let made = self.made(&lamp, (cell.discretization, cell.lamp, cell.image_px))?;
+        let made = self.made(&lamp, (cell.images, cell.lamp, cell.image_px))?;
         let drawing = (cell.way.settings)(self.settings.points, cell.image_px);
         let images = (&*made.set.images, &*made.tiny.images);
         let [surfaces_ms, shadows_ms] = self.client.cold(&lamp, images, drawing, self.settings.runs)?;
         let mut row = cell.row(&self.settings);
         let samples = made.set.images.iter().map(|image| image.sample_count()).sum::<usize>();
         row.counts.set("samples", samples as f64);
+        row.counts.set("images", made.set.images.len() as f64);
+        row.counts.set("bytes", made.bytes as f64);
         row.counts.set("triangles", self.triangle_count() as f64);
         let steps = [("images", made.images_ms), ("surfaces", surfaces_ms), ("shadows", shadows_ms)];
         for (name, ms) in steps {
@@ -118,7 +122,7 @@ impl Subject {
     pub fn judged(&mut self, cell: &Cell) -> anyhow::Result<(Row, Hidden)> {
         let mut row = self.timed(cell)?;
         let lamp = lamp::over(&self.stage.scene, cell.lamp);
-        let made = self.made(&lamp, (cell.discretization, cell.lamp, cell.image_px))?;
+        let made = self.made(&lamp, (cell.images, cell.lamp, cell.image_px))?;
         let drawing = (cell.way.settings)(self.settings.points, cell.image_px);
         let casters = self.client.casters(&made.set.images)?;
         let hidden = self.client.hidden(&lamp, &casters, drawing)?;
@@ -145,7 +149,7 @@ impl Subject {
     pub fn full_geometry(&mut self, cell: &Cell) -> anyhow::Result<Row> {
         let lamp = lamp::over(&self.stage.scene, cell.lamp);
         let casters = self.full(&lamp, cell.image_px)?;
-        let made = self.made(&lamp, (cell.discretization, cell.lamp, TINY_PX))?;
+        let made = self.made(&lamp, (cell.images, cell.lamp, TINY_PX))?;
         let tiny = self.client.casters(&made.tiny.images)?;
         let drawing = (cell.way.settings)(self.settings.points, cell.image_px);
         let shadows = || Ok([self.client.shadows(&lamp, (&casters, &tiny), drawing)?]);
@@ -170,7 +174,7 @@ impl Subject {
     #[cfg(test)]
     pub fn point_views(&mut self, cell: &Cell) -> anyhow::Result<[Vec<Pinhole>; 2]> {
         let lamp = lamp::over(&self.stage.scene, cell.lamp);
-        let made = self.made(&lamp, (cell.discretization, cell.lamp, cell.image_px))?;
+        let made = self.made(&lamp, (cell.images, cell.lamp, cell.image_px))?;
         let casters = self.client.casters(&made.set.images)?;
         let points = self.settings.points;
         let drawn = lamp.views(casters.get().bounds_world, points, cell.image_px);

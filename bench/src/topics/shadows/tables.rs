@@ -73,7 +73,14 @@ enum Changing {
 fn by_size(report: &Report, settings: &Settings, changing: Changing) -> Table {
     let size = if changing == Changing::Images { "images" } else { "lamp" };
     let head = ["scene", size, "set", "intensity", "visibility", "greatest intensity"];
-    let mut table = Table::new(head.into_iter().chain(["by rays: intensity", "visibility", "samples", "drawn by"]));
+    let mut table = Table::new(head.into_iter().chain([
+        "by rays: intensity",
+        "visibility",
+        "images",
+        "samples",
+        "bytes",
+        "drawn by",
+    ]));
     let mut sizes: Vec<(f64, u32)> = settings.sizes.clone();
     sizes.retain(|(lamp, image_px)| match changing {
         Changing::Images => *lamp == USUAL_LAMP,
@@ -106,7 +113,9 @@ fn by_size(report: &Report, settings: &Settings, changing: Changing) -> Table {
                 cell(figure("error.intensity.worst"), greatest),
                 cell(figure("error.intensity_rays.mean"), None),
                 cell(figure("error.visibility_rays.mean"), None),
+                cell(figure("counts.images"), None),
                 cell(figure("counts.samples"), None),
+                cell(figure("counts.bytes"), None),
                 text(row, "method").to_owned(),
             ]);
         }

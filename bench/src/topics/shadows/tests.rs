@@ -1,7 +1,8 @@
 use client::draw::soft::{Choice, Method};
+use server::discretize::Discretization;
 
 use super::cell::FULL_GEOMETRY;
-use super::sets::SETS;
+use super::sets::{Images, SETS};
 use super::settings::{LAMPS, USUAL_LAMP};
 use super::*;
 use crate::report::kept::Taken;
@@ -79,8 +80,7 @@ fn maps_of_the_full_geometry_are_nearly_the_truth() {
     let run = Run::new(vec!["birdnest".to_owned()], out.clone());
     let bench = bench(&run, &Arguments { image_size: vec![256], ..arguments() });
     let mut subject = bench.subject("birdnest").expect("built in");
-    let full =
-        Cell::new("birdnest", (FULL_GEOMETRY, server::discretize::Discretization::Conventional), (USUAL_LAMP, 256));
+    let full = Cell::new("birdnest", (FULL_GEOMETRY, Images::By(Discretization::Conventional)), (USUAL_LAMP, 256));
     assert_eq!((full.way.settings)(2, 256).choice, Choice::Always(Method::Maps));
     let errors = subject.full_geometry_errors(&full).expect("drawn").expect("some pixel shows a surface");
     let conventional = Cell { set: "conventional".to_owned(), ..full.clone() };
@@ -98,7 +98,7 @@ fn maps_of_a_truth_have_the_texels_of_those_that_a_client_draws() {
     let run = Run::new(vec!["birdnest".to_owned()], out.clone());
     let bench = bench(&run, &arguments());
     let mut subject = bench.subject("birdnest").expect("built in");
-    let set = ("conventional", server::discretize::Discretization::Conventional);
+    let set = ("conventional", Images::By(Discretization::Conventional));
     let [of_truth, drawn] = subject.point_views(&Cell::new("birdnest", set, (USUAL_LAMP, 128))).expect("one face");
     assert_eq!(of_truth.len(), 4);
     assert_eq!(of_truth, drawn);
