@@ -60,3 +60,32 @@ impl Places {
 pub fn all_views(lamp: &Lamp, bounds: Bounds, side_px: u32) -> Vec<Vec<Pinhole>> {
     lamp.views_at(&POINTS, bounds, side_px)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use protocol::{Area, AreaShape};
+
+    use super::*;
+
+    const BOUNDS: Bounds = Bounds { min: DVec3::new(-2.0, -1.0, -2.0), max: DVec3::new(2.0, 0.5, 2.0) };
+
+    fn lamp() -> Lamp {
+        let half_world = [[0.5, 0.0, 0.0], [0.0, 0.0, 0.25]];
+        Lamp { middle_world: DVec3::Y * 3.0, area: Area { half_world, shape: AreaShape::Rectangle } }
+    }
+
+    #[test]
+    fn a_face_that_nothing_was_chosen_for_is_seen_from_the_corners() {
+        assert_eq!(Places::default().views(&lamp(), BOUNDS, 64), lamp().corner_views(BOUNDS, 64));
+    }
+
+    #[test]
+    fn views_are_those_of_the_points_in_their_order() {
+        let all = all_views(&lamp(), BOUNDS, 64);
+        let [views] = &*Places(vec![vec![0, 12, 4]]).views(&lamp(), BOUNDS, 64) else { panic!("one face") };
+        assert_eq!(*views, [all[0][0], all[0][12], all[0][4]]);
+        let eyes: Vec<DVec3> = views.iter().map(|view| view.world_from_eye.translation).collect();
+        assert_eq!(eyes, [[0.0, 3.0, 0.0], [0.25, 3.0, 0.125], [0.5, 3.0, 0.25]].map(DVec3::from));
+    }
+}

@@ -11,6 +11,7 @@ mod made;
 mod metrics;
 mod output;
 mod paper;
+mod peeled;
 mod pictures;
 mod placed;
 mod settings;
@@ -108,6 +109,11 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
         };
         made.push(make(gpu, &mut bench, name.to_owned(), method, &cameras)?);
     }
+    if settings.wants(peeled::NAME) {
+        progress.say(format!("{label}: {}", peeled::NAME));
+        let cameras = peeled::cameras(&corners);
+        made.push(make(gpu, &mut bench, peeled::NAME.to_owned(), peeled::METHOD, &cameras)?);
+    }
     if settings.wants(placed::NAME) {
         progress.say(format!("{label}: views of our choice"));
         let paper = made.iter().find(|set| set.method == Discretization::PIXEL);
@@ -132,8 +138,8 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
     for (set, worth) in made.iter().zip(&worths) {
         progress.say(format!("{label}: a client's picture, {}", set.name));
         let mut row = output::row(&label, set, worth);
-        // Views of our own choice are others, and not as many.
-        if ![placed::NAME, placed::ENOUGH].contains(&set.name.as_str()) {
+        // Views of our own choice are others, and not as many; layers are more.
+        if ![placed::NAME, placed::ENOUGH, peeled::NAME].contains(&set.name.as_str()) {
             row.counts.set("later_images_ms_over_conventional", (set.set_ms - set.first_ms) / conventional_ms);
         }
         row.parameters.set("triangle_side_m", triangle.side_m);
@@ -200,6 +206,7 @@ mod tests {
         assert!(figure("conventional", "counts.redundant_2") > 0.5, "most of what the third image sees was seen");
         let missing = |method: &str| figure(method, "error.missing_share.mean");
         assert!(missing("non-redundant") < missing("depth-peeling"), "one eye sees less than three");
+        assert!(missing(peeled::NAME) < missing("non-redundant"), "the first three are the same");
         let samples = |method: &str| figure(method, "counts.samples");
         assert!(samples("non-redundant") < 0.9 * samples("conventional"));
         assert!(samples("footprint, placed") <= 1.1 * samples("non-redundant"), "as many samples");

@@ -28,6 +28,7 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
         "The paper's scenes are not ours, nor are its viewpoints, which it does not print; its figures show what to expect of \
          scenes of the kind.",
         "Useful: of the disoccluded samples, those that some output frame holds; with fewer frames fewer are found.",
+        "peeled from three eyes: three layers of each corner, no layer holding what another does (the 2016 paper's future work).",
         "footprint, placed: our set, aware of surfaces and footprints, of views that probes chose, with images as large as the samples \
          of the non-redundant set at the corners allow.",
         "Rays know no pixels: they hold what a pixel's centre misses, so sets by rays have fewer samples and more holes at one size.",
