@@ -6,6 +6,7 @@ use camera::{Pinhole, Rigid};
 use common::looking_back;
 use common::session::{Session, added};
 use glam::{DAffine3, DVec3};
+use protocol::image::Ranks;
 use protocol::message::Shadows;
 use protocol::{DepthImage, Lamp, Purpose, Viewpoint, shadow_views};
 use scene::{LightArea, Material, Scene, SceneLight};
@@ -127,15 +128,21 @@ fn wrong_share_of(session: &Session, is_meant: &dyn Fn(u16) -> bool) -> f64 {
     wrong as f64 / all as f64
 }
 
-/// The share of the outermost pixels of an object, as its camera sees it, that an image holds.
-fn held_share_of_rim(image: &DepthImage, truth: &Capture, object: u16) -> f64 {
+/// The outermost pixels of an object as its camera sees it: how many of them an image holds, and how many of those say that it ends there, as shares.
+fn rim(image: &DepthImage, truth: &Capture, object: u16) -> [f64; 2] {
     let (width, height) = (truth.camera.width_px, truth.camera.height_px);
     let is_object = |x: u32, y: u32| truth.object((y * width + x) as usize) == object;
     let pixels = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y)));
     let is_inner =
         |x: u32, y: u32| [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)].iter().all(|&(x, y)| is_object(x, y));
     let rim: Vec<_> = pixels.filter(|&(x, y)| is_object(x, y) && !is_inner(x, y)).collect();
-    rim.iter().filter(|&&(x, y)| image.mask.get(x, y)).count() as f64 / rim.len() as f64
+    let ranks = Ranks::new(&image.mask);
+    // Not what is held of something behind.
+    let is_held = |&sample: &usize| image.object[sample] == object;
+    let held: Vec<_> =
+        rim.iter().filter_map(|&(x, y)| ranks.of(&image.mask, x as u16, y as u16)).filter(is_held).collect();
+    let says = held.iter().filter(|&&sample| image.ends.get(sample).is_some_and(|ends| *ends != 0)).count();
+    [held.len() as f64 / rim.len() as f64, says as f64 / held.len().max(1) as f64]
 }
 
 #[test]
@@ -157,9 +164,8 @@ fn a_set_is_sent_once_and_the_eye_goes_where_it_likes() {
 }
 
 #[test]
-fn every_image_brings_outlines_of_its_own() {
-    // All see the same rim of a flat card, each by pixels of its own. By four pixels the later images hold most of them; by the nearest pixel
-    // alone next to none: the rim would be where the first one's pixels end.
+fn an_outline_is_sent_once_and_says_where_it_is() {
+    // All points of the lamp see the same rim of a flat card.
     let card = DAffine3::from_translation(DVec3::NEG_Z * 3.0) * DAffine3::from_rotation_z(0.3);
     let wall = DAffine3::from_translation(DVec3::NEG_Z * 4.0) * DAffine3::from_scale(DVec3::splat(3.0));
     let material = common::coloured([0.6, 0.5, 0.4, 1.0]);
@@ -168,14 +174,15 @@ fn every_image_brings_outlines_of_its_own() {
     session.tick();
     let mut witness = session.witness();
     let of_light = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Light(0));
-    let shares: Vec<f64> = of_light
+    let rims: Vec<[f64; 2]> = of_light
         .map(|held| {
             let view = held.patch.image.camera.pinhole().expect("a camera");
-            held_share_of_rim(&held.patch.image, &witness.truth(view, session.held.scene_time_s), 1)
+            rim(&held.patch.image, &witness.truth(view, session.held.scene_time_s), 1)
         })
         .collect();
-    assert!(shares.len() > 1 && shares[0] == 1.0, "{shares:?}");
-    assert!(shares[1..].iter().all(|&share| share > 0.5), "{shares:?}");
+    let [[held, says], others @ ..] = &*rims else { panic!("no images") };
+    assert!(*held == 1.0 && *says > 0.95, "{rims:?}");
+    assert!(!others.is_empty() && others.iter().all(|[held, _]| *held < 0.2), "{rims:?}");
 }
 
 /// From where the images were seen that are held of the first light.

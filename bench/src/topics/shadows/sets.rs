@@ -11,7 +11,10 @@ use protocol::held::{Held, HeldPatch};
 use protocol::{DepthImage, Lighting, Material, Purpose};
 use server::discretize::placement::Budget;
 use server::discretize::{DepthPrecision, Discretization, Discretizer};
-use server::lights::places::{self, Places};
+use server::lights::{
+    self,
+    places::{self, Places},
+};
 use surface::mesh::{self, MeshOptions};
 use surface::{CornerRules, GBuffer, HeldSurfaces, PatchMesh};
 use wgpu::TextureView;
@@ -81,7 +84,7 @@ impl Images {
     fn discretization(self) -> Discretization {
         match self {
             Images::By(discretization) => discretization,
-            Images::Placed(_) => Discretization::COVERED,
+            Images::Placed(_) => lights::METHOD,
         }
     }
 
