@@ -4,6 +4,8 @@ extern crate impostor as vantage_impostor;
 
 #[path = "../../impostor/tests/support/mod.rs"]
 mod support;
+#[path = "reflect/walks.rs"]
+mod walks;
 
 use std::collections::BTreeMap;
 
@@ -18,7 +20,7 @@ use support::scenes;
 use surface::HeldSurfaces;
 use vantage_client::draw::frame::{FrameRenderer, Options};
 use vantage_client::draw::impostors::{ImpostorImage, ImpostorKind, Impostors, UnfitImage};
-use vantage_client::draw::reflect::{Bounces, EdgeRays, Search, Settings, StepSum};
+use vantage_client::draw::reflect::{Bounces, EdgeRays, Search, Settings, StepSum, Walk};
 
 const SIDE: u32 = 64;
 const BACKGROUND: [u8; 3] = [90, 140, 200];
@@ -27,6 +29,7 @@ const BACKGROUND: [u8; 3] = [90, 140, 200];
 const SHARP: Settings = Settings {
     bounces: Bounces::Two,
     search: Search::Whole,
+    walk: Walk::Hierarchy,
     fade: true,
     filter: false,
     edges: EdgeRays::Never,

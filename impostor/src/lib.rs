@@ -1,5 +1,5 @@
 //! Impostors: depth images that rays are intersected with, in place of the scene that they show. Pure maths in f64; the
-//! shaders of `impostor/` are the twin of [`Method::Hierarchy`] in f32, and [`ImpostorUniform`] and its like are what they read.
+//! shaders of `impostor/` are the twins of every [`Method`] but [`Method::Points`] in f32, and [`ImpostorUniform`] and its like are what they read.
 //!
 //! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, sections 3.2, 4, 5.1 and 7.2;
 //! Popescu, Hayward, Rosen, Wyman, *Non-pinhole impostors* (2009), sections 3 to 5. A ray projects to a curve in the image; walking

@@ -30,6 +30,14 @@ fn glsl(path: &str) -> Result<Vec<String>, String> {
         let mut written = String::new();
         let policies = naga::proc::BoundsCheckPolicies::default();
         let failed = |error: glsl::Error| format!("{path}, {}: {error}", entry.name);
+        // As `override` constants are by default; no pipeline is made with any left.
+        let (module, info) = naga::back::pipeline_constants::process_overrides(
+            &module,
+            &info,
+            Some((entry.stage, &entry.name)),
+            &naga::back::PipelineConstants::default(),
+        )
+        .map_err(|error| format!("{path}, {}: {error}", entry.name))?;
         let mut writer =
             glsl::Writer::new(&mut written, &module, &info, &options, &pipeline, policies).map_err(failed)?;
         writer.write().map_err(failed)?;

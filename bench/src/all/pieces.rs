@@ -48,6 +48,7 @@ const RUNS: &[NamedRun] = &[
         &["mirror-maze-moving", "mirror-teapots", "glass-teapots", "mirror-pair", "chrome-car", "lake"]),
     run("tables", "impostors --poses 2 --scene", &["mirror-teapots", "glass-teapots"]),
     run("tables", "impostors --poses 1 --scene", &["mirror-maze-moving"]),
+    run("ways-to-walk", "impostors --walks --poses 1 --scene", &["mirror-teapots", "mirror-maze-moving"]),
     run("occlusion", "impostors --only-errors --scene", &["barrels"]),
     run("occlusion", "impostors --only-errors --poses 12 --size 256x256 --scene", &["$VANTAGE_ASSETS/scenes/ply/dragon-23k.ply"]),
 

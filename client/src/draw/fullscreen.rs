@@ -1,4 +1,4 @@
-//! A pass over every pixel of its targets: one triangle, textures read by texel, uniforms.
+//! A pass over the pixels of its targets: one triangle over all of them, or squares over some; textures read by texel, uniforms.
 
 use gpu::Gpu;
 use wgpu::{BindingResource, ShaderStages, TextureFormat, TextureSampleType, TextureView, TextureViewDimension};
@@ -31,6 +31,29 @@ impl Onto {
     pub(crate) const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 }
 
+/// What a pass runs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Program<'a> {
+    /// The shader's file.
+    pub path: &'a str,
+    /// Its vertex entry point; [`FULLSCREEN`] covers the targets.
+    pub vertex: &'static str,
+    /// Its fragment entry point, which also names the pass.
+    pub fragment: &'static str,
+    /// Values of `override` constants.
+    pub constants: &'a [(&'a str, f64)],
+}
+
+/// The vertices of `client/fullscreen.wgsl`.
+pub(crate) const FULLSCREEN: &str = "fullscreen";
+
+impl<'a> Program<'a> {
+    /// Over all of the targets.
+    pub(crate) fn fullscreen(path: &'a str, fragment: &'static str) -> Program<'a> {
+        Program { path, vertex: FULLSCREEN, fragment, constants: &[] }
+    }
+}
+
 /// See the module.
 #[derive(Debug)]
 pub(crate) struct FullscreenPass {
@@ -61,9 +84,23 @@ impl FullscreenPass {
         bindings: &[Binding],
         formats: &[TextureFormat],
     ) -> Result<FullscreenPass, shaders::ShaderError> {
+        FullscreenPass::of(gpu, Program::fullscreen(path, fragment), onto, bindings, formats)
+    }
+
+    /// A pass that runs any program. Vertices of one that does not cover the targets read the same bindings.
+    pub(crate) fn of(
+        gpu: &Gpu,
+        program: Program<'_>,
+        onto: Onto,
+        bindings: &[Binding],
+        formats: &[TextureFormat],
+    ) -> Result<FullscreenPass, shaders::ShaderError> {
+        let Program { path, vertex, fragment, constants } = program;
         let device = &gpu.device;
         let module = gpu.shader(path)?;
-        let layout = layout(gpu, fragment, ShaderStages::FRAGMENT, bindings);
+        let by_fragments = vertex == FULLSCREEN;
+        let visibility = if by_fragments { ShaderStages::FRAGMENT } else { ShaderStages::VERTEX_FRAGMENT };
+        let layout = layout(gpu, fragment, visibility, bindings);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(fragment),
             bind_group_layouts: &[Some(&layout)],
@@ -78,11 +115,14 @@ impl FullscreenPass {
             layout: Some(&pipeline_layout),
             vertex: wgpu::VertexState {
                 module: &module,
-                entry_point: Some("fullscreen"),
+                entry_point: Some(vertex),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 buffers: &[],
             },
-            primitive: wgpu::PrimitiveState::default(),
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                ..wgpu::PrimitiveState::default()
+            },
             depth_stencil: (onto == Onto::Depth).then_some(wgpu::DepthStencilState {
                 format: Onto::DEPTH,
                 depth_write_enabled: Some(true),
@@ -94,7 +134,7 @@ impl FullscreenPass {
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some(fragment),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 targets: &targets,
             }),
             multiview_mask: None,
@@ -117,9 +157,24 @@ impl FullscreenPass {
 
     /// Draws in a pass with the targets that it was made for.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, inputs: &[BindingResource<'_>]) {
+        self.draw_corners(pass, inputs, 3, 1);
+    }
+
+    /// The same by a program that draws so many squares of four vertices, an instance each.
+    pub(crate) fn draw_squares(&self, pass: &mut wgpu::RenderPass<'_>, inputs: &[BindingResource<'_>], count: u32) {
+        self.draw_corners(pass, inputs, 4, count);
+    }
+
+    fn draw_corners(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        inputs: &[BindingResource<'_>],
+        corners: u32,
+        instances: u32,
+    ) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bind(&self.gpu, self.label, &self.layout, inputs), &[]);
-        pass.draw(0..3, 0..1);
+        pass.draw(0..corners, 0..instances);
     }
 }
 

@@ -65,6 +65,34 @@ fn curve_length_bound_px(impostor: Impostor, curve: ImpostorCurve, s_from: f32, 
     return stretched_px + abs(push_to_px - push_from_px) * min(furthest_px / impostor.ramp_px, 1.0);
 }
 
+// No curve is halved more often, nor cut into more steps.
+const IMPOSTOR_MAX_HALVINGS = 16u;
+const IMPOSTOR_MAX_STEPS = 65536u;
+
+// An upper bound of the curve's speed between two places, in pixels per unit of s; no greater for a part of the stretch.
+fn curve_speed_bound_px(impostor: Impostor, curve: ImpostorCurve, s_from: f32, s_to: f32) -> f32 {
+    let straight_px = distance(curve.from_px, curve.to_px);
+    let push_from_px = impostor_push_px(impostor, curve_w(curve, s_from));
+    let push_to_px = impostor_push_px(impostor, curve_w(curve, s_to));
+    let push_slope_px = impostor.push_max_px / (impostor.push_from_w - impostor.push_to_w) * abs(curve.to_w - curve.from_w);
+    let change_px = select(push_slope_px, 0.0, push_from_px == push_to_px);
+    let a = curve_straight_px(curve, s_from);
+    let b = curve_straight_px(curve, s_to);
+    let nearest_px = distance_to_segment(impostor.pole_px, a, b);
+    let furthest_px = max(distance(impostor.pole_px, a), distance(impostor.pole_px, b));
+    return straight_px * (1.0 + max(push_from_px, push_to_px) / max(nearest_px, impostor.ramp_px))
+        + change_px * min(furthest_px / impostor.ramp_px, 1.0);
+}
+
+// Where a stretch ends that begins at s and is at most so long: as far as the speed here allows, or less, where the speed on that way
+// does not. The twin of `Stretches`.
+fn curve_stretch_end(impostor: Impostor, curve: ImpostorCurve, s: f32, s_end: f32, length_px: f32) -> f32 {
+    let reach = length_px / curve_speed_bound_px(impostor, curve, s, s);
+    let slow_reach = length_px / curve_speed_bound_px(impostor, curve, s, min(s + reach, s_end));
+    let step = max(slow_reach, 1.0 / f32(IMPOSTOR_MAX_STEPS));
+    return select(s_end, s + step, step < s_end - s);
+}
+
 // (from, to) of s where a value that is linear in s lies between two; empty, from > to, where it never does.
 fn clip_linear(range: vec2f, start: f32, to: f32, least: f32, greatest: f32) -> vec2f {
     if start == to {

@@ -15,6 +15,7 @@ mod sizes;
 mod steps;
 mod streamed;
 mod times;
+mod walks;
 
 use anyhow::Context;
 use clap::Args;
@@ -58,7 +59,7 @@ impl Topic for Impostors {
                 report.rows.push(Row::failed(&scene_label(name), "all", &error));
             }
         }
-        if !settings.only_errors {
+        if !settings.only_errors && !settings.walks {
             coverage::measure(&gpu, run, report)?;
             relief::measure(&gpu, &settings, report)?;
         }
@@ -85,6 +86,9 @@ fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Rep
         return steady(gpu, if is_file { ground::grounded(scene) } else { scene }, settings, report);
     }
     let walk = reflect::Path::of(&scene, run.read_trace()?, settings.poses);
+    if settings.walks {
+        return walks::measure(gpu, &scene, &walk, settings, report);
+    }
     reflect::measure(gpu, &scene, &walk, settings, run, report)?;
     if !settings.only_errors {
         times::measure(gpu, &scene, &walk, settings, report)?;

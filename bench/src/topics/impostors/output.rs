@@ -8,6 +8,7 @@ use super::reflect::{CANDIDATES, DECIDED, MAPS, METHODS, PINHOLES};
 use super::relief::{self, COUNTS};
 use super::steps::FINE_PX;
 use super::times::{IMAGE_PX, OUTPUT_PX, SEARCHES};
+use super::walks;
 use crate::report::plot::{Scatter, Series, draw_scatter};
 use crate::report::table::{Table, number, percent};
 use crate::report::{Bar, Report, Row};
@@ -50,6 +51,7 @@ pub(super) fn tables(report: &mut Report) {
         ("Errors of what reflectors show", errors(report)),
         ("Frame times, ms", times(report)),
         ("Mean steps of a ray (CPU)", steps_table(report)),
+        ("Ways to walk, by fine steps of 1/4, 1/2 and 1 pixel", walks_table(report)),
         ("A session along the path", sessions(report)),
         ("How much of the teapot an image holds", coverage(report)),
         ("Objects shown by reliefs", reliefs(report)),
@@ -131,6 +133,48 @@ fn steps_table(report: &Report) -> Table {
         let counts = FINE_PX.map(|fine_px| cell(row.figure(&format!("counts.steps_at_{fine_px}_px"))));
         let walk = row.method.trim_start_matches("steps, ").to_owned();
         table.row([row.scene.clone(), walk].into_iter().chain(counts));
+    }
+    table
+}
+
+fn walks_table(report: &Report) -> Table {
+    let headings = [
+        "scene",
+        "walk",
+        "step",
+        "images",
+        "error",
+        "differ",
+        "walks a pixel",
+        "steps a pixel",
+        "frame ms",
+        "CPU ms",
+        "of hierarchy",
+    ];
+    let mut table = Table::new(headings);
+    let sizes = || walks::IMAGE_PX.into_iter().flat_map(|px| SEARCHES.map(|(step, _)| (px, step)));
+    for (scene, (side_px, step)) in report.scene.iter().flat_map(|scene| sizes().map(move |size| (scene, size))) {
+        let row = |way: &str| found(report, scene, &walks::label(way, step, side_px));
+        let ms = |row: &Row| row.figure("time_ms.frame_cpu.mean").or_else(|| row.figure("time_ms.frame.median"));
+        let of_hierarchy = row(walks::HIERARCHY).and_then(ms);
+        for way in walks::WAYS {
+            let Some(row) = row(way.name) else { continue };
+            let figure = |path: &str| cell(row.figure(path));
+            let ratio = ms(row).zip(of_hierarchy).map(|(ms, of_hierarchy)| ms / of_hierarchy);
+            table.row([
+                scene.clone(),
+                way.name.to_owned(),
+                step.to_owned(),
+                side_px.to_string(),
+                figure("error.rgb_reflecting.mean"),
+                row.figure("counts.differ").map_or_else(|| "-".to_owned(), percent),
+                figure("counts.walks_a_pixel"),
+                figure("counts.steps_a_pixel"),
+                figure("time_ms.frame.median"),
+                figure("time_ms.frame_cpu.mean"),
+                cell(ratio),
+            ]);
+        }
     }
     table
 }

@@ -28,7 +28,7 @@ use crate::topic::Run;
 /// Poses of a path follow each other after this time.
 const POSE_S: f64 = 0.1;
 /// Rays of a pixel of the truth, squared: clients average colours over what a pixel shows.
-const TRUTH_RAYS_A_SIDE: u32 = 3;
+pub(super) const TRUTH_RAYS_A_SIDE: u32 = 3;
 const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
 /// How often sizes are corrected on the way to equal bytes: bytes grow nearly with pixels, so each leaves a few percent of what was off.
 const EQUAL_BYTES_TRIES: usize = 3;

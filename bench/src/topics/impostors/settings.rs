@@ -12,6 +12,9 @@ pub(super) struct Arguments {
     /// Leaves out how much an image holds, what rays cost, and what a session spends.
     #[arg(long)]
     pub only_errors: bool,
+    /// Only compares ways of rays to walk, by fine steps and sizes of images.
+    #[arg(long, conflicts_with = "only_errors")]
+    pub walks: bool,
     /// Compares one ray through each pixel's centre, in the truth and by the client: what smooths edges and averages colours is in neither.
     #[arg(long)]
     pub one_ray: bool,
@@ -23,6 +26,7 @@ pub(super) struct Settings {
     pub size_px: (u32, u32),
     pub poses: usize,
     pub only_errors: bool,
+    pub walks: bool,
     pub one_ray: bool,
     pub quick: bool,
     pub occlusion: StabilityPlan,
@@ -42,6 +46,7 @@ impl Settings {
             size_px,
             poses,
             only_errors: arguments.only_errors,
+            walks: arguments.walks,
             one_ray: arguments.one_ray,
             quick: run.quick,
             occlusion,

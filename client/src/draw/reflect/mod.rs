@@ -30,11 +30,15 @@
 //! **Minification** (ours). The rays of two neighbouring pixels tell how much of the impostor a pixel shows, whatever lies between;
 //! colours are averages over as much.
 //!
+//! **Tiles** (ours). Few pixels of most pictures have a ray that is followed, above all after the first round, and walks are drawn over tiles of
+//! 8 x 8 pixels that hold some.
+//!
 //! A rigid object's impostor moves with it: rays are taken to where the object was at capture. A ray is 32 bytes;
 //! without impostors or reflectors none of this exists.
 
 mod pass;
 mod uniforms;
+mod walks;
 
 use protocol::{Effect, Material};
 
@@ -78,6 +82,23 @@ impl Search {
     }
 }
 
+/// How rays walk in an impostor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Walk {
+    /// In fine steps all the way: [`impostor::Method::Fine`].
+    Fine,
+    /// [`impostor::Method::Coarse`], by stretches of whole pixels.
+    Coarse {
+        /// The papers take 3 to 12 pixels, and measure with 6.
+        coarse_px: u32,
+    },
+    /// [`impostor::Method::Hierarchy`].
+    Hierarchy,
+    /// First a sixteenth of the rays. Where those around a square of pixels meet one impostor, the others walk in it alone, between the
+    /// depths that these met. What is thinner than the four pixels between, and stands before it, is missed.
+    TwoPass,
+}
+
 /// Who sends four more rays from pixels that differ from their neighbours on a reflector: five times the passes, which a GPU leaves
 /// early in most pixels, and a software renderer does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,6 +118,8 @@ pub struct Settings {
     pub bounces: Bounces,
     /// How rays find what they meet.
     pub search: Search,
+    /// How they walk; all ways but the last find the same.
+    pub walk: Walk,
     /// Fade samples of single-pole cameras that were seen at a grazing angle.
     pub fade: bool,
     /// Average colours over what a pixel shows.
@@ -112,6 +135,7 @@ impl Default for Settings {
         Settings {
             bounces: Bounces::Two,
             search: Search::Whole,
+            walk: Walk::Hierarchy,
             fade: true,
             filter: true,
             edges: EdgeRays::OnGpu,

@@ -10,19 +10,15 @@ use shaders::ShaderError;
 use surface::GBuffer;
 use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
 
-use super::uniforms::{PlacedUniform, RoundUniform};
-use super::{Bounces, EdgeRays, Reflectors, Search, Settings, fades};
+use super::uniforms::RoundUniform;
+use super::walks::{Followed, WORDS, WalkTargets, Walks};
+use super::{Bounces, EdgeRays, Reflectors, Settings, fades};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Onto, Target, begin, uniform};
-use crate::draw::impostors::{ImpostorKind, Impostors, Placed, PlacedCamera};
+use crate::draw::impostors::{ImpostorKind, Impostors, Placed};
 use crate::draw::lit::Lit;
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::StepSum;
-
-/// Integers are what WebGL2 draws in 16 bytes without an extension.
-const WORDS: TextureFormat = TextureFormat::Rgba32Uint;
-/// Steps and rays; exact up to 2048, and WebGL2 adds in it.
-const COUNT: TextureFormat = TextureFormat::Rgba16Float;
 
 /// Colours of the rays of a pixel, and how many there were: sums that WebGL2 draws.
 const SUM: TextureFormat = TextureFormat::Rgba16Float;
@@ -43,48 +39,38 @@ pub(crate) struct ReflectInputs<'a> {
     pub settings: Settings,
 }
 
-/// Which shader walks in an impostor, and its entry point.
-type Walker = (&'static str, &'static str);
-
 /// See the module.
 #[derive(Debug)]
 pub(crate) struct ReflectPass {
     gpu: Gpu,
     rays: FullscreenPass,
     rays_at_edges: FullscreenPass,
+    walks: Walks,
     bounce: FullscreenPass,
     gather: FullscreenPass,
     edges: FullscreenPass,
     composite: FullscreenPass,
-    /// Made when an impostor first needs them: a browser takes long for loops.
-    walks: BTreeMap<Walker, FullscreenPass>,
     targets: Option<Targets>,
 }
 
 #[derive(Debug)]
 struct Targets {
-    size_px: (u32, u32),
     /// The rays of a round, and those of the next one: two texels each.
     rays: [[Target; 2]; 2],
-    found: Target,
-    depth: Target,
+    walks: WalkTargets,
     sum: Target,
     edges: Target,
-    count: Option<Target>,
 }
 
 impl Targets {
-    fn new(gpu: &Gpu, size_px: (u32, u32), counts: bool) -> Targets {
+    fn new(gpu: &Gpu, size_px: (u32, u32), settings: Settings) -> Targets {
         let target = |label, format| Target::new(gpu, label, size_px, format);
         let rays = || [target("ray origins", WORDS), target("ray directions", WORDS)];
         Targets {
-            size_px,
             rays: [rays(), rays()],
-            found: target("found by rays", WORDS),
-            depth: target("found by rays at", Onto::DEPTH),
+            walks: WalkTargets::new(gpu, size_px, settings),
             sum: target("sum of rays", SUM),
             edges: target("edges in reflectors", EDGES),
-            count: counts.then(|| target("steps of rays", COUNT)),
         }
     }
 
@@ -131,11 +117,11 @@ impl ReflectPass {
             gpu: gpu.clone(),
             rays: pass("client/reflect/rays.wgsl", "rays", &of_rays[..6])?,
             rays_at_edges: pass("client/reflect/rays.wgsl", "rays_at_edges", &of_rays)?,
+            walks: Walks::new(gpu)?,
             bounce: pass("client/reflect/bounce.wgsl", "bounce", &of_bounce)?,
             gather: FullscreenPass::onto(Onto::Sum, gpu, gather, &[UintTexture; 2], &[SUM])?,
             edges: of_sum(Onto::Nothing, "edges", EDGES)?,
             composite: of_sum(Onto::Picture, "composite", Lit::COLOUR)?,
-            walks: BTreeMap::new(),
             targets: None,
         })
     }
@@ -149,19 +135,22 @@ impl ReflectPass {
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn steps(&self) -> Result<Option<StepSum>, gpu::ReadbackError> {
         let Some(targets) = &self.targets else { return Ok(None) };
-        let Some(count) = &targets.count else { return Ok(None) };
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut readback = gpu::Readback::default();
-        let slot = readback.texture(&count.texture, 0, targets.size_px);
-        let encoded = readback.encode(&self.gpu, &mut encoder);
-        self.gpu.queue.submit([encoder.finish()]);
-        let texels = encoded.map().wait(&self.gpu)?.values::<[u32; 2]>(slot);
-        // Of each pixel the steps, and the walks.
-        let sum = |sum: StepSum, pixel: &[u32; 2]| {
-            let [steps, walks] = [pixel[0], pixel[0] >> 16].map(f64_from_half);
-            StepSum { steps: sum.steps + steps, walks: sum.walks + walks }
-        };
-        Ok(Some(texels.iter().fold(StepSum::default(), sum)))
+        let mut sum: Option<StepSum> = None;
+        for texture in targets.walks.counts() {
+            let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut readback = gpu::Readback::default();
+            let slot = readback.texture(texture, 0, (texture.width(), texture.height()));
+            let encoded = readback.encode(&self.gpu, &mut encoder);
+            self.gpu.queue.submit([encoder.finish()]);
+            let texels = encoded.map().wait(&self.gpu)?.values::<[u32; 2]>(slot);
+            // Of each pixel the steps, and the walks.
+            let add = |sum: StepSum, pixel: &[u32; 2]| {
+                let [steps, walks] = [pixel[0], pixel[0] >> 16].map(f64_from_half);
+                StepSum { steps: sum.steps + steps, walks: sum.walks + walks }
+            };
+            sum = Some(texels.iter().fold(sum.unwrap_or_default(), add));
+        }
+        Ok(sum)
     }
 
     /// Draws the reflectors of a picture over `lit`.
@@ -172,10 +161,9 @@ impl ReflectPass {
         reflectors: Reflectors,
         lit: &Lit,
     ) -> Result<(), ShaderError> {
-        let (size_px, counts) = (inputs.gbuffer.size_px, inputs.settings.count_steps);
-        let fits = |targets: &Targets| targets.size_px == size_px && targets.count.is_some() == counts;
-        let targets = self.targets.take().filter(fits);
-        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px, counts));
+        let (size_px, settings) = (inputs.gbuffer.size_px, inputs.settings);
+        let targets = self.targets.take().filter(|targets| targets.walks.fit(size_px, settings));
+        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px, settings));
         let drawn = self.encode_rounds(encoder, inputs, reflectors, &targets, lit);
         self.targets = Some(targets);
         drawn
@@ -190,9 +178,7 @@ impl ReflectPass {
         lit: &Lit,
     ) -> Result<(), ShaderError> {
         let frame = Frame::new(&self.gpu, inputs.held, inputs.camera);
-        if let Some(count) = &targets.count {
-            drop(begin(encoder, "count", true, &[&count.view], None));
-        }
+        targets.walks.begin(encoder);
         let sum = BindingResource::TextureView(&targets.sum.view);
         let rays = match inputs.settings.edges {
             EdgeRays::Always => OFFSETS_PX.len(),
@@ -204,7 +190,7 @@ impl ReflectPass {
                 self.edges.encode(encoder, std::slice::from_ref(&sum), &[&targets.edges.view]);
             }
             self.encode_rays(encoder, inputs, &frame, targets, offset_px, index > 0);
-            let last = self.follow(encoder, inputs, reflectors, &frame, targets)?;
+            let last = self.follow(encoder, inputs, reflectors, &frame, targets, index == 0)?;
             let mut gather = begin(encoder, "gather", index == 0, &[&targets.sum.view], None);
             self.gather.draw(&mut gather, &targets.rays(last).map(BindingResource::TextureView));
         }
@@ -220,6 +206,7 @@ impl ReflectPass {
         reflectors: Reflectors,
         frame: &Frame,
         targets: &Targets,
+        of_all_pixels: bool,
     ) -> Result<usize, ShaderError> {
         let rounds = rounds(reflectors, inputs);
         for round in 0..rounds {
@@ -232,10 +219,11 @@ impl ReflectPass {
                 ImpostorKind::Relief(_) => false,
             };
             let placed: Vec<&Placed> = inputs.impostors.reflected().filter(walks_in).collect();
-            self.encode_walks(encoder, inputs, &placed, targets, round)?;
+            let followed = Followed { inputs, impostors: &placed, rays: targets.rays(round), of_all_pixels };
+            self.walks.encode(encoder, &followed, &targets.walks)?;
             let uniform = self.round(inputs.settings, is_last, [0.0; 2]);
             let [first, second] = targets.rays(round).map(BindingResource::TextureView);
-            let found = BindingResource::TextureView(&targets.found.view);
+            let found = BindingResource::TextureView(&targets.walks.found.view);
             let (lighting, materials) = (frame.lighting.as_entire_binding(), frame.materials.as_entire_binding());
             let resources = [uniform.as_entire_binding(), lighting, materials, first, second, found];
             self.bounce.encode(encoder, &resources, &targets.rays(round + 1));
@@ -269,72 +257,6 @@ impl ReflectPass {
         pass.encode(encoder, &resources, &targets.rays(0));
     }
 
-    fn encode_walks(
-        &mut self,
-        encoder: &mut CommandEncoder,
-        inputs: &ReflectInputs<'_>,
-        impostors: &[&Placed],
-        targets: &Targets,
-        round: usize,
-    ) -> Result<(), ShaderError> {
-        let (settings, eye_world) = (inputs.settings, inputs.camera.world_from_eye.translation);
-        let uniforms = |placed: &&Placed| {
-            let place = PlacedUniform::new(placed, eye_world, inputs.poses_now, settings);
-            let image = placed.walked_by(settings.search.fine_px());
-            [
-                uniform(&self.gpu, "placed", bytemuck::bytes_of(&place)),
-                uniform(&self.gpu, "impostor", bytemuck::bytes_of(&image)),
-            ]
-        };
-        let uniforms: Vec<_> = impostors.iter().map(uniforms).collect();
-        let paths: Vec<&str> = impostors.iter().map(|placed| path(placed, settings)).collect();
-        let entries: &[&str] = if settings.count_steps { &["walk", "count"] } else { &["walk"] };
-        for &entry in entries {
-            for (&path, placed) in paths.iter().zip(impostors) {
-                self.make_walk((path, entry), &placed.camera)?;
-            }
-            let count = targets.count.as_ref().filter(|_| entry == "count");
-            let (target, depth) = match count {
-                Some(count) => (&count.view, None),
-                None => (&targets.found.view, Some(&targets.depth.view)),
-            };
-            let mut pass = begin(encoder, entry, count.is_none(), &[target], depth);
-            for ((placed, path), [place, image]) in impostors.iter().zip(&paths).zip(&uniforms) {
-                let mut resources = vec![place.as_entire_binding(), image.as_entire_binding()];
-                resources.extend(targets.rays(round).map(BindingResource::TextureView));
-                resources.extend(placed.textures());
-                resources.push(placed.camera.binding());
-                if let Some(walk) = self.walks.get(&(*path, entry)) {
-                    walk.draw(&mut pass, &resources);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn make_walk(&mut self, walker: Walker, camera: &PlacedCamera) -> Result<(), ShaderError> {
-        use Binding::{FloatTexture, UintTexture, Uniform};
-        if self.walks.contains_key(&walker) {
-            return Ok(());
-        }
-        let of_camera = if matches!(camera, PlacedCamera::Graph(_)) { FloatTexture } else { Uniform };
-        let bindings = [
-            Uniform,
-            Uniform,
-            UintTexture,
-            UintTexture,
-            FloatTexture,
-            FloatTexture,
-            UintTexture,
-            FloatTexture,
-            of_camera,
-        ];
-        let (onto, format) = if walker.1 == "count" { (Onto::Sum, COUNT) } else { (Onto::Depth, WORDS) };
-        let pass = FullscreenPass::onto(onto, &self.gpu, walker, &bindings, &[format])?;
-        self.walks.insert(walker, pass);
-        Ok(())
-    }
-
     fn round(&self, settings: Settings, is_last: bool, offset_px: [f32; 2]) -> wgpu::Buffer {
         let contents = RoundUniform { bounces: bounces(settings) as u32, is_last: u32::from(is_last), offset_px };
         uniform(&self.gpu, "round", bytemuck::bytes_of(&contents))
@@ -362,18 +284,4 @@ fn rounds(reflectors: Reflectors, inputs: &ReflectInputs<'_>) -> usize {
     let of_glass = if reflectors.glass { 3 } else { 0 };
     let fades = inputs.impostors.reflected().any(|placed| fades(placed, inputs.settings));
     of_mirrors.max(of_glass) + usize::from(fades)
-}
-
-fn path(placed: &Placed, settings: Settings) -> &'static str {
-    match &placed.camera {
-        _ if is_map(placed, settings.search) => "client/reflect/map.wgsl",
-        PlacedCamera::Pinhole(_) | PlacedCamera::Spoc(_) => "client/reflect/pinhole.wgsl",
-        PlacedCamera::Graph(_) => "client/reflect/graph.wgsl",
-    }
-}
-
-/// Whether directions alone look an impostor up.
-fn is_map(placed: &Placed, search: Search) -> bool {
-    let is_walked = matches!(placed.kind, ImpostorKind::Inside(_)) || matches!(placed.camera, PlacedCamera::Graph(_));
-    search == Search::EnvironmentMap && !is_walked
 }

@@ -29,10 +29,12 @@ pub(crate) struct PlacedUniform {
     pub full_facing: f32,
     pub filtered: u32,
     pub middle_m: f32,
+    pub number: u32,
+    pub padding: [u32; 3],
 }
 
 impl PlacedUniform {
-    /// Where an impostor is as seen from `eye_world`, and what it is.
+    /// Where an impostor is as seen from `eye_world`, and what it is; without a number.
     pub fn new(
         placed: &Placed,
         eye_world: DVec3,
@@ -55,6 +57,8 @@ impl PlacedUniform {
             full_facing: if fades(placed, settings) { FULL_FACING_DEG.to_radians().sin() as f32 } else { 0.0 },
             filtered: u32::from(settings.filter),
             middle_m: placed.middle_m,
+            number: 0,
+            padding: [0; 3],
         }
     }
 }
@@ -78,7 +82,8 @@ mod tests {
             object,
             full_facing,
             filtered,
-            middle_m
+            middle_m,
+            number
         );
     }
 }

@@ -4,6 +4,7 @@
 #import "client/impostors/filter.wgsl"
 #import "client/reflect/found.wgsl"
 #import "client/reflect/ray.wgsl"
+#import "client/reflect/tile.wgsl"
 #import "impostor/ray.wgsl"
 
 const PLACED_OBJECT = 0u;
@@ -23,6 +24,8 @@ struct Placed {
     filtered: u32,
     // How far from the anchor an environment map takes everything to be, metres.
     middle_m: f32,
+    // Of the impostors of a round, from 1 on.
+    number: u32,
 }
 
 @group(0) @binding(0) var<uniform> placed: Placed;
@@ -33,6 +36,8 @@ struct Placed {
 @group(0) @binding(5) var ranges: texture_2d<f32>;
 @group(0) @binding(6) var shapes: texture_2d<u32>;
 @group(0) @binding(7) var colours: texture_2d<f32>;
+// 8 is the camera.
+@group(0) @binding(9) var tiles: texture_2d<u32>;
 
 // A ray may meet its own start so often before it counts as lost.
 const WALK_LEGS = 4;
@@ -44,6 +49,42 @@ struct Walked {
     @location(0) found: vec4u,
     // Nearer is larger; an f32 tells t + 1 m by a part in 2^24 then.
     @builtin(frag_depth) depth: f32,
+}
+
+fn tile_place(index: u32) -> vec2i {
+    let columns = textureDimensions(tiles).x;
+    return vec2i(vec2u(index % columns, index / columns));
+}
+
+// In clip space, the corner of a tile that is drawn, or of nothing.
+fn tile_clip(place: vec2i, corner: u32, is_drawn: bool) -> vec4f {
+    let size_px = select(0, TILE_PX, is_drawn);
+    let corner_px = tile_corner_px(place) + vec2i(vec2u(corner & 1u, corner >> 1u)) * size_px;
+    let clip = vec2f(corner_px) / vec2f(textureDimensions(first)) * 2.0 - 1.0;
+    return vec4f(clip.x, -clip.y, 0.0, 1.0);
+}
+
+// Tiles with rays that are walked in all impostors.
+@vertex
+fn rayed_tiles(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u32) -> @builtin(position) vec4f {
+    let place = tile_place(index);
+    let tile = tile_from_texel(textureLoad(tiles, place, 0));
+    let wanted = select(TILE_OUTSIDE, TILE_INSIDE, placed.kind == PLACED_INSIDE);
+    return tile_clip(place, corner, (tile.in_all & wanted) != 0u);
+}
+
+struct Guided {
+    @builtin(position) position: vec4f,
+    // From where to where rays are walked: their parameter, metres.
+    @location(0) @interpolate(flat) range_m: vec2f,
+}
+
+// Tiles with rays that are walked in this impostor alone.
+@vertex
+fn guided_tiles(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u32) -> Guided {
+    let place = tile_place(index);
+    let tile = tile_from_texel(textureLoad(tiles, place, 0));
+    return Guided(tile_clip(place, corner, tile.in_one == placed.number), vec2f(tile.from_m, tile.to_m));
 }
 
 fn walked_ray(pixel: vec2i) -> PixelRay {
@@ -61,6 +102,17 @@ fn looks_here(ray: PixelRay) -> bool {
 fn captured_ray(ray: PixelRay) -> ImpostorRay {
     let origin = placed.capture_from_now * ray.origin + placed.eye_anchor;
     return ImpostorRay(origin, 0.0, placed.capture_from_now * ray.direction, 3e38);
+}
+
+// The ray where the rays around say that it meets something.
+fn guided_ray(ray: PixelRay, range_m: vec2f) -> ImpostorRay {
+    let captured = captured_ray(ray);
+    return ImpostorRay(captured.origin_anchor, range_m.x, captured.direction, range_m.y);
+}
+
+// The pixel whose ray is of the low resolution.
+fn guide_pixel(place: vec2i) -> vec2i {
+    return min(place * GUIDE_PX + GUIDE_AT_PX, vec2i(textureDimensions(first)) - 1);
 }
 
 fn footprint_m(hit: ImpostorHit) -> f32 {
@@ -123,4 +175,10 @@ fn walked(pixel: vec2i, ray: PixelRay, hit: ImpostorHit) -> Walked {
     let object = select(0u, placed.object, placed.kind != PLACED_ENVIRONMENT);
     let found = Found(hit.t, normal, look.colour, material, object, weight);
     return Walked(found_texel(found), 1.0 / (1.0 + hit.t));
+}
+
+// What `guided.wgsl` reads of a ray of the low resolution.
+fn guided_by(hit: ImpostorHit) -> Walked {
+    let texel = vec4u(bitcast<u32>(hit.t), placed.number, bitcast<u32>(footprint_m(hit)), 0u);
+    return Walked(texel, 1.0 / (1.0 + hit.t));
 }
