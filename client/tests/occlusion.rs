@@ -5,7 +5,7 @@ mod common;
 use camera::Pinhole;
 use common::{Block, FLOOR, SIDE, Stage, World, view};
 use glam::DVec3;
-use protocol::{Held, Lighting};
+use protocol::{Held, Lighting, PatchId, Purpose};
 use vantage_client::draw::occlusion::{Occlusion, Settings};
 
 /// Boxes as seen from around and above, relative to `origin`.
@@ -82,6 +82,41 @@ fn only_graph_cameras_see_what_a_post_hides() {
     assert!(seen_by_graph < hidden_from_plain - 0.03, "{seen_by_graph} and {hidden_from_plain}");
 }
 
+/// A post as the eye sees it, and what stands behind it as a server sends it.
+fn behind_a_post(block: Option<Block>) -> (Held, Pinhole) {
+    let post = (DVec3::new(-0.6, 0.0, 1.8), DVec3::new(0.6, 2.6, 2.0));
+    let camera = view(DVec3::new(0.0, 1.4, 5.0), DVec3::new(0.0, 0.4, 0.0));
+    let world = World { origin: DVec3::ZERO, scale: 1.0, side_px: SIDE };
+    let lighting = Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false };
+    let eye = [camera.world_from_eye.translation];
+    let mut held = world.held_from(&eye, &[FLOOR, post], lighting.clone());
+    let from_behind = [DVec3::new(-2.0, 3.0, -4.0), DVec3::new(-4.0, 3.0, 2.0)];
+    let sent = block.map(|block| world.held_from(&from_behind, &[block], lighting));
+    for (id, mut patch) in sent.into_iter().flat_map(|sent| sent.patches) {
+        patch.patch.id = PatchId(100 + id.0);
+        patch.patch.purpose = Purpose::Occluders;
+        held.patches.insert(patch.patch.id, patch);
+    }
+    (held, camera)
+}
+
+#[test]
+fn what_the_eye_never_saw_darkens_and_is_never_shown() {
+    let block = (DVec3::new(-0.88, 0.0, -0.6), DVec3::new(-0.2, 0.8, 0.2));
+    let beside = DVec3::new(-1.15, 0.0, -0.2);
+    let (alone, camera) = behind_a_post(None);
+    let (with_occluders, _) = behind_a_post(Some(block));
+    let share = |held: &Held, occlusion| draw(held, &camera, &[by(occlusion)]).share(beside);
+    assert!(share(&alone, Occlusion::Graph) > 0.97, "{}", share(&alone, Occlusion::Graph));
+    assert!(share(&with_occluders, Occlusion::Plain) > 0.97, "the view's own z-buffer has none of it");
+    let darkened = share(&with_occluders, Occlusion::Graph);
+    assert!(darkened < 0.93, "{darkened}");
+    // Neither from the front nor from where it was captured is it seen.
+    for eye in [camera, view(DVec3::new(-4.0, 3.0, 2.0), DVec3::ZERO)] {
+        assert_eq!(draw(&alone, &eye, &[]).picture, draw(&with_occluders, &eye, &[]).picture);
+    }
+}
+
 #[test]
 fn off_changes_no_bit_and_leaves_nothing() {
     let block = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
@@ -111,7 +146,7 @@ fn far_from_the_origin_it_is_the_same() {
 }
 
 #[test]
-fn inside_of_what_is_held_the_graph_camera_goes_with_the_view() {
+fn inside_of_what_is_held_graph_cameras_stand_around_the_eye() {
     let walls = [
         FLOOR,
         (DVec3::new(-4.0, 0.0, -4.0), DVec3::new(4.0, 2.0, -3.5)),

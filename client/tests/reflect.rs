@@ -205,6 +205,7 @@ fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
         held,
         impostors: Some(&impostors),
         lights: None,
+        occluders: None,
         rest: None,
     };
     frame.draw(&mut encoder, shown, &view, &target, options);

@@ -40,6 +40,8 @@ pub enum Purpose {
     Rest,
     /// The image of the camera that the client asked for by its name: shown as it is, in place of all else.
     Camera,
+    /// What keeps ambient light off what the eye sees, without having been seen by it: it is neither shown nor reflected, and casts no shadow.
+    Occluders,
 }
 
 /// Where an object was when a patch captured it, or is now. Objects that never move are left out everywhere.

@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 15;
+pub const VERSION: u16 = 16;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -47,12 +47,14 @@ pub enum Shadows {
 }
 
 /// What a client draws that not every client does, and so has a use for.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Draws {
     /// Shadows, by what lights see ([`crate::Purpose::Light`]).
     pub shadows: Shadows,
     /// Antialiased pictures, at rest by what each pixel shows in parts ([`crate::DepthImage::share`]).
     pub antialiased: bool,
+    /// Ambient occlusion by all that is within so many metres, also what the eye never saw ([`crate::Purpose::Occluders`]); 0: none.
+    pub occlusion_reach_m: f64,
 }
 
 /// From the client.

@@ -155,6 +155,7 @@ fn purposes_and_object_poses_come_back() {
         Purpose::Inside(7),
         Purpose::Rest,
         Purpose::Camera,
+        Purpose::Occluders,
     ];
     for purpose in purposes {
         let image = cast((16, 16), |_, _| true);

@@ -30,7 +30,7 @@ fn client_messages() -> Vec<ClientMessage> {
             clock: Clock::Virtual,
             view: VIEW,
             budget_bytes: 1 << 30,
-            draws: Draws { shadows: Shadows::Soft, antialiased: false },
+            draws: Draws { shadows: Shadows::Soft, antialiased: false, occlusion_reach_m: 0.5 },
             camera: Some("round the corner".to_owned()),
         },
         ClientMessage::View(VIEW),

@@ -9,7 +9,7 @@ use crate::impostors::relief::KeptReliefs;
 use crate::impostors::{Choices, Kept};
 use crate::pace::Pace;
 use crate::plan::Focus;
-use crate::{anticipate, lights, rest};
+use crate::{anticipate, lights, occluders, rest};
 
 /// See the module.
 #[derive(Debug)]
@@ -30,6 +30,8 @@ pub struct Client {
     pub reliefs: KeptReliefs,
     /// What it was sent of lights.
     pub lights: lights::Kept,
+    /// What it was sent of what only occludes.
+    pub occluders: occluders::Kept,
     /// What it was sent of its own view at rest.
     pub rest: rest::Kept,
     /// What it was looked ahead for.
@@ -53,6 +55,7 @@ impl Default for Client {
             impostors: Kept::default(),
             reliefs: KeptReliefs::default(),
             lights: lights::Kept::default(),
+            occluders: occluders::Kept::default(),
             rest: rest::Kept::default(),
             ahead: anticipate::Kept::default(),
             asked: None,
@@ -67,6 +70,7 @@ impl Client {
     pub fn start_anew(&mut self) {
         self.account.start_anew();
         self.lights = lights::Kept::default();
+        self.occluders = occluders::Kept::default();
         self.rest = rest::Kept::default();
         self.ahead = anticipate::Kept::default();
         self.asked.iter_mut().for_each(Asked::start_anew);

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use camera::Pinhole;
+use glam::DVec3;
 use protocol::codec::Coding;
 use protocol::held::{ObjectPose, Update};
 use protocol::message::Shadows;
@@ -27,6 +28,7 @@ use crate::imager::Imager;
 use crate::impostors::relief::{self, Eye, Reliefs};
 use crate::impostors::{Needs, Shot};
 use crate::lights::{self, Serving};
+use crate::occluders;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
@@ -43,6 +45,8 @@ const LEAST_VIEWS_HELD: u64 = 3;
 const COARSE_SIDE: f64 = 0.5;
 /// Lights' first sets may take this part of a client's budget together.
 const LIGHTS_SHARE: u64 = 4;
+/// Occluders may take this part of it.
+const OCCLUDERS_SHARE: u64 = 4;
 /// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
 const IMAGES_A_LIGHT: u64 = 2;
 /// Places on the region's rim that probes are taken from.
@@ -268,6 +272,7 @@ impl Stage {
             client,
             Viewpoint { eye_world: plan.coverage.world_from_eye.translation, focal_px: output_focal_px(viewer.view) },
         )?;
+        self.send_occluders(snapshot, now, client, plan.coverage.world_from_eye.translation)?;
         client.account.evict((self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize)?;
         let counts = client.account.counts();
         if counts.evicted > 0 {
@@ -444,6 +449,32 @@ impl Stage {
         };
         lights::serve(serving, &mut client.lights)?;
         Ok(LightWork { edits: first..client.account.edits(), took: started.elapsed() })
+    }
+
+    /// Sends what occludes that the eye never saw, to a client that draws ambient occlusion, as far as it changed.
+    fn send_occluders(
+        &mut self,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        eye_world: DVec3,
+    ) -> Result<(), StageError> {
+        let reach_m = client.draws.occlusion_reach_m;
+        if !(reach_m > 0.0 && reach_m.is_finite()) || self.begins_coarsely(client) {
+            return Ok(());
+        }
+        let serving = occluders::Serving {
+            scene: &self.scene,
+            snapshot,
+            now,
+            eye_world,
+            reach_m,
+            side_px: self.rules.image_size_px,
+            most_samples: (self.budget_bytes(client) / BYTES_PER_SAMPLE / OCCLUDERS_SHARE) as usize,
+            account: &mut client.account,
+            imager: &mut *self.imager,
+        };
+        occluders::serve(serving, &mut client.occluders)
     }
 
     /// The size of lights' images: that of the eye's, as far as all lights' sets together fit their share of a client's budget.

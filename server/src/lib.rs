@@ -7,7 +7,7 @@
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
-//!   soft shadows; [`look`]: its lights as both ends shade with them.
+//!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
 //! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
@@ -29,6 +29,7 @@ pub mod imager;
 pub mod impostors;
 pub mod lights;
 pub mod look;
+pub mod occluders;
 pub mod options;
 pub mod pace;
 pub mod plan;
@@ -45,6 +46,7 @@ mod targets;
 mod timer;
 pub mod truth;
 pub mod viewer;
+mod whereabouts;
 pub mod worker;
 
 pub use app::{Running, serve};

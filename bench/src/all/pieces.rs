@@ -52,6 +52,8 @@ const RUNS: &[NamedRun] = &[
     run("occlusion", "impostors --only-errors --scene", &["barrels"]),
     run("occlusion", "impostors --only-errors --poses 12 --size 256x256 --scene", &["$VANTAGE_ASSETS/scenes/ply/dragon-23k.ply"]),
 
+    run("occlusion-in-a-session", "occlusion --scene", &["barrels", "urban"]),
+
     run("relief-walk", "sent-once --quick --relief --size 256x256 --scene barrels", &[]),
     run("walk", "sent-once --size 256x256 --scene", &["urban", "pillars", "tree"]),
     run("settings", "sent-once --settings --size 256x256 --scene", &["urban", "pillars", "tree"]),

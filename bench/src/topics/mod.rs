@@ -4,6 +4,7 @@ pub mod codec;
 pub mod impostors;
 pub mod light_images;
 pub mod novel_views;
+pub mod occlusion;
 pub mod reconstruction;
 pub mod sampling;
 pub mod sent_once;
@@ -22,5 +23,6 @@ pub const ALL: &[&dyn Topic] = &[
     &impostors::Impostors,
     &shadows::Shadows,
     &light_images::LightImages,
+    &occlusion::Occlusion,
     &novel_views::NovelViews,
 ];

@@ -215,12 +215,12 @@ impl FrameRenderer {
         options: Options,
     ) {
         let shown = shown.into();
-        let Shown { surfaces, held, .. } = shown;
+        let held = shown.held;
         let targets = self.targets.take().expect("surfaces are drawn first");
         let at_rest = shown.rows_of(camera);
         let drawn = drawn_camera(camera, self.samples);
         if let Some(occlusion) = &mut self.occlusion {
-            occlusion.encode(encoder, (surfaces, held), &drawn, &targets.gbuffer);
+            occlusion.encode(encoder, shown, &drawn, &targets.gbuffer);
         }
         if let Some(shadows) = &mut self.shadows {
             shadows.encode(encoder, shown, &drawn, &targets.gbuffer).expect(EMBEDDED);

@@ -37,7 +37,9 @@ pub struct PictureOptions {
 impl PictureOptions {
     /// What a server may send for it.
     pub fn draws(&self) -> Draws {
-        Draws { shadows: self.shadow.shadows.into(), antialiased: self.frame.antialias.is_wanted() }
+        let occlusion_reach_m = if self.occlusion.occlusion == Occlusion::Graph { self.occlusion.reach_m } else { 0.0 };
+        let antialiased = self.frame.antialias.is_wanted();
+        Draws { shadows: self.shadow.shadows.into(), antialiased, occlusion_reach_m }
     }
 }
 
@@ -73,6 +75,8 @@ pub struct Picture {
     impostors: Impostors,
     /// `None` where no shadows are drawn.
     lights: Option<LightImages>,
+    /// `None` where what the eye never saw occludes nothing.
+    occluders: Option<HeldSurfaces>,
     rest: RestView,
     camera_image: CameraImage,
     /// Made when an image of a camera first comes.
@@ -96,6 +100,7 @@ impl Picture {
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
             impostors: Impostors::new(gpu),
             lights: options.shadow.casts().then(|| LightImages::new(gpu, options.corners)),
+            occluders: (options.draws().occlusion_reach_m > 0.0).then(|| occlusion::occluders(gpu, options.corners)),
             rest: RestView::new(gpu),
             camera_image: CameraImage::new(gpu),
             camera_image_pass: None,
@@ -117,6 +122,7 @@ impl Picture {
         let before = self.surfaces.revision();
         self.surfaces.set_poses(world_from_objects);
         self.lights.iter_mut().for_each(|lights| lights.move_objects(world_from_objects));
+        self.occluders.iter_mut().for_each(|occluders| occluders.set_poses(world_from_objects));
         self.surfaces.revision() != before
     }
 
@@ -127,7 +133,8 @@ impl Picture {
         }
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, rest: Some(&self.rest) };
+        let (occluders, rest) = (self.occluders.as_ref(), Some(&self.rest));
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, rest };
         self.renderer.draw(&mut encoder, shown, camera, output, self.options.frame);
         self.gpu.queue.submit([encoder.finish()]);
         self.renderer.submitted();
@@ -151,7 +158,8 @@ impl Picture {
         let begin = Instant::now();
         let mut first = encoder();
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, rest: Some(&self.rest) };
+        let (occluders, rest) = (self.occluders.as_ref(), Some(&self.rest));
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, rest };
         self.renderer.draw_surfaces(&mut first, shown, camera, self.options.frame);
         self.gpu.queue.submit([first.finish()]);
         self.gpu.wait_idle()?;
@@ -181,6 +189,7 @@ impl Picture {
         self.surfaces.rebuild(held);
         self.impostors.rebuild(held);
         self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
+        self.occluders.iter_mut().for_each(|occluders| occluders.rebuild(held));
         self.rest.rebuild(held);
         self.camera_image.rebuild(held);
     }
@@ -216,6 +225,7 @@ impl Follow for Picture {
         self.surfaces.follow(held, update, anew);
         self.impostors.follow(held, update, anew);
         self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew));
+        self.occluders.iter_mut().for_each(|occluders| occluders.follow(held, update, anew));
         self.rest.follow(held, update, anew);
         self.camera_image.follow(held, update, anew);
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;

@@ -20,6 +20,8 @@ pub struct Shown<'a> {
     pub impostors: Option<&'a Impostors>,
     /// What lights see; without, everything held casts their shadows.
     pub lights: Option<&'a LightImages>,
+    /// What occludes, beside all that is held as surfaces.
+    pub occluders: Option<&'a HeldSurfaces>,
     /// What is shown in place of all else as long as the camera is that of a viewer at rest.
     pub rest: Option<&'a RestView>,
 }
@@ -33,6 +35,6 @@ impl<'a> Shown<'a> {
 
 impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     fn from((surfaces, held): (&'a HeldSurfaces, &'a Held)) -> Shown<'a> {
-        Shown { surfaces, held, impostors: None, lights: None, rest: None }
+        Shown { surfaces, held, impostors: None, lights: None, occluders: None, rest: None }
     }
 }

@@ -7,9 +7,10 @@ use gpu::{Gpu, Readback};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
-use surface::HeldSurfaces;
+use surface::{Corners, HeldSurfaces};
 use vantage_client::draw::frame::{FrameRenderer, Options};
 use vantage_client::draw::light_images::LightImages;
+use vantage_client::draw::occlusion;
 use vantage_client::draw::shown::Shown;
 
 /// Of pictures.
@@ -151,6 +152,8 @@ pub struct Stage {
     pub surfaces: HeldSurfaces,
     /// What lights see, where that is held.
     pub lights: Option<LightImages>,
+    /// What only occludes.
+    pub occluders: Option<HeldSurfaces>,
     pub frames: FrameRenderer,
     output: wgpu::Texture,
 }
@@ -171,7 +174,9 @@ impl Stage {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        Stage { gpu, surfaces, lights: None, frames, output }
+        let mut occluders = occlusion::occluders(&gpu, Corners::default());
+        occluders.rebuild(held);
+        Stage { gpu, surfaces, lights: None, occluders: Some(occluders), frames, output }
     }
 
     /// Of the device.
@@ -183,7 +188,8 @@ impl Stage {
     pub fn shoot(&mut self, held: &Held, camera: &Pinhole) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = self.output.create_view(&Default::default());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors: None, lights: self.lights.as_ref(), rest: None };
+        let (lights, occluders) = (self.lights.as_ref(), self.occluders.as_ref());
+        let shown = Shown { surfaces: &self.surfaces, held, impostors: None, lights, occluders, rest: None };
         self.frames.draw(&mut encoder, shown, camera, &view, Options::default());
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();

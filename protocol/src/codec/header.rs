@@ -39,6 +39,7 @@ pub(crate) fn write(patch: &Patch, out: &mut Writer) {
         Purpose::Inside(object) => (5, object),
         Purpose::Rest => (6, 0),
         Purpose::Camera => (7, 0),
+        Purpose::Occluders => (8, 0),
     };
     out.u8(tag);
     out.u16(index);
@@ -81,6 +82,7 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
         5 => Purpose::Inside(index),
         6 => Purpose::Rest,
         7 => Purpose::Camera,
+        8 => Purpose::Occluders,
         _ => return Err(CodecError::Damaged("purpose")),
     };
     let capture_time_s = bytes.f64()?;

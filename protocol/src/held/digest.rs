@@ -102,6 +102,7 @@ impl Digest {
             Purpose::Inside(object) => 5 | u64::from(object) << 8,
             Purpose::Rest => 6,
             Purpose::Camera => 7,
+            Purpose::Occluders => 8,
         });
         self.objects(&patch.objects);
         let image = &patch.image;

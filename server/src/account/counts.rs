@@ -26,6 +26,19 @@ pub struct Counts {
     pub anew: usize,
     /// Of what lights see: not part of the others.
     pub lights: LightCounts,
+    /// Of what only occludes: not part of the others.
+    pub occluders: OccluderCounts,
+}
+
+/// What an update did to occluders.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OccluderCounts {
+    /// Samples added.
+    pub added: usize,
+    /// Samples deleted.
+    pub deleted: usize,
+    /// Views of the scene that were drawn.
+    pub views: usize,
 }
 
 /// What an update did to images of lights.
@@ -57,16 +70,23 @@ impl Counts {
 
     pub(super) fn add(&mut self, purpose: Purpose, lacking: &Lacking) {
         let added = lacking.send.count();
-        if purpose == Purpose::Eye {
-            self.added += added;
-            self.border += added - lacking.missing;
-        } else {
-            self.lights.added += added;
+        match purpose {
+            Purpose::Eye => {
+                self.added += added;
+                self.border += added - lacking.missing;
+            }
+            Purpose::Occluders => self.occluders.added += added,
+            _ => self.lights.added += added,
         }
     }
 
     pub(super) fn delete(&mut self, purpose: Purpose, samples: usize) {
-        *if purpose == Purpose::Eye { &mut self.deleted } else { &mut self.lights.deleted } += samples;
+        let deleted = match purpose {
+            Purpose::Eye => &mut self.deleted,
+            Purpose::Occluders => &mut self.occluders.deleted,
+            _ => &mut self.lights.deleted,
+        };
+        *deleted += samples;
     }
 
     pub(super) fn trim(&mut self, purpose: Purpose, samples: usize) {

@@ -22,7 +22,7 @@ mod rules;
 pub mod samples;
 mod superseded;
 
-pub use counts::{Counts, LightCounts};
+pub use counts::{Counts, LightCounts, OccluderCounts};
 pub use deforming::Deforming;
 pub use rules::AccountRules;
 
@@ -128,11 +128,11 @@ impl Account {
         self.delete_moved(Purpose::Eye, now)
     }
 
-    /// Removes everything but what lights see and what a viewer at rest is shown, to be sent anew.
+    /// Removes everything but what lights see, what only occludes and what a viewer at rest is shown, to be sent anew.
     pub fn forget(&mut self) -> Result<(), HeldError> {
         self.withdraw(self.shown_by_reliefs().into_iter().collect())?;
         self.first_look = self.look;
-        self.remove_where(|purpose| !matches!(purpose, Purpose::Light(_) | Purpose::Rest))
+        self.remove_where(|purpose| !matches!(purpose, Purpose::Light(_) | Purpose::Occluders | Purpose::Rest))
     }
 
     /// Removes all that is held for some purposes.

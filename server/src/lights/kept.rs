@@ -8,6 +8,7 @@ use scene::{Scene, Snapshot};
 
 use super::caster::Views;
 use super::places::Places;
+use crate::whereabouts;
 
 /// What a client was sent of lights.
 #[derive(Debug, Default)]
@@ -63,10 +64,7 @@ impl Kept {
     /// Whether anything moved since the scene was last looked at.
     pub(super) fn is_moved(&self, scene: &Scene, snapshot: &Arc<Snapshot>) -> bool {
         let Some((before, _)) = &self.scene else { return true };
-        let deforms = || scene.instances.iter().any(|instance| instance.deforms);
-        let is_same = Arc::ptr_eq(before, snapshot)
-            || before.world_from_mesh == snapshot.world_from_mesh && (before.time_s == snapshot.time_s || !deforms());
-        !is_same
+        whereabouts::is_moved(scene, before, snapshot)
     }
 
     /// The lights to serve, by their numbers in the lighting: see the module.

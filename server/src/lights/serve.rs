@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use camera::{Bounds, Pinhole};
-use glam::{DVec3, Vec3};
 use protocol::message::Shadows;
 use protocol::{Purpose, Viewpoint};
 use scene::{Scene, Snapshot};
@@ -20,6 +19,7 @@ use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
 use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
+use crate::whereabouts;
 
 /// What leaves out what an earlier image of a light holds. Samples say where their surface ends, so one image is enough of an outline; the rims
 /// of several, each with its own pixels ([`Discretization::COVERED`]), together reach further than it does. Lamps over `tree` and `grass` from
@@ -66,7 +66,7 @@ pub fn serve(mut serving: Serving<'_>, kept: &mut Kept) -> Result<(), StageError
     let moved = kept.is_moved(serving.scene, serving.snapshot);
     let all = match &kept.scene {
         Some((_, all)) if !moved => *all,
-        _ => serving.bounds(),
+        _ => whereabouts::bounds(serving.scene, serving.snapshot),
     };
     kept.scene = Some((serving.snapshot.clone(), all));
     // What reliefs show to the eye casts like everything else.
@@ -213,22 +213,6 @@ impl Serving<'_> {
             }
         }
         Ok(false)
-    }
-
-    /// A box around everything as it is now; around nothing, that of a point.
-    fn bounds(&self) -> Bounds {
-        let instances = (0..self.scene.instances.len()).map(|id| id as u16);
-        let all = instances.filter_map(|id| self.bounds_of(id)).reduce(Bounds::union);
-        all.unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO })
-    }
-
-    fn bounds_of(&self, id: u16) -> Option<Bounds> {
-        let Some(deformed) = self.snapshot.deformed.iter().find(|deformed| deformed.instance == u32::from(id)) else {
-            return self.scene.bounds_of(self.snapshot, id);
-        };
-        let world_from_mesh = self.snapshot.world_from_mesh.get(usize::from(id))?;
-        let at = |vertex: &scene::Vertex| world_from_mesh.transform_point3(Vec3::from(vertex.position).as_dvec3());
-        Bounds::around(deformed.vertices.iter().map(at))
     }
 }
 

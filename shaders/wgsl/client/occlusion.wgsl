@@ -9,7 +9,7 @@
 // The twins of `client::occlusion::pass`.
 const OCCLUSION_FRUSTA: u32 = 16u;
 const OCCLUSION_PLANES: u32 = 8u;
-const OCCLUSION_TAPS: u32 = 128u;
+const OCCLUSION_TAPS: u32 = 640u;
 const SLICES: u32 = 16u;
 
 struct OcclusionFrustum {
@@ -32,7 +32,8 @@ struct Occlusion {
     graph_stride: u32,
     // The output eye relative to what the graph's frusta and points are relative to.
     eye_anchor: vec3f,
-    padding_1: u32,
+    // Whether `occluder_points` has any.
+    has_occluders: u32,
     frusta: array<OcclusionFrustum, OCCLUSION_FRUSTA>,
     // In the upper half of the unit ball, z up.
     taps: array<vec4f, OCCLUSION_TAPS>,
@@ -43,6 +44,8 @@ struct Occlusion {
 @group(0) @binding(2) var normal_ids: texture_2d<u32>;
 @group(0) @binding(3) var view_points: texture_2d<f32>;
 @group(0) @binding(4) var graph_points: texture_2d<f32>;
+// The same frusta's z-buffers of what only occludes.
+@group(0) @binding(5) var occluder_points: texture_2d<f32>;
 
 // Sine of the elevation up to which nothing counts: normals of a smooth surface differ from its quads' by so much.
 const LEAST_SINE: f32 = 0.1;
@@ -108,6 +111,7 @@ fn with_tap(slices: Slices, frame: Tangents, footprint: f32, q: vec3f) -> Slices
 
 fn with_taps(found: Slices, frame: Tangents, points: texture_2d<f32>, frustum: u32, stride: u32) -> Slices {
     var slices = found;
+    let also_occluders = frustum > 0u && occlusion.has_occluders != 0u;
     let size = vec2i(textureDimensions(points));
     let matrix = occlusion.frusta[frustum].image_from_offset;
     let centre = occlusion.frusta[frustum].centre;
@@ -129,6 +133,12 @@ fn with_taps(found: Slices, frame: Tangents, points: texture_2d<f32>, frustum: u
         let point = textureLoad(points, texel, 0);
         if point.w > 0.0 {
             slices = with_tap(slices, frame, footprint, point.xyz);
+        }
+        if also_occluders {
+            let occluder = textureLoad(occluder_points, texel, 0);
+            if occluder.w > 0.0 {
+                slices = with_tap(slices, frame, footprint, occluder.xyz);
+            }
         }
     }
     return slices;
@@ -168,6 +178,7 @@ fn occlude(@builtin(position) position: vec4f) -> @location(0) f32 {
     var frame = tangents(point.xyz, normal);
     var slices = Slices(vec4f(0.0), vec4f(0.0), vec4f(0.0), vec4f(0.0));
     var shown = false;
+    var held = false;
     frame.origin = point.xyz + occlusion.eye_anchor;
     for (var frustum = 1u; frustum < OCCLUSION_FRUSTA; frustum++) {
         if frustum >= occlusion.frustum_count {
@@ -175,10 +186,12 @@ fn occlude(@builtin(position) position: vec4f) -> @location(0) f32 {
         }
         if frustum_holds(frustum, frame.origin) {
             slices = with_taps(slices, frame, graph_points, frustum, occlusion.graph_stride);
+            held = true;
             shown = shown || is_shown(frame.origin, frustum);
         }
     }
-    if !shown {
+    // What only occludes is known wherever graph cameras look; what the view sees adds nothing that would stay.
+    if !(shown || held && occlusion.has_occluders != 0u) {
         frame.origin = point.xyz;
         slices = with_taps(slices, frame, view_points, 0u, 1u);
     }

@@ -10,7 +10,7 @@ const SIDE: f32 = 2.0;
 
 /// The scene on a floor; as it is where at least three corners of its box have something below its middle. Its bounds stay those
 /// of what stands on it.
-pub(super) fn grounded(scene: Scene) -> Scene {
+pub(in crate::topics) fn grounded(scene: Scene) -> Scene {
     let (low, high) = (scene.bounds.min, scene.bounds.max);
     let middle = scene.bounds.centre();
     let [x, z] = [0, 2].map(|axis| [INSET, 1.0 - INSET].map(|share| low[axis] + (high[axis] - low[axis]) * share));

@@ -5,7 +5,7 @@
 //! theirs.
 
 mod coverage;
-mod ground;
+pub(in crate::topics) mod ground;
 pub mod occlusion;
 mod output;
 mod reflect;

@@ -7,6 +7,7 @@ use std::time::Instant;
 use camera::{Pinhole, Rigid, Trace};
 use client::draw::impostors::Impostors;
 use client::draw::light_images::LightImages;
+use client::draw::occlusion;
 use client::draw::shown::Shown;
 use client::receive::follow::Follow;
 use client::receive::viewer::MotionEstimator;
@@ -155,6 +156,8 @@ pub struct Setup {
     pub relief: bool,
     /// Which shadows the client says that it draws.
     pub shadows: Shadows,
+    /// How far occluders reach that it says that it draws, in metres; 0: none.
+    pub occlusion_reach_m: f64,
 }
 
 impl Setup {
@@ -170,6 +173,7 @@ impl Setup {
             coding: CodingRule::default(),
             relief: false,
             shadows: Shadows::None,
+            occlusion_reach_m: 0.0,
         }
     }
 }
@@ -185,6 +189,8 @@ pub struct Walker {
     pub impostors: Impostors,
     /// What its lights see.
     pub lights: LightImages,
+    /// What only occludes.
+    pub occluders: HeldSurfaces,
     tick: u64,
     motion: MotionEstimator,
     last: Option<Rigid>,
@@ -201,13 +207,15 @@ impl Walker {
         // With a turn's margin of 0.1 on each side the images see 90 degrees.
         let view = ViewSize { width_px: output_px, height_px: output_px, fov_y_rad: TAU / 4.0 - 0.2 };
         let stage = Stage::new(scene, rules, method, imager).judged_by(setup.rules).coded_by(setup.coding);
+        let draws = Draws { shadows: setup.shadows, occlusion_reach_m: setup.occlusion_reach_m, ..Draws::default() };
         Ok(Walker {
             stage: if setup.relief { stage.with_reliefs() } else { stage },
-            client: Client { draws: Draws { shadows: setup.shadows, ..Draws::default() }, ..Client::default() },
+            client: Client { draws, ..Client::default() },
             viewer: Viewer::at_start(view, start, 0.0),
             set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },
             impostors: Impostors::new(gpu),
             lights: LightImages::new(gpu, Corners::default()),
+            occluders: occlusion::occluders(gpu, Corners::default()),
             tick: 0,
             motion: MotionEstimator::default(),
             last: None,
@@ -235,6 +243,7 @@ impl Walker {
             surfaces.apply(held, &update);
             self.impostors.follow(held, &update, false);
             self.lights.follow(held, &update, false);
+            self.occluders.follow(held, &update, false);
             *build_ms = started.elapsed().as_secs_f64() * 1000.0;
             tick.build_ms = *build_ms;
             (tick.counts, tick.bytes) = (made.counts, encoded.bytes.len());
@@ -247,7 +256,7 @@ impl Walker {
 
     /// All that the client shows.
     pub fn shown(&self) -> Shown<'_> {
-        Shown { lights: Some(&self.lights), ..self.set.shown(Some(&self.impostors)) }
+        Shown { lights: Some(&self.lights), occluders: Some(&self.occluders), ..self.set.shown(Some(&self.impostors)) }
     }
 
     /// What a viewer sees from `pose`: 90 degrees less the margin.

@@ -18,7 +18,7 @@ impl ImpostorImage {
             Purpose::Inside(object) => (ImpostorKind::Inside(object), Some(object)),
             Purpose::Relief(object) => (ImpostorKind::Relief(object), Some(object)),
             Purpose::Environment => (ImpostorKind::Environment, None),
-            Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera => return None,
+            Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera | Purpose::Occluders => return None,
         };
         let image = &patch.image;
         let (width, height) = image.mask.size_px();
@@ -45,7 +45,10 @@ impl Impostors {
     }
 
     fn hold(&mut self, patch: &Patch) {
-        if matches!(patch.purpose, Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera) {
+        if matches!(
+            patch.purpose,
+            Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera | Purpose::Occluders
+        ) {
             return;
         }
         self.remove(patch.id.0);

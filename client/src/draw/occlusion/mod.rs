@@ -3,15 +3,18 @@
 //! Method: Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.3. Occlusion from
 //! the z-buffer of the view alone comes and goes as occluders are hidden behind nearer surfaces. A graph camera of three frusta,
 //! one eye up to a plane in the middle of what is seen and two further left and right behind it, sees round nearer surfaces;
-//! its z-buffer is drawn from the same surfaces that the client holds.
+//! its z-buffer is drawn from what the client holds: what its eye saw, and beside it what a server sends that no eye saw
+//! ([`protocol::Purpose::Occluders`]). The latter has a z-buffer of its own, so that nothing which the eye saw hides it. It is drawn for nothing
+//! else.
 //!
 //! | paper | here |
 //! |---|---|
-//! | one graph camera that goes with the view | so where the eye is inside of what is held; around an object stand four, whatever the view: what a moving camera sees, split or not, changes with it |
-//! | its z-buffer takes the place of the view's | the view's own stands in for points that no graph camera shows |
+//! | one graph camera that goes with the view | four that stand around all that is held, or, with the eye inside of it, around the eye in coarse steps ([`protocol::Ball`]), whatever the view: what a moving camera sees, split or not, changes with it |
+//! | its z-buffer takes the place of the view's | the view's own stands in for points that no graph camera shows, as long as a server sends no occluders; with them, for points that no graph camera looks at |
 //! | lines of the image through a pixel, each for a plane in space | places around the point in space, the same in every view, looked up where the z-buffer has them; what is found belongs to a slice around the normal |
 //! | depths, unprojected at every look | points, unprojected once (`surface::PointBuffer`) |
-//! | a split point on a curve designed by hand | the middle of what is held |
+//! | a split point on a curve designed by hand | the middle of what they stand around |
+//! | 6 directions with 6 steps each, or 32 with 20 | as many looks by 36 or 640 taps; always 16 slices, and a blur 5 pixels wide, not 21 |
 //!
 //! In a slice, what is found at the elevation `e` above the tangent plane hides `sin² e` of the cosine-weighted sky, less with
 //! the square of its distance, nothing at [`Settings::reach_m`]; the greatest counts. Slices close to a wall get few looks, so
@@ -20,14 +23,16 @@
 mod camera;
 mod pass;
 
-use ::camera::Pinhole;
+use ::camera::{Bounds, Pinhole};
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
-use protocol::Held;
-use surface::{GBuffer, HeldSurfaces, PointBuffer, PointPass, SurfaceError};
+use protocol::Purpose;
+use surface::{CornerRules, Corners, GBuffer, HeldSurfaces, PointBuffer, PointPass, SurfaceError};
 use wgpu::{BindingResource, TextureFormat};
 
 use self::camera::Lookers;
 use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::draw::held_pass;
+use crate::draw::shown::Shown;
 use pass::OcclusionUniform;
 
 /// Where occluders are looked for.
@@ -38,7 +43,7 @@ pub enum Occlusion {
     None,
     /// In the view's own z-buffer.
     Plain,
-    /// Also in that of a graph camera.
+    /// Also in those of graph cameras, and of what a server sends of occluders.
     Graph,
 }
 
@@ -49,7 +54,7 @@ pub struct Settings {
     pub occlusion: Occlusion,
     /// What is further away hides nothing, metres.
     pub reach_m: f64,
-    /// Looks into z-buffers a pixel, 1 to 128: all into the view's own, half of them into that of each graph camera where several
+    /// Looks into z-buffers a pixel, 1 to 640: all into the view's own, half of them into that of each graph camera where several
     /// stand around.
     pub taps: u32,
 }
@@ -77,9 +82,12 @@ pub(crate) struct OcclusionRenderer {
 #[derive(Debug)]
 struct GraphPoints {
     lookers: Lookers,
-    buffer: PointBuffer,
-    /// Of the surfaces.
-    revision: u64,
+    /// Of what the eye saw.
+    seen: PointBuffer,
+    /// Of what only occludes, where there is any.
+    occluders: Option<PointBuffer>,
+    /// Of the surfaces of both.
+    revisions: (u64, Option<u64>),
 }
 
 /// Of the view's size.
@@ -91,6 +99,11 @@ struct Targets {
     rough: Target,
     /// Smoothed along surfaces.
     occlusion: Target,
+}
+
+/// Holds what only occludes; nothing yet.
+pub fn occluders(gpu: &Gpu, corners: Corners) -> HeldSurfaces {
+    HeldSurfaces::with_corners(gpu, corners, CornerRules::default()).of(Purpose::Occluders)
 }
 
 impl OcclusionRenderer {
@@ -105,7 +118,7 @@ impl OcclusionRenderer {
         }
         let from = [Uniform, FloatTexture];
         let points = FullscreenPass::new(gpu, "client/occlusion_points.wgsl", "points", &from, &[PointBuffer::POINTS])?;
-        let from = [Uniform, Uniform, UintTexture, FloatTexture, FloatTexture];
+        let from = [Uniform, Uniform, UintTexture, FloatTexture, FloatTexture, FloatTexture];
         let formats = [OcclusionRenderer::FORMAT];
         let occlude = FullscreenPass::new(gpu, "client/occlusion.wgsl", "occlude", &from, &formats)?;
         let from = [FloatTexture, UintTexture, FloatTexture];
@@ -120,11 +133,11 @@ impl OcclusionRenderer {
     pub(crate) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        (surfaces, held): (&HeldSurfaces, &Held),
+        shown: Shown<'_>,
         view: &Pinhole,
         gbuffer: &GBuffer,
     ) {
-        self.draw_graph(encoder, surfaces, view);
+        self.draw_graph(encoder, shown, view);
         let size_px = gbuffer.size_px;
         let targets = self.targets.take().filter(|targets| targets.size_px == size_px);
         let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px));
@@ -133,18 +146,22 @@ impl OcclusionRenderer {
         let from = [pinhole.as_entire_binding(), BindingResource::TextureView(&gbuffer.views.w)];
         self.points.encode(encoder, &from, &[&targets.points.view]);
         let Settings { reach_m, taps, .. } = self.settings;
-        let occlusion =
-            OcclusionUniform::new(view, self.graph_points.as_ref().map(|graph| &graph.lookers), reach_m, taps);
+        let graph = self.graph_points.as_ref();
+        let lookers = graph.map(|graph| (&graph.lookers, graph.occluders.is_some()));
+        let occlusion = OcclusionUniform::new(view, lookers, reach_m, taps);
         let occlusion = uniform(&self.gpu, "occlusion", bytemuck::bytes_of(&occlusion));
-        let materials = MaterialUniform::table(&held.materials);
+        let materials = MaterialUniform::table(&shown.held.materials);
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
-        let graph_points = self.graph_points.as_ref().map_or(&targets.points.view, |graph| &graph.buffer.view);
+        let graph_points = graph.map_or(&targets.points.view, |graph| &graph.seen.view);
+        let occluders = graph.and_then(|graph| graph.occluders.as_ref());
+        let occluder_points = occluders.map_or(&targets.points.view, |occluders| &occluders.view);
         let from = [
             occlusion.as_entire_binding(),
             materials.as_entire_binding(),
             BindingResource::TextureView(&gbuffer.views.normal_ids),
             BindingResource::TextureView(&targets.points.view),
             BindingResource::TextureView(graph_points),
+            BindingResource::TextureView(occluder_points),
         ];
         self.occlude.encode(encoder, &from, &[&targets.rough.view]);
         let from = [
@@ -156,22 +173,29 @@ impl OcclusionRenderer {
         self.targets = Some(targets);
     }
 
-    /// The z-buffers of graph cameras, where they are asked for and there is something to see: drawn anew unless the cameras
-    /// stand and the surfaces are those of the last frame.
-    fn draw_graph(&mut self, encoder: &mut wgpu::CommandEncoder, surfaces: &HeldSurfaces, view: &Pinhole) {
+    /// The z-buffers of graph cameras, where they are asked for and there is something to see: drawn anew where the cameras stand elsewhere
+    /// than in the last frame, or surfaces changed.
+    fn draw_graph(&mut self, encoder: &mut wgpu::CommandEncoder, shown: Shown<'_>, view: &Pinhole) {
         let last = self.graph_points.take();
-        let Some((pass, bounds)) = self.graph.as_ref().zip(surfaces.bounds_world()) else { return };
-        let Ok(lookers) = Lookers::new(view, bounds) else { return };
-        let revision = surfaces.revision();
-        let is_drawn = |last: &GraphPoints| lookers.standing && last.lookers.standing && last.revision == revision;
-        if last.as_ref().is_some_and(is_drawn) {
+        let occluders = shown.occluders.filter(|occluders| occluders.bounds_world().is_some());
+        let all = held_pass::bounds_world(shown).into_iter().chain(occluders.and_then(HeldSurfaces::bounds_world));
+        let Some((pass, bounds)) = self.graph.as_ref().zip(all.reduce(Bounds::union)) else { return };
+        let Some(lookers) = Lookers::new(view, bounds, self.settings.reach_m) else { return };
+        let revisions = (shown.surfaces.revision(), occluders.map(HeldSurfaces::revision));
+        if last.as_ref().is_some_and(|last| last.lookers.ball == lookers.ball && last.revisions == revisions) {
             self.graph_points = last;
             return;
         }
-        let buffer = last.map(|last| last.buffer).filter(|buffer| buffer.size_px == lookers.size_px);
-        let buffer = buffer.unwrap_or_else(|| PointBuffer::new(&self.gpu, lookers.size_px));
-        pass.encode(encoder, surfaces, &lookers.cameras, lookers.anchor_world, &buffer);
-        self.graph_points = Some(GraphPoints { lookers, buffer, revision });
+        let (seen, behind) = last.map_or((None, None), |last| (Some(last.seen), last.occluders));
+        let mut drawn = |surfaces: &HeldSurfaces, buffer: Option<PointBuffer>| {
+            let buffer = buffer.filter(|buffer| buffer.size_px == lookers.size_px);
+            let buffer = buffer.unwrap_or_else(|| PointBuffer::new(&self.gpu, lookers.size_px));
+            pass.encode(encoder, surfaces, &lookers.cameras, lookers.anchor_world(), &buffer);
+            buffer
+        };
+        let seen = drawn(shown.surfaces, seen);
+        let occluders = occluders.map(|occluders| drawn(occluders, behind));
+        self.graph_points = Some(GraphPoints { lookers, seen, occluders, revisions });
     }
 
     /// The share of ambient light that arrives at each pixel of the last frame: 1 in the open and where there is no surface.

@@ -14,7 +14,7 @@ pub(super) const FRUSTA: usize = 16;
 /// Planes of each; the same.
 const PLANES: usize = surface::FRUSTUM_PLANES;
 /// The most taps into a z-buffer; the same.
-pub(super) const TAPS: usize = 128;
+pub(super) const TAPS: usize = 640;
 
 /// `OcclusionFrustum` of `client/occlusion.wgsl`.
 #[repr(C)]
@@ -35,23 +35,27 @@ pub(super) struct OcclusionUniform {
     frustum_count: u32,
     graph_stride: u32,
     eye_anchor: [f32; 3],
-    padding_1: u32,
+    has_occluders: u32,
     frusta: [FrustumUniform; FRUSTA],
     taps: [[f32; 4]; TAPS],
 }
 
 impl OcclusionUniform {
-    /// For a view, and the graph cameras beside it where there are any.
-    pub(super) fn new(view: &Pinhole, graph: Option<&Lookers>, reach_m: f64, taps: u32) -> OcclusionUniform {
+    /// For a view, and the graph cameras beside it where there are any; whether these have a z-buffer of what only occludes.
+    pub(super) fn new(view: &Pinhole, graph: Option<(&Lookers, bool)>, reach_m: f64, taps: u32) -> OcclusionUniform {
         let tap_count = taps.clamp(1, TAPS as u32);
         let mut uniform: OcclusionUniform = Zeroable::zeroed();
         uniform.reach_m = reach_m as f32;
         uniform.tap_count = tap_count;
         uniform.frusta[0] = of_view(view);
         (uniform.frustum_count, uniform.graph_stride) = (1, 1);
-        if let Some(lookers) = graph {
+        if let Some((lookers, has_occluders)) = graph {
+            uniform.has_occluders = has_occluders.into();
             let all = lookers.cameras.iter().flat_map(|(camera, from_px)| {
-                camera.frusta().iter().map(|frustum| of_frustum(frustum, *from_px, lookers.anchor_world, camera.root()))
+                camera
+                    .frusta()
+                    .iter()
+                    .map(|frustum| of_frustum(frustum, *from_px, lookers.anchor_world(), camera.root()))
             });
             for (slot, frustum) in uniform.frusta[1..].iter_mut().zip(all) {
                 *slot = frustum;
@@ -59,7 +63,7 @@ impl OcclusionUniform {
             }
             // Where several cameras stand around, at least two of them hold a point.
             uniform.graph_stride = if lookers.cameras.len() > 1 { 2 } else { 1 };
-            uniform.eye_anchor = (view.world_from_eye.translation - lookers.anchor_world).as_vec3().to_array();
+            uniform.eye_anchor = (view.world_from_eye.translation - lookers.anchor_world()).as_vec3().to_array();
         }
         for (index, tap) in uniform.taps.iter_mut().enumerate().take(tap_count as usize) {
             *tap = tap_place(index, tap_count as usize).extend(0.0).as_vec4().to_array();
@@ -133,6 +137,7 @@ mod tests {
             frustum_count,
             graph_stride,
             eye_anchor,
+            has_occluders,
             frusta,
             taps
         );
