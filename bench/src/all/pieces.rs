@@ -32,6 +32,8 @@ const RUNS: &[NamedRun] = &[
 
     run("images", "shadows --method warp --no-growth --image-size", &["512", "1024", "1536"]),
     run("lamps", "shadows --method warp --no-growth --image-size 1024 --lamp", &["0.25", "0.5", "2", "4"]),
+    run("places", "shadows --method warp --no-growth --image-size 1024 --set placed-1 --set placed-2 --set placed-4 --set placed-8 --scene",
+        &["tree", "grass"]),
     run("speed", "shadows --image-size 512 --set covered --scene grass --scene urban --no-growth", &[]),
     run("growth", "shadows --scene grass --image-size 1024 --method warp", &[]),
     run("bias", "shadows --image-size 512 --set covered --scene grass --scene urban --no-growth --method warp \
