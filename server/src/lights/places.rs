@@ -33,8 +33,8 @@ pub const POINTS: [[f64; 2]; 13] = [
 const CORNERS: [usize; 4] = [1, 2, 3, 4];
 /// Probes have as many pixels as a square of this side.
 pub const PROBE_PX: u32 = 128;
-/// The most images of a face.
-pub const MOST_IMAGES: usize = 8;
+/// At most eight images of a face, and none for less than 0.05 % of what its points see.
+pub const BUDGET: Budget = Budget { images: 8, missing: 0.0005 };
 
 /// For each face that a lamp sees a scene by, the points that it is looked from, by their numbers in [`POINTS`].
 #[derive(Debug, Clone, PartialEq, Default)]

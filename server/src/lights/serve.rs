@@ -10,10 +10,9 @@ use scene::{Scene, Snapshot};
 
 use super::caster::{Caster, Views};
 use super::kept::{Kept, KeptLight, Set};
-use super::places::{self, MOST_IMAGES, Places};
+use super::places::{self, Places};
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
-use crate::discretize::placement::Budget;
 use crate::discretize::{DepthPrecision, Discretization};
 use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
@@ -163,7 +162,7 @@ impl Serving<'_> {
             self.account.counts_mut().lights.views += face.len();
             probes.push(self.imager.captures(self.snapshot, face, Discretization::Conventional)?);
         }
-        Ok(Places::by_probes(&probes, Budget::of(MOST_IMAGES)))
+        Ok(Places::by_probes(&probes, places::BUDGET))
     }
 
     /// Brings a set up to date as a turn that is due sees it, or all of them where something deforms.

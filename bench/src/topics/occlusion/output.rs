@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::points::mean;
 use super::settings::Settings;
-use super::way::{SESSIONS, Session, Walked, Way, figures};
+use super::way::{SESSIONS, Session, Sessions, figures};
 use crate::report::{Bar, Report, Row};
 use crate::spread::Spread;
 use crate::topic::scene_label;
@@ -37,7 +37,7 @@ pub(super) fn describe(report: &mut Report, settings: &Settings) {
 /// The figures of all ways.
 pub(super) fn rows(
     label: &str,
-    (walked, traced, followed): (&[(Vec<Way>, Walked)], &[f64], &[usize]),
+    (walked, traced, followed): (&Sessions, &[f64], &[usize]),
     reach_m: f64,
     report: &mut Report,
 ) {

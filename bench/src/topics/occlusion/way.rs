@@ -66,6 +66,9 @@ impl Session {
     }
 }
 
+/// What was measured in sessions, and what was found.
+pub(super) type Sessions = [(Vec<Way>, Walked)];
+
 /// What was found in a session.
 pub(super) struct Walked {
     /// By way, point and frame: the share of ambient light, where the frame shows the point.

@@ -99,7 +99,7 @@ impl Images {
                 return Ok(vec![middle_view(lamp, &stage.scene, image_px)?; IMAGES]);
             }
             Images::By(_) => return corner_views(lamp, &stage.scene, image_px),
-            Images::Placed(None) => Budget::of(places::MOST_IMAGES),
+            Images::Placed(None) => places::BUDGET,
             Images::Placed(Some(images)) => Budget { images, missing: 0.0 },
         };
         let bounds = lamp::bounds(&stage.scene);
