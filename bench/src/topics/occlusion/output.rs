@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::points::mean;
 use super::settings::Settings;
-use super::way::{SESSIONS, Session, Sessions, figures};
+use super::way::{SESSIONS, Session, Sessions, Way, figures};
 use crate::report::{Bar, Report, Row};
 use crate::spread::Spread;
 use crate::topic::scene_label;
