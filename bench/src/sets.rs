@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use camera::{Pinhole, Rigid};
+use protocol::DepthImage;
 use protocol::codec::{Coding, encode_patch};
 use protocol::held::{Patch, PatchId, Purpose};
 use protocol::message::ViewSize;
-use protocol::{DepthImage, Mask};
 use scene::Scene;
 use server::discretize::{Capture, DepthPrecision, Discretization, Discretizer, EndsPass};
 use server::plan::Rules;
@@ -84,32 +84,21 @@ pub fn make(
     discretization: Discretization,
     precision: DepthPrecision,
 ) -> anyhow::Result<ImageSet> {
-    let all = |captures: &[Capture]| captures.iter().map(Capture::mask).collect();
-    make_of(stage, discretizer, views, (discretization, &all), precision)
-}
-
-/// Makes the images of `views`, of those samples that `sent` picks of them.
-pub fn make_of(
-    stage: &Stage,
-    discretizer: &mut Discretizer,
-    views: &[Pinhole],
-    (discretization, sent): (Discretization, &dyn Fn(&[Capture]) -> Vec<Mask>),
-    precision: DepthPrecision,
-) -> anyhow::Result<ImageSet> {
     let started = Instant::now();
     let mut captures = discretizer.run(&stage.renderer, views, discretization)?.wait()?;
-    let masks = sent(&captures);
     let mut ends = EndsPass::new(&stage.renderer)?;
-    for (capture, mask) in captures.iter_mut().zip(&masks) {
-        ends.tell(&stage.renderer, capture, mask)?;
+    for capture in &mut captures {
+        let mask = capture.mask();
+        ends.tell(&stage.renderer, capture, &mask)?;
     }
     let images_ms = started.elapsed().as_secs_f64() * 1000.0;
-    let exact_w = |(capture, mask): (&Capture, &Mask)| {
-        mask.occupied().map(|(x, y)| capture.w((y * capture.camera.width_px + x) as usize)).collect()
+    let exact_w = |capture: &Capture| {
+        let occupied = (0..capture.ids.len()).filter(|&index| capture.ids[index][0] != 0);
+        occupied.map(|index| capture.w(index)).collect()
     };
     Ok(ImageSet {
-        exact_w: captures.iter().zip(&masks).map(exact_w).collect(),
-        images: captures.iter().zip(masks).map(|(capture, mask)| capture.depth_image_of(mask, precision)).collect(),
+        exact_w: captures.iter().map(exact_w).collect(),
+        images: captures.iter().map(|capture| capture.depth_image(precision)).collect(),
         images_ms,
     })
 }
@@ -151,7 +140,7 @@ pub fn raw_planes(image: &DepthImage) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use camera::Camera;
-    use protocol::DepthScale;
+    use protocol::{DepthScale, Mask};
 
     use super::*;
 

@@ -1,7 +1,7 @@
 //! What lights see, for clients that draw shadows: surfaces that cast, wherever the eye is.
 //!
 //! Xie, Wang, Popescu 2016, section 5: a lamp (a light with an area) is served by a non-redundant set of images from points of it
-//! ([`unseen()`]): there its four corners, here as many as are needed ([`places`]), chosen anew while things move. They hold what stands before any of its points, also what the eye never saw, and what is held for
+//! ([`METHOD`]): there its four corners, here as many as are needed ([`places`]), chosen anew while things move. They hold what stands before any of its points, also what the eye never saw, and what is held for
 //! them moves with its objects like all that is held. So a set is made once, and afterwards looked at only when the light or an object moved: the scene from a
 //! corner, laid beside the same view of what the client holds of the set, by the very rules of the eye's samples ([`crate::account`]). The eye may go
 //! anywhere meanwhile; no view of a lamp depends on it.
@@ -33,8 +33,6 @@ mod caster;
 mod kept;
 pub mod places;
 mod serve;
-mod unseen;
 
 pub use kept::Kept;
-pub use serve::{Serving, serve};
-pub use unseen::unseen;
+pub use serve::{METHOD, Serving, serve};

@@ -11,7 +11,6 @@ use scene::{Scene, Snapshot};
 use super::caster::{Caster, Views};
 use super::kept::{Kept, KeptLight, Set};
 use super::places::{self, Places};
-use super::unseen::unseen;
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
 use crate::discretize::{DepthPrecision, Discretization};
@@ -21,6 +20,11 @@ use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
 use crate::whereabouts;
 
+/// What leaves out what an earlier image of a light holds. Samples say where their surface ends, so one image is enough of an outline; the rims
+/// of several, each with its own pixels ([`Discretization::COVERED`]), together reach further than it does. Lamps over `tree` and `grass` from eight
+/// points, images of 1024 x 1024, intensity errors as in the report on shadows: 1.65 and 3.04 in 3.2 and 2.2 MB, by `COVERED` 1.91 and 7.94 in
+/// 4.0 and 5.2 MB.
+pub const METHOD: Discretization = Discretization::FOOTPRINT;
 /// A probe has as many pixels as a square of this side: a teapot on a table under a lamp is thirty of them wide, its spout two.
 const PROBE_PX: u32 = 128;
 /// What covers falsely is trimmed at every so manieth look of a light. As views take turns, no divisor of their number.
@@ -137,14 +141,12 @@ impl Serving<'_> {
         let imager = &*self.imager;
         self.account.draw_with(purpose, || imager.new_surfaces());
         for row in &views.0 {
-            let mut captures = self.imager.captures(self.snapshot, row, Discretization::Conventional)?;
-            let unseen = unseen(&captures);
-            for (capture, send) in captures.iter_mut().zip(unseen) {
-                self.account.counts_mut().look_at(purpose, capture);
+            for mut capture in self.imager.captures(self.snapshot, row, METHOD)? {
+                self.account.counts_mut().look_at(purpose, &capture);
                 self.account.counts_mut().lights.views += 1;
-                self.imager.tell_ends(capture, &send)?;
-                let lacking = Lacking { missing: send.count(), send, replaced: Vec::new() };
-                self.account.add(purpose, capture, &lacking, precision(&capture.camera, all), self.now)?;
+                let lacking = Lacking::all(&capture);
+                self.imager.tell_ends(&mut capture, &lacking.send)?;
+                self.account.add(purpose, &capture, &lacking, precision(&capture.camera, all), self.now)?;
             }
         }
         self.account.counts_mut().lights.sets += 1;

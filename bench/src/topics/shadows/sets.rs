@@ -43,13 +43,7 @@ pub(super) fn make(
     runs: usize,
 ) -> anyhow::Result<(ImageSet, Spread)> {
     let views = images.views(stage, discretizer, (lamp, image_px))?;
-    let mut make = || match images {
-        Images::By(method) => sets::make(stage, discretizer, &views, method, DepthPrecision::Finest),
-        Images::Placed(_) => {
-            let of_each = (Discretization::Conventional, &lights::unseen as &_);
-            sets::make_of(stage, discretizer, &views, of_each, DepthPrecision::Finest)
-        }
-    };
+    let mut make = || sets::make(stage, discretizer, &views, images.discretization(), DepthPrecision::Finest);
     let mut made = make()?;
     let times = repeated(runs, || {
         made = make()?;
@@ -86,6 +80,13 @@ impl Images {
 
     /// The counterpart of the paper's own.
     pub const CORNERS: Images = Images::By(Discretization::COVERED);
+
+    fn discretization(self) -> Discretization {
+        match self {
+            Images::By(discretization) => discretization,
+            Images::Placed(_) => lights::METHOD,
+        }
+    }
 
     fn views(
         self,
