@@ -63,7 +63,7 @@ async function stillPicture(page, name) {
   throw new Error(`a frame came into every picture of ${name}`);
 }
 
-/** Whether what both of `lamp-teapots`' lamps see is there, from four corners each. */
+/** Whether what both of `lamp-teapots`' lamps see is there, from four points each at least. */
 const seesLamps = ({ light_images: images }) => images.patches >= 8;
 const panel = (page, id) => page.locator(`#${id}`).textContent();
 const far = (a, b) => Math.hypot(...a.position.map((x, i) => x - b.position[i]));
