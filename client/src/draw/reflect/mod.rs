@@ -36,6 +36,7 @@
 //! A rigid object's impostor moves with it: rays are taken to where the object was at capture. A ray is 32 bytes;
 //! without impostors or reflectors none of this exists.
 
+mod inputs;
 mod pass;
 mod uniforms;
 mod walks;
@@ -43,7 +44,8 @@ mod walks;
 use protocol::{Effect, Material};
 
 use crate::draw::impostors::{ImpostorKind, Placed, PlacedCamera};
-pub(crate) use pass::{ReflectInputs, ReflectPass};
+pub(crate) use inputs::ReflectInputs;
+pub(crate) use pass::ReflectPass;
 
 /// From this angle between camera ray and surface on, in degrees, a sample of a single-pole camera counts fully: there its
 /// footprint is six times as long as wide, and the next sample is likely to be missing.

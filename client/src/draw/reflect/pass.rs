@@ -1,20 +1,17 @@
 //! The passes of a picture with reflectors: rays; and in rounds, walks in all impostors and what the rays do there; the composite.
 
-use std::collections::BTreeMap;
-
 use camera::Pinhole;
-use glam::DAffine3;
 use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform};
 use protocol::Held;
 use shaders::ShaderError;
-use surface::GBuffer;
 use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
 
+use super::inputs::ReflectInputs;
 use super::uniforms::RoundUniform;
 use super::walks::{Followed, WORDS, WalkTargets, Walks};
 use super::{Bounces, EdgeRays, Reflectors, Settings, fades};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Onto, Target, begin, uniform};
-use crate::draw::impostors::{ImpostorKind, Impostors, Placed};
+use crate::draw::impostors::{ImpostorKind, Placed};
 use crate::draw::lit::Lit;
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -28,16 +25,6 @@ const EDGES: TextureFormat = TextureFormat::R8Unorm;
 /// Where the rays of a pixel pass, from its centre: the first one of all pixels, the others where neighbours show something else. No
 /// two are in one row or column.
 const OFFSETS_PX: [[f32; 2]; 5] = [[0.0, 0.0], [0.2, 0.4], [0.4, -0.2], [-0.2, -0.4], [-0.4, 0.2]];
-
-/// What reflections of a picture come from.
-pub(crate) struct ReflectInputs<'a> {
-    pub gbuffer: &'a GBuffer,
-    pub held: &'a Held,
-    pub poses_now: &'a BTreeMap<u16, DAffine3>,
-    pub camera: &'a Pinhole,
-    pub impostors: &'a Impostors,
-    pub settings: Settings,
-}
 
 /// See the module.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use gpu::Gpu;
 use shaders::ShaderError;
 use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
 
-use super::pass::ReflectInputs;
+use super::inputs::ReflectInputs;
 use super::uniforms::PlacedUniform;
 use super::{Search, Settings, Walk};
 use crate::draw::fullscreen::{Binding, FULLSCREEN, FullscreenPass, Onto, Program, Target, begin, uniform};
