@@ -228,7 +228,7 @@ impl Place {
             return Place { start, pivot_world: scene.bounds.centre(), walks: None };
         }
         let snapshot = scene.at(0.0);
-        let rays = RayTruth::new(scene, &snapshot, &SceneLook::new(scene, Look::Default).lighting(&snapshot));
+        let rays = RayTruth::new(scene, &snapshot, &SceneLook::new(scene, Look::Plain).lighting(&snapshot));
         let forward = start.transform_vector(DVec3::Z);
         let ahead = DVec3::new(forward.x, 0.0, forward.z).normalize_or(DVec3::NEG_Z);
         let free_m = rays.free_m(start.translation, ahead, f64::MAX);
@@ -404,7 +404,7 @@ mod tests {
     fn an_orbit_where_one_walks_stays_clear_of_what_stands_there() {
         let (scene, way) = moved("pillars", Motion::Orbit);
         let snapshot = scene.at(0.0);
-        let lighting = SceneLook::new(&scene, Look::Default).lighting(&snapshot);
+        let lighting = SceneLook::new(&scene, Look::Plain).lighting(&snapshot);
         let rays = RayTruth::new(&scene, &snapshot, &lighting);
         for pair in way.trace.poses.windows(2) {
             let [a, b] = [pair[0], pair[1]].map(|pose| pose.world_from_eye.translation);

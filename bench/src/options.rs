@@ -34,13 +34,14 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// `default`, `flat` or `flat-lit`.
+/// `plain`, `full`, `flat` or `flat-lit`.
 pub fn look(text: &str) -> Result<protocol::Look, String> {
     match text {
-        "default" => Ok(protocol::Look::Default),
+        "plain" => Ok(protocol::Look::Plain),
+        "full" => Ok(protocol::Look::Full),
         "flat" => Ok(protocol::Look::Flat),
         "flat-lit" => Ok(protocol::Look::FlatLit),
-        _ => Err("the look is default, flat or flat-lit".to_owned()),
+        _ => Err("the look is plain, full, flat or flat-lit".to_owned()),
     }
 }
 

@@ -36,9 +36,9 @@ pub struct RenderArgs {
     /// Where the pictures go.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// `default`: the scene's own lights; `flat`: base colour under constant light; `flat-lit`: the same, with a directional
+    /// `plain`: the scene's own lights; `full`: metallic and rough materials under a studio, too; `flat`: base colour under constant light; `flat-lit`: the same, with a directional
     /// light on steep faces.
-    #[arg(long, default_value = "default", value_parser = options::look)]
+    #[arg(long, default_value = "plain", value_parser = options::look)]
     pub look: Look,
     /// Makes the scene larger or smaller, about the world's origin.
     #[arg(long, default_value = "1", value_parser = options::scale)]

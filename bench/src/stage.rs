@@ -44,6 +44,7 @@ impl Stage {
         let mut renderer = SceneRenderer::new(gpu, &scene)?;
         let truth = TruthRenderer::new(&renderer)?;
         let look = SceneLook::new(&scene, look);
+        let truth = truth.with_sky(look.sky().cloned());
         let shown = scene.at(0.0);
         renderer.update(&shown, scene.bounds.centre())?;
         let lighting = look.lighting(&shown);

@@ -17,12 +17,9 @@ fn without_reflections_it_is_the_truth_of_the_gpu() {
     let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
     // Textures near by, the lights of the flat look, cut-out leaves, figures and walls. With 16 samples a pixel, as
     // traced textures have no mip-maps.
-    for (name, look) in [
-        ("teapots", Look::Default),
-        ("teapots", Look::FlatLit),
-        ("grass", Look::Default),
-        ("mirror-maze", Look::Default),
-    ] {
+    for (name, look) in
+        [("teapots", Look::Plain), ("teapots", Look::FlatLit), ("grass", Look::Plain), ("mirror-maze", Look::Plain)]
+    {
         let scene = load_scene(name, 1.0).expect("built in");
         let camera = start(&scene, (64, 64));
         let stage = Stage::new(&gpu, scene, look).expect("on the GPU");
@@ -64,7 +61,7 @@ fn reflectors_of_built_in_scenes_are_named_and_seen_from_their_paths() {
         let mut seen_objects = std::collections::HashSet::new();
         for pose in path.poses.iter().step_by(15) {
             let snapshot = scene.at(pose.t_s);
-            let lighting = server::look::SceneLook::new(&scene, Look::Default).lighting(&snapshot);
+            let lighting = server::look::SceneLook::new(&scene, Look::Plain).lighting(&snapshot);
             let size_px = (96, 54);
             let camera = Pinhole::symmetric(pose.world_from_eye, size_px, 60_f64.to_radians(), 0.05);
             let picture = RayTruth::new(&scene, &snapshot, &lighting).picture(&camera, &Effects::ONE_BOUNCE, 1);

@@ -31,7 +31,7 @@ fn shadows_of_held_samples_are_near_traced_ones() {
         let start = scene.start.expect("says where to begin");
         let eye = Rigid::look_along(start.eye_world, start.forward_world);
         let camera = Pinhole::symmetric(eye, SIZE_PX, start.fov_y_rad, server::start::near_m(&scene));
-        let stage = Stage::new(&gpu, scene, Look::Default).expect("on the GPU");
+        let stage = Stage::new(&gpu, scene, Look::Plain).expect("on the GPU");
         let plan = SetPlan { discretization: Discretization::default(), images: 6, image_px: 256 };
         let (views, precision) = sets::planned(&stage.scene, eye, &camera, &plan);
         let mut discretizer = Discretizer::new(&stage.renderer).expect("compiles");

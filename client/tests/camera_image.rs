@@ -73,7 +73,8 @@ fn held(image: DepthImage, unlit: bool, lights: Vec<Light>) -> Held {
     let mut held = Held::default();
     held.patches.insert(PatchId(7), HeldPatch { patch, trims: Vec::new() });
     held.materials = vec![Material { unlit, ..Material::default() }];
-    held.lighting = Some(Lighting { ambient: [0.0; 3], lights, background: BACKGROUND, burley: false });
+    held.lighting =
+        Some(Lighting { ambient: [0.0; 3], lights, background: BACKGROUND, burley: false, ..Lighting::default() });
     held
 }
 

@@ -49,6 +49,7 @@ fn held(patch: HeldPatch) -> Held {
         lights: vec![Light::Directional { direction_world: [0.0, 0.0, -1.0], irradiance: [std::f32::consts::PI; 3] }],
         background: BACKGROUND,
         burley: false,
+        ..Lighting::default()
     };
     let unlit = Material { unlit: true, ..Material::default() };
     let mut held = Held::default();

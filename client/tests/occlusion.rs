@@ -10,7 +10,8 @@ use vantage_client::draw::occlusion::{Occlusion, Settings};
 
 /// Boxes as seen from around and above, relative to `origin`.
 fn held(blocks: &[Block], origin: DVec3) -> Held {
-    let lighting = Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false };
+    let lighting =
+        Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false, ..Lighting::default() };
     World { origin, scale: 1.0, side_px: SIDE }.held(blocks, lighting)
 }
 
@@ -87,7 +88,8 @@ fn behind_a_post(block: Option<Block>) -> (Held, Pinhole) {
     let post = (DVec3::new(-0.6, 0.0, 1.8), DVec3::new(0.6, 2.6, 2.0));
     let camera = view(DVec3::new(0.0, 1.4, 5.0), DVec3::new(0.0, 0.4, 0.0));
     let world = World { origin: DVec3::ZERO, scale: 1.0, side_px: SIDE };
-    let lighting = Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false };
+    let lighting =
+        Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false, ..Lighting::default() };
     let eye = [camera.world_from_eye.translation];
     let mut held = world.held_from(&eye, &[FLOOR, post], lighting.clone());
     let from_behind = [DVec3::new(-2.0, 3.0, -4.0), DVec3::new(-4.0, 3.0, 2.0)];

@@ -81,7 +81,13 @@ fn held(material: u8, ior: f32) -> Held {
     let mut held = Held::default();
     held.patches.insert(PatchId(1), HeldPatch { patch, trims: Vec::new() });
     held.materials = vec![unlit, mirror, glass, Material::default()];
-    held.lighting = Some(Lighting { ambient: [0.5; 3], lights: Vec::new(), background: BACKGROUND, burley: false });
+    held.lighting = Some(Lighting {
+        ambient: [0.5; 3],
+        lights: Vec::new(),
+        background: BACKGROUND,
+        burley: false,
+        ..Lighting::default()
+    });
     held
 }
 

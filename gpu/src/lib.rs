@@ -8,8 +8,10 @@
 
 mod device;
 pub mod readback;
+mod sky;
 pub mod uniforms;
 
 pub use device::{Caps, Gpu, GpuError};
 pub use readback::{Mapped, Pending, Readback, ReadbackError, Slot};
+pub use sky::SkyTexture;
 pub use uniforms::{LightUniform, LightingUniform, MaterialUniform, PinholeUniform, columns};

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use glam::{DAffine3, DVec3, Mat3};
-use protocol::{Light, Lighting, Material};
+use protocol::{Light, Lighting, Material, Sky, Tone};
 
 /// `Pinhole` of `camera/pinhole.wgsl`.
 #[repr(C)]
@@ -96,13 +96,23 @@ pub struct LightingUniform {
     pub background: [f32; 3],
     /// 1 for Burley's diffuse term.
     pub burley: u32,
+    /// [`Sky::diffuse`], each padded to four.
+    pub sky_diffuse: [[f32; 4]; Sky::HARMONICS],
+    /// [`Lighting::sky`].
+    pub sky: f32,
+    /// [`Sky::first_level`].
+    pub sky_first_level: u32,
+    /// 0 exponential, 1 neutral, 2 ACES, 3 none.
+    pub tone: u32,
+    /// Unused.
+    pub padding: u32,
     /// At most [`Lighting::MAX_LIGHTS`].
     pub lights: [LightUniform; Lighting::MAX_LIGHTS],
 }
 
 impl LightingUniform {
-    /// The lighting as seen from an eye. Lights past [`Lighting::MAX_LIGHTS`] are left out.
-    pub fn new(lighting: &Lighting, eye_world: DVec3) -> LightingUniform {
+    /// The lighting as seen from an eye. Lights past [`Lighting::MAX_LIGHTS`] are left out; a sky that is not there does not shine.
+    pub fn new(lighting: &Lighting, sky: Option<&Sky>, eye_world: DVec3) -> LightingUniform {
         let mut lights = [LightUniform::zeroed(); Lighting::MAX_LIGHTS];
         for (uniform, light) in lights.iter_mut().zip(&lighting.lights) {
             *uniform = LightUniform::new(light, eye_world);
@@ -112,6 +122,16 @@ impl LightingUniform {
             light_count: lighting.lights.len().min(Lighting::MAX_LIGHTS) as u32,
             background: lighting.background.map(|value| f32::from(value) / 255.0),
             burley: u32::from(lighting.burley),
+            sky_diffuse: sky.map_or([[0.0; 4]; Sky::HARMONICS], |sky| sky.diffuse.map(|[r, g, b]| [r, g, b, 0.0])),
+            sky: if sky.is_some() { lighting.sky } else { 0.0 },
+            sky_first_level: sky.map_or(0, |sky| sky.first_level.into()),
+            tone: match lighting.tone {
+                Tone::Exponential => 0,
+                Tone::Neutral => 1,
+                Tone::Aces => 2,
+                Tone::Cut => 3,
+            },
+            padding: 0,
             lights,
         }
     }
@@ -220,7 +240,20 @@ mod tests {
             spot_cos_outer,
             shadow
         );
-        assert_layout!(LightingUniform, shade, "Lighting", ambient, light_count, background, burley, lights);
+        assert_layout!(
+            LightingUniform,
+            shade,
+            "Lighting",
+            ambient,
+            light_count,
+            background,
+            burley,
+            sky_diffuse,
+            sky,
+            sky_first_level,
+            tone,
+            lights
+        );
         assert_layout!(MaterialUniform, shade, "Material", emissive, metallic, roughness, transmission, ior, flags);
     }
 }

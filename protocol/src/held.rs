@@ -7,6 +7,7 @@ mod apply;
 mod digest;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::{DAffine3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,7 @@ use thiserror::Error;
 
 use crate::image::DepthImage;
 use crate::look::{Lighting, Material};
+use crate::sky::Sky;
 
 /// Names a patch for the life of a session. Ids ascend from one added patch to the next, so none is used twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -131,6 +133,8 @@ pub enum Edit {
     Materials(Vec<Material>),
     /// Replaces the lights.
     Light(Box<Lighting>),
+    /// Replaces the light from far around.
+    Sky(Arc<Sky>),
 }
 
 impl Edit {
@@ -199,6 +203,8 @@ pub struct Held {
     pub materials: Vec<Material>,
     /// `None` before the first update.
     pub lighting: Option<Lighting>,
+    /// `None` until one is sent, which a plain look does without.
+    pub sky: Option<Arc<Sky>>,
     /// Number of the last update applied, 0 before any.
     pub number: u64,
     /// Scene time shown.
@@ -230,6 +236,9 @@ pub enum HeldError {
         /// The refused update.
         number: u64,
     },
+    /// A sky lacks texels, or has some that are infinite or not a number.
+    #[error("the sky is not whole")]
+    SkyNotWhole,
     /// Ids ascend and are never used again.
     #[error("patch id {0:?} was used before")]
     PatchIdUsed(PatchId),

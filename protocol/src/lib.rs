@@ -4,7 +4,7 @@
 //! - [`ends`]: where surfaces end within a pixel.
 //! - [`held`]: [`Patch`], [`Edit`], [`Update`], and [`Held`], the copy of the client that both ends keep.
 //! - [`look`]: materials, lights and how colour is shown.
-//! - [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
+//! - [`sky`]: light from far around. [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
 //!   samples. [`plain`]: an update where bytes are handed over within one machine.
 //! - [`session`]: the sans-IO state machines of both ends: bytes and the time go in, bytes, events and deadlines come out.
 //! - [`limits`]: caps on everything that comes from outside.
@@ -22,6 +22,7 @@ mod occluder_views;
 pub mod plain;
 pub mod session;
 mod shadow_views;
+pub mod sky;
 pub mod wire;
 
 pub use held::{
@@ -31,7 +32,8 @@ pub use held::{
 pub use image::{DepthImage, DepthScale, Mask};
 pub use lamp::Lamp;
 pub use limits::Limits;
-pub use look::{Area, AreaShape, Effect, Light, Lighting, Look, Material};
+pub use look::{Area, AreaShape, Effect, Light, Lighting, Look, Material, Tone};
 pub use message::{ClientMessage, ServerMessage};
 pub use occluder_views::Ball;
 pub use shadow_views::{Viewpoint, shadow_views};
+pub use sky::Sky;

@@ -174,21 +174,43 @@ fn disc_from_square(s: f64, t: f64) -> (f64, f64) {
 /// Which transfer the picture uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Look {
-    /// The scene's lights, or the default rig where it has none.
+    /// Base colours under the scene's lights, or the default rig where it has none.
     #[default]
-    Default,
+    Plain,
+    /// Metallic and rough materials under light from all around ([`crate::Sky`]) and the scene's lights, if it has any.
+    Full,
     /// Base colour under constant light, so that frames compare with other systems'.
     Flat,
     /// As [`Look::Flat`], with a directional light that reaches only steep faces: some of those systems' scenes have it.
     FlatLit,
 }
 
-/// Everything that lights a scene at a time: `shown = sRGB(1 - exp(-c))` with
-/// `c = emissive + base * (ambient + sum of diffuse light)`; unlit materials show their base colour as it is.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// From light to the linear colours of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Tone {
+    /// `1 - exp(-c)`: no light is white.
+    #[default]
+    Exponential,
+    /// The Khronos PBR neutral tone mapper (2024): base colours up to 0.8 stay what they are.
+    Neutral,
+    /// The curve of films that ACES describes, as fitted by Narkowicz, *ACES filmic tone mapping curve*, 2015.
+    Aces,
+    /// None: light above 1 is cut.
+    Cut,
+}
+
+/// Everything that lights a scene at a time: `shown = sRGB(tone(c))`.
+///
+/// - The *plain look*, where no sky shines: `c = emissive + base * (ambient + sum of diffuse light)`; unlit materials show their base colour as it is.
+/// - The *full look*, under a sky ([`crate::Sky`]): materials of glTF 2.0 (appendix B), metallic and rough, that mirror the lights and the sky.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Lighting {
     /// Linear RGB from everywhere.
     pub ambient: [f32; 3],
+    /// What the light of the sky is multiplied by; 0: none shines, and the look is plain.
+    pub sky: f32,
+    /// From light to the picture.
+    pub tone: Tone,
     /// At most [`Lighting::MAX_LIGHTS`].
     pub lights: Vec<Light>,
     /// sRGB-encoded colour where there is no surface.

@@ -4,10 +4,12 @@
 //! bytes a sample, one more of what reflects and two where surfaces end. Both ends are one program on one machine: the form has no versions, and its numbers are the machine's own.
 //! It never crosses the network. [`crate::wire`] is for that.
 
+use std::sync::Arc;
+
 use bytemuck::{AnyBitPattern, NoUninit};
 
 use crate::bytes::{EndsEarly, Reader, Writer};
-use crate::codec::{self, CodecError, Header};
+use crate::codec::{self, CodecError, Header, Packer, Unpacker};
 use crate::held::{Edit, Patch, PatchId, Update};
 use crate::image::{DepthImage, Mask};
 use crate::limits::Limits;
@@ -23,6 +25,7 @@ const MATERIALS: u8 = 6;
 const LIGHT: u8 = 7;
 const PLACE: u8 = 8;
 const WITHDRAW: u8 = 9;
+const SKY: u8 = 10;
 
 /// Appends an update whose masks have the size of their cameras, as those that were decoded do.
 pub fn write_update(update: &Update, out: &mut Vec<u8>) {
@@ -102,6 +105,10 @@ fn write_edit(edit: &Edit, out: &mut Writer) {
             out.u8(LIGHT);
             out.block(&encode_table(lighting));
         }
+        Edit::Sky(sky) => {
+            out.u8(SKY);
+            codec::write_sky(sky, &mut Packer::new(), out);
+        }
     }
 }
 
@@ -129,6 +136,7 @@ fn read_edit(reader: &mut Reader) -> Result<Edit, WireError> {
         WITHDRAW => Edit::Withdraw(codec::read_ids(reader)?),
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
+        SKY => Edit::Sky(Arc::new(codec::read_sky(reader, &mut Unpacker::new())?)),
         _ => return Err(CodecError::Damaged("kind of edit").into()),
     })
 }

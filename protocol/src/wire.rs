@@ -14,6 +14,8 @@
 
 pub(crate) mod graph;
 
+use std::sync::Arc;
+
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -294,6 +296,7 @@ const MATERIALS: u8 = 6;
 const LIGHT: u8 = 7;
 const PLACE: u8 = 8;
 const WITHDRAW: u8 = 9;
+const SKY: u8 = 10;
 
 /// The bytes of an update, before they are split; colours must be settled by `coding`. Pure: it may run on any thread.
 pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
@@ -403,6 +406,10 @@ fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {
         }
         Edit::Materials(materials) => table(out, MATERIALS, encode_table(materials)),
         Edit::Light(lighting) => table(out, LIGHT, encode_table(lighting)),
+        Edit::Sky(sky) => {
+            out.u8(SKY);
+            codec::write_sky(sky, packer, out);
+        }
     }
 }
 
@@ -438,6 +445,7 @@ fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) ->
         WITHDRAW => Edit::Withdraw(codec::read_ids(reader)?),
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
+        SKY => Edit::Sky(Arc::new(codec::read_sky(reader, unpacker)?)),
         _ => return Err(CodecError::Damaged("kind of edit").into()),
     };
     Ok(edit)

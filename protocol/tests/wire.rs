@@ -75,7 +75,13 @@ fn update_of(size_px: (u32, u32)) -> Update {
         range_m: f32::INFINITY,
         area: Some(Area { half_world: [[1.0, 0.0, 0.0], [0.0, 0.0, 2.0]], shape: AreaShape::Disc }),
     };
-    let lighting = Lighting { ambient: [0.1; 3], lights: vec![light; 16], background: [1, 2, 3], burley: true };
+    let lighting = Lighting {
+        ambient: [0.1; 3],
+        lights: vec![light; 16],
+        background: [1, 2, 3],
+        burley: true,
+        ..Lighting::default()
+    };
     let pose = ObjectPose { object: 7, world_from_object: glam::DAffine3::from_translation(DVec3::new(1e7, 0.0, 0.5)) };
     let edits = vec![
         Edit::Clear,

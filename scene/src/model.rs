@@ -34,7 +34,7 @@ pub struct Mesh {
     pub bounds: [[f32; 3]; 2],
 }
 
-/// Base colour image: sRGB-encoded RGBA rows from the top.
+/// An image of a material: RGBA rows from the top, sRGB-encoded where it holds colours, and plain numbers where it holds normals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     /// Pixels.
@@ -69,6 +69,8 @@ pub struct Material {
     pub base_colour: [f32; 4],
     /// Index into [`Scene::textures`].
     pub texture: Option<u32>,
+    /// How its normals differ from those of its vertices.
+    pub bumps: Option<Bumps>,
     /// Fragments with less alpha are cut out; `None` where alpha does not matter. Blended materials are drawn as cut-outs.
     pub alpha_cutoff: Option<f32>,
     /// Drawn from both sides.
@@ -87,12 +89,22 @@ pub struct Material {
     pub unlit: bool,
 }
 
+/// A normal map of glTF 2.0 (3.9.3): it tilts the vertices' normals, along the texture coordinates of the base colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bumps {
+    /// Index into [`Scene::textures`].
+    pub texture: u32,
+    /// What tilts are multiplied by.
+    pub scale: f32,
+}
+
 impl Default for Material {
     fn default() -> Self {
         Material {
             name: String::new(),
             base_colour: [1.0; 4],
             texture: None,
+            bumps: None,
             alpha_cutoff: None,
             double_sided: false,
             emissive: [0.0; 3],

@@ -2,10 +2,12 @@
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
-use protocol::Look;
 use protocol::message::Clock;
+use protocol::{Look, Tone};
+use scene::environment::Environment;
 
 use crate::coding::CodingRule;
 use crate::discretize::placement::Placement;
@@ -36,6 +38,12 @@ pub struct Config {
     pub coding: CodingRule,
     /// How colour is shown.
     pub look: Look,
+    /// The light from all around of [`Look::Full`]; `None` for a neutral studio.
+    pub environment: Option<Arc<Environment>>,
+    /// From light to the picture, of [`Look::Full`].
+    pub tone: Tone,
+    /// What all light is multiplied by, of [`Look::Full`].
+    pub exposure: f32,
     /// The clock that sessions run on.
     pub clock: Clock,
     /// Ticks a second of a session.
@@ -69,6 +77,9 @@ impl Default for Config {
             image_size_px: 512,
             coding: CodingRule::default(),
             look: Look::default(),
+            environment: None,
+            tone: Tone::Neutral,
+            exposure: 1.0,
             clock: Clock::default(),
             update_hz: 10.0,
             web: PathBuf::from("target/web"),

@@ -180,6 +180,7 @@ impl Stage {
     ) -> Result<Option<Made>, StageError> {
         let snapshot = self.snapshot(scene_time_s);
         let lighting = self.imager.lighting(&snapshot);
+        let sky = self.imager.sky();
         let moving = self.moving_objects(&snapshot);
         let materials = std::mem::take(&mut self.materials);
         let (scene, first_triangles) = (self.scene.clone(), self.first_triangles.clone());
@@ -189,6 +190,7 @@ impl Stage {
             colour: self.coding.colour,
             materials: &materials,
             lighting: &lighting,
+            sky: sky.as_ref(),
             moving: &moving,
             deforming: &deforming,
         };

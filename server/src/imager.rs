@@ -1,11 +1,12 @@
 //! What a server needs from whatever makes depth images: the seam between sessions and the GPU.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use camera::{Camera, Pinhole};
 use glam::DVec3;
 use gpu::Gpu;
-use protocol::{DepthImage, Lighting, Mask, Material, Purpose};
+use protocol::{DepthImage, Lighting, Mask, Material, Purpose, Sky};
 use scene::{Scene, Snapshot};
 use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
 use thiserror::Error;
@@ -40,6 +41,11 @@ pub trait Imager: Send {
     /// The lights of a snapshot, as clients shade with them.
     fn lighting(&self, snapshot: &Snapshot) -> Lighting;
 
+    /// Light from all around; `None` of a look without.
+    fn sky(&self) -> Option<Arc<Sky>> {
+        None
+    }
+
     /// What each view sees of the scene, in order, less what the method leaves out.
     fn captures(
         &mut self,
@@ -63,6 +69,9 @@ pub trait Imager: Send {
     fn tell_ends(&mut self, _: &mut Capture, _: &Mask) -> Result<(), ImagerError> {
         Ok(())
     }
+
+    /// Leaves normal maps out of [`Imager::captures`] from now on, or no longer.
+    fn smooth(&mut self, _: bool) {}
 
     /// Leaves objects out of [`Imager::captures`] from now on.
     fn leave_out(&mut self, _: BTreeSet<u16>) {}
@@ -110,6 +119,7 @@ impl GpuImager {
         discretizer.prepare(&renderer, config.discretization)?;
         let ends = EndsPass::new(&renderer)?;
         let look = SceneLook::new(scene, config.look);
+        let look = look.by(config.environment.as_deref(), config.tone, config.exposure, scene);
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);
         let addresses = AddressPass::new(gpu)?;
@@ -141,6 +151,10 @@ impl Imager for GpuImager {
         self.look.lighting(snapshot)
     }
 
+    fn sky(&self) -> Option<Arc<Sky>> {
+        self.look.sky().cloned()
+    }
+
     fn captures(
         &mut self,
         snapshot: &Snapshot,
@@ -167,6 +181,10 @@ impl Imager for GpuImager {
 
     fn tell_ends(&mut self, capture: &mut Capture, mask: &Mask) -> Result<(), ImagerError> {
         Ok(self.ends.tell(&self.renderer, capture, mask)?)
+    }
+
+    fn smooth(&mut self, is_smooth: bool) {
+        self.renderer.smooth(is_smooth);
     }
 
     fn leave_out(&mut self, objects: BTreeSet<u16>) {

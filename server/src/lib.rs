@@ -7,7 +7,8 @@
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
-//!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them.
+//!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them; `sky`:
+//!   light from all around.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
 //! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
@@ -38,6 +39,7 @@ pub mod rest;
 mod revise;
 pub mod scale;
 pub mod session;
+mod sky;
 pub mod source;
 pub mod stage_error;
 pub mod start;

@@ -1,6 +1,6 @@
 //! From a scene's lights to the lighting that both ends shade with.
 //!
-//! - [`Look::Default`]: the scene's own lights, exposed; a rig of two lights where the scene has none.
+//! - [`Look::Plain`]: the scene's own lights, exposed; a rig of two lights where the scene has none.
 //! - [`Look::Flat`]: base colour under constant light, as other systems' frames show it.
 //! - [`Look::FlatLit`]: the same with a directional light along (-0.5, -1, -0.35) through Burley's diffuse term, which reaches
 //!   only faces with `0 < n.l < 0.5`, walls rather than floors.
@@ -10,15 +10,29 @@
 //! [`TYPICAL_IRRADIANCE`]. A white wall that faces it then has `c = 0.45 + 5 / pi = 2`, and `1 - exp(-c)` shows 0.87 of full
 //! scale; in shadow it shows 0.36.
 //!
+//! **The full look** ([`Look::Full`]) is lit from all around by an environment, and by the scene's own lights where it has any; a scene to walk
+//! in that has none keeps the key light of the rig, for its shadows. Beside lights the environment is dimmed to [`SKY_BESIDE_LIGHTS`], and
+//! the lights' typical irradiance is [`FULL_IRRADIANCE`]: a white wall that faces them then shows its colour, by a tone that keeps colours.
+//!
 //! **Background.** A pale sky over scenes to walk in that have a sun (any directional light), else a dark grey; the flat
 //! look's is black.
 
+use std::sync::Arc;
+
 use glam::DVec3;
-use protocol::{Area, AreaShape, Light, Lighting, Look};
+use protocol::{Area, AreaShape, Light, Lighting, Look, Sky, Tone};
+use scene::environment::Environment;
 use scene::{LightArea, Scene, SceneLight, Snapshot};
+
+use crate::sky::sky;
 
 /// Where exposure takes a facing surface; see the module.
 pub const TYPICAL_IRRADIANCE: f32 = 5.0;
+
+/// See the module.
+const FULL_IRRADIANCE: f32 = 2.2;
+/// See the module.
+const SKY_BESIDE_LIGHTS: f32 = 0.35;
 
 /// Light from everywhere beside the scene's own lights: shadowed sides keep their shapes.
 const AMBIENT: f32 = 0.45;
@@ -41,6 +55,18 @@ pub struct SceneLook {
     exposure: f32,
     /// sRGB-encoded.
     background: [u8; 3],
+    /// Of the full look.
+    full: Option<Full>,
+    walk: bool,
+}
+
+/// What only the full look has.
+#[derive(Debug, Clone, PartialEq)]
+struct Full {
+    sky: Arc<Sky>,
+    tone: Tone,
+    /// What all light is multiplied by.
+    exposure: f32,
 }
 
 impl SceneLook {
@@ -53,7 +79,28 @@ impl SceneLook {
             look,
             exposure: exposure(&snapshot.lights, &probes, scene.bounds.radius_m()),
             background: if scene.walk && sun { SKY } else { DARK },
+            full: None,
+            walk: scene.walk,
         }
+        .by(None, Tone::Neutral, 1.0, scene)
+    }
+
+    /// The full look by an environment (a studio without one), a tone, and what all light is multiplied by. Any other look stays what it is.
+    pub fn by(self, environment: Option<&Environment>, tone: Tone, exposure: f32, scene: &Scene) -> SceneLook {
+        if self.look != Look::Full {
+            return self;
+        }
+        let smoothest = scene.materials.iter().map(|material| material.roughness).fold(1.0, f32::min);
+        let sky = match environment {
+            Some(environment) => sky(environment, smoothest),
+            None => sky(&Environment::studio(), smoothest),
+        };
+        SceneLook { full: Some(Full { sky: Arc::new(sky), tone, exposure }), ..self }
+    }
+
+    /// Light from all around, of the full look.
+    pub fn sky(&self) -> Option<&Arc<Sky>> {
+        self.full.as_ref().map(|full| &full.sky)
     }
 
     /// The lighting at a snapshot.
@@ -61,10 +108,36 @@ impl SceneLook {
         match self.look {
             Look::Flat => flat(Vec::new()),
             Look::FlatLit => flat(vec![steep_light()]),
-            Look::Default if snapshot.lights.is_empty() => default_rig(),
-            Look::Default => Lighting { background: self.background, ..exposed(&snapshot.lights, self.exposure) },
+            Look::Full => self.full_lighting(snapshot),
+            Look::Plain if snapshot.lights.is_empty() => default_rig(),
+            Look::Plain => Lighting { background: self.background, ..exposed(&snapshot.lights, self.exposure) },
         }
     }
+}
+
+impl SceneLook {
+    fn full_lighting(&self, snapshot: &Snapshot) -> Lighting {
+        let Some(Full { tone, exposure, .. }) = self.full else { return default_rig() };
+        let to_full = FULL_IRRADIANCE / TYPICAL_IRRADIANCE * exposure;
+        let lighting = match snapshot.lights.is_empty() {
+            false => exposed(&snapshot.lights, self.exposure * to_full),
+            true if self.walk => scaled(default_rig(), to_full),
+            true => Lighting::default(),
+        };
+        let sky = if lighting.lights.is_empty() { 1.0 } else { SKY_BESIDE_LIGHTS };
+        Lighting { ambient: [0.0; 3], sky: sky * exposure, tone, background: self.background, ..lighting }
+    }
+}
+
+/// Lights from afar, brighter or darker.
+fn scaled(lighting: Lighting, factor: f32) -> Lighting {
+    let light = |light| match light {
+        Light::Directional { direction_world, irradiance } => {
+            Light::Directional { direction_world, irradiance: irradiance.map(|channel| channel * factor) }
+        }
+        light => light,
+    };
+    Lighting { lights: lighting.lights.into_iter().map(light).collect(), ..lighting }
 }
 
 fn unit(v: DVec3) -> [f32; 3] {
@@ -72,7 +145,7 @@ fn unit(v: DVec3) -> [f32; 3] {
 }
 
 fn flat(lights: Vec<Light>) -> Lighting {
-    Lighting { ambient: [FLAT_AMBIENT; 3], lights, background: [0; 3], burley: true }
+    Lighting { ambient: [FLAT_AMBIENT; 3], lights, background: [0; 3], burley: true, ..Lighting::default() }
 }
 
 fn steep_light() -> Light {
@@ -83,7 +156,13 @@ fn steep_light() -> Light {
 fn default_rig() -> Lighting {
     let key = Light::Directional { direction_world: unit(DVec3::new(-0.45, -1.0, -0.6)), irradiance: [4.6, 4.4, 4.1] };
     let fill = Light::Directional { direction_world: unit(DVec3::new(0.8, -0.35, 0.5)), irradiance: [1.0, 1.1, 1.4] };
-    Lighting { ambient: [0.42, 0.44, 0.48], lights: vec![key, fill], background: DARK, burley: false }
+    Lighting {
+        ambient: [0.42, 0.44, 0.48],
+        lights: vec![key, fill],
+        background: DARK,
+        burley: false,
+        ..Lighting::default()
+    }
 }
 
 fn exposed(lights: &[SceneLight], exposure: f32) -> Lighting {
@@ -93,7 +172,7 @@ fn exposed(lights: &[SceneLight], exposure: f32) -> Lighting {
         lights.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
         lights.truncate(Lighting::MAX_LIGHTS);
     }
-    Lighting { ambient: [AMBIENT; 3], lights, background: DARK, burley: false }
+    Lighting { ambient: [AMBIENT; 3], lights, background: DARK, burley: false, ..Lighting::default() }
 }
 
 fn exposed_light(light: &SceneLight, exposure: f32) -> Light {

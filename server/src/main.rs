@@ -8,6 +8,7 @@ use clap::Parser;
 use gpu::{Gpu, GpuError};
 use indicatif::{ProgressBar, ProgressStyle};
 use scene::Scene;
+use scene::environment::Environment;
 use scene::load::Stage;
 use tracing_subscriber::EnvFilter;
 use vantage_server::imager::GpuImager;
@@ -56,6 +57,8 @@ fn main() -> ExitCode {
 fn run(options: &Options, config: vantage_server::Config) -> anyhow::Result<()> {
     let gpu = pollster::block_on(Gpu::new_headless())?;
     let scene = Arc::new(load(options)?);
+    let environment = options.environment.as_deref().map(Environment::load).transpose()?;
+    let config = vantage_server::Config { environment: environment.map(Arc::new), ..config };
     let imager = Box::new(GpuImager::new(&gpu, &scene, &config)?);
     tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(async {
         let running = app::serve(config, scene, imager).await?;

@@ -4,14 +4,15 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::Parser;
-use protocol::Look;
 use protocol::codec::{ColourSteps, Profile};
 use protocol::message::Clock;
+use protocol::{Look, Tone};
 
 use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::discretize::Discretization;
 use crate::discretize::placement::Placement;
+use crate::source;
 
 /// Renders a scene as depth images and streams their samples to viewers.
 #[derive(Debug, Parser)]
@@ -68,9 +69,18 @@ pub struct Options {
     /// How exactly base colours are sent
     #[arg(long, value_enum, default_value_t)]
     pub colour: ColourName,
-    /// How colour is shown: the scene's lights, or base colour under constant light
+    /// How colour is shown: by materials and light from all around, plainly, or as base colour under constant light
     #[arg(long, value_enum, default_value_t)]
     pub look: LookName,
+    /// The light from all around, a Radiance (.hdr) or OpenEXR (.exr) file; without it, a neutral studio. Of the full look
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
+    /// From light to the picture. Of the full look
+    #[arg(long, value_enum, default_value_t)]
+    pub tone: ToneName,
+    /// Brighter by so many stops, or darker. Of the full look
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = stops)]
+    pub exposure: f32,
     /// Real time, or time that advances only with the clients' stamps
     #[arg(long, value_enum, default_value_t)]
     pub clock: ClockName,
@@ -165,13 +175,39 @@ impl From<ColourName> for ColourSteps {
 /// `--look`.
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
 pub enum LookName {
-    /// The scene's lights, or a default rig.
+    /// Full of scene files, plain of built-in scenes.
     #[default]
-    Default,
+    Auto,
+    /// Metallic and rough materials under an environment, and the scene's lights.
+    Full,
+    /// Base colours under the scene's lights, or a default rig.
+    Plain,
     /// Base colour under constant light.
     Flat,
     /// The same, with a directional light on steep faces.
     FlatLit,
+}
+
+/// `--tone`.
+#[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
+pub enum ToneName {
+    /// The Khronos PBR neutral tone mapper: base colours stay what they are.
+    #[default]
+    Neutral,
+    /// The curve of films.
+    Aces,
+    /// None: what is brighter than white is white.
+    None,
+}
+
+impl From<ToneName> for Tone {
+    fn from(name: ToneName) -> Tone {
+        match name {
+            ToneName::Neutral => Tone::Neutral,
+            ToneName::Aces => Tone::Aces,
+            ToneName::None => Tone::Cut,
+        }
+    }
 }
 
 /// `--clock`.
@@ -184,10 +220,13 @@ pub enum ClockName {
     Virtual,
 }
 
-impl From<LookName> for Look {
-    fn from(name: LookName) -> Look {
-        match name {
-            LookName::Default => Look::Default,
+impl LookName {
+    /// Of a scene, by what it was asked for as.
+    fn of(self, scene: Option<&str>) -> Look {
+        match self {
+            LookName::Auto if scene.is_some_and(source::is_file) => Look::Full,
+            LookName::Auto | LookName::Plain => Look::Plain,
+            LookName::Full => Look::Full,
             LookName::Flat => Look::Flat,
             LookName::FlatLit => Look::FlatLit,
         }
@@ -226,7 +265,10 @@ impl Options {
             images: self.images as usize,
             image_size_px: self.image_size,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },
-            look: self.look.into(),
+            look: self.look.of(self.scene.as_deref()),
+            environment: None,
+            tone: self.tone.into(),
+            exposure: 2f32.powf(self.exposure),
             clock: self.clock.into(),
             update_hz: self.update_hz,
             web: self.web.clone().unwrap_or(defaults.web),
@@ -240,6 +282,14 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("a positive number is needed".to_owned()),
+    }
+}
+
+/// More than thirty stops show nothing but black or white.
+fn stops(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.abs() <= 30.0 => Ok(value),
+        _ => Err("a number from -30 to 30 is needed".to_owned()),
     }
 }
 

@@ -22,11 +22,16 @@ pub enum SourceError {
     Load(#[from] LoadError),
 }
 
+/// Whether `name` names a file, by itself.
+pub fn is_file(name: &str) -> bool {
+    Path::new(name).exists()
+}
+
 /// Loads the scene that `name` names (a built-in one where there is no such file), `scale` times as large. `NAME+FILE` is the built-in
 /// scene of that name with the file's model as what reflects there; see [`scene::builtin::load_with`].
 pub fn load(name: &str, scale: f64, progress: &(dyn Fn(Progress) + Sync)) -> Result<Scene, SourceError> {
     let path = Path::new(name);
-    let scene = if path.exists() {
+    let scene = if is_file(name) {
         scene::load::load(path, &LoadLimits::default(), progress)?
     } else if let Some(scene) = scene::builtin::load(name) {
         scene

@@ -1,10 +1,12 @@
 //! The picture that a reconstruction is compared with: the whole scene, drawn forward and shaded by the same look as the
 //! client's, with no reconstruction in between.
 
+use std::sync::Arc;
+
 use camera::Pinhole;
 use glam::DVec3;
-use gpu::{Gpu, LightingUniform, MaterialUniform, Readback};
-use protocol::Lighting;
+use gpu::{Gpu, LightingUniform, MaterialUniform, Readback, SkyTexture};
+use protocol::{Lighting, Sky};
 use wgpu::util::DeviceExt;
 
 use crate::render::{Faces, Pass, Pipelines, RenderError, SceneRenderer, check_camera};
@@ -30,6 +32,8 @@ pub struct TruthRenderer {
     gpu: Gpu,
     own_layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
+    sky: Option<Arc<Sky>>,
+    sky_view: wgpu::TextureView,
 }
 
 impl TruthRenderer {
@@ -41,7 +45,7 @@ impl TruthRenderer {
         };
         let own_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("truth"),
-            entries: &[uniform(2), uniform(3)],
+            entries: &[uniform(2), uniform(3), crate::render::texture_entry(4)],
         });
         let pass = Pass {
             fragment: "truth",
@@ -51,7 +55,15 @@ impl TruthRenderer {
             faces: Faces::Front,
         };
         let pipelines = Pipelines::new(&gpu, scene.is_native(), &pass)?;
-        Ok(TruthRenderer { gpu, own_layout, pipelines })
+        let sky_view = SkyTexture::default().of(&gpu, None);
+        Ok(TruthRenderer { gpu, own_layout, pipelines, sky: None, sky_view })
+    }
+
+    /// Under a sky, or none.
+    pub fn with_sky(mut self, sky: Option<Arc<Sky>>) -> TruthRenderer {
+        self.sky_view = SkyTexture::default().of(&self.gpu, sky.as_ref());
+        self.sky = sky;
+        self
     }
 
     /// One sample a pixel, at its centre: what a reconstruction without antialiasing should show.
@@ -117,7 +129,8 @@ impl TruthRenderer {
                 usage: wgpu::BufferUsages::UNIFORM,
             })
         };
-        let lights = uniform("lighting", bytemuck::bytes_of(&LightingUniform::new(lighting, eye_world)));
+        let lights =
+            uniform("lighting", bytemuck::bytes_of(&LightingUniform::new(lighting, self.sky.as_deref(), eye_world)));
         let table = uniform("material table", bytemuck::cast_slice(&MaterialUniform::table(scene.materials())));
         self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("truth"),
@@ -125,6 +138,7 @@ impl TruthRenderer {
             entries: &[
                 wgpu::BindGroupEntry { binding: 2, resource: lights.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 3, resource: table.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 4, resource: wgpu::BindingResource::TextureView(&self.sky_view) },
             ],
         })
     }

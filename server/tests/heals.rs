@@ -77,7 +77,7 @@ impl Pair {
             start_world_from_eye: stage.viewer.world_from_eye,
             walk: true,
             near_m: stage.rules.near_m,
-            look: Look::Default,
+            look: Look::Plain,
             update_interval_s: INTERVAL_S,
             scene_time_s: 0.0,
         };

@@ -31,6 +31,7 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
     let (snapshot, materials) = (scene.at(0.0), imager.materials());
     let lighting = imager.lighting(&snapshot);
     let now = Surroundings {
+        sky: None,
         colour: ColourSteps::Lossless,
         time_s: 0.0,
         materials: &materials,

@@ -167,7 +167,7 @@ fn the_image(session: &Session) -> &protocol::DepthImage {
 fn says_nothing_else(made: &Made) -> bool {
     let belongs = |edit: &Edit| match edit {
         Edit::Add(patch) => patch.purpose == Purpose::Camera && patch.objects.is_empty(),
-        Edit::Clear | Edit::Remove(_) | Edit::Materials(_) | Edit::Light(_) => true,
+        Edit::Clear | Edit::Remove(_) | Edit::Materials(_) | Edit::Light(_) | Edit::Sky(_) => true,
         _ => false,
     };
     made.reason == Reason::Camera && made.update.edits.iter().all(belongs) && made.update.next.objects.is_empty()

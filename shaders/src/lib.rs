@@ -92,7 +92,7 @@ mod tests {
     fn an_import_is_included_once_and_first() {
         let text = source("common/shade.wgsl").unwrap();
         assert_eq!(text.matches("fn srgb_from_linear(").count(), 1);
-        assert!(text.find("fn srgb_from_linear(") < text.find("fn shade_lit("));
+        assert!(text.find("fn srgb_from_linear(") < text.find("fn diffuse_light("));
         assert!(!text.contains("#import"));
     }
 

@@ -103,7 +103,12 @@ impl HeldSurfaces {
                 Edit::Delete(id, pixels) => self.delete(*id, pixels),
                 Edit::Clear => changed.extend(self.patches.keys().copied()),
                 // Instances are drawn by rays.
-                Edit::Move(_) | Edit::Place(..) | Edit::Withdraw(_) | Edit::Materials(_) | Edit::Light(_) => {}
+                Edit::Move(_)
+                | Edit::Place(..)
+                | Edit::Withdraw(_)
+                | Edit::Materials(_)
+                | Edit::Light(_)
+                | Edit::Sky(_) => {}
             }
         }
         self.set_poses(&held.poses_now);

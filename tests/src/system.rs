@@ -82,7 +82,7 @@ impl System {
         shown: &[Shown],
         truth: impl Fn(&bench::stage::Stage, &Pinhole) -> anyhow::Result<server::truth::Truth>,
     ) -> anyhow::Result<Vec<Scores>> {
-        let mut stage = bench::stage::Stage::new(&self.gpu, (*self.scene).clone(), Look::Default)?;
+        let mut stage = bench::stage::Stage::new(&self.gpu, (*self.scene).clone(), Look::Plain)?;
         let near_m = server::start::near_m(&self.scene);
         let mut scores = Vec::new();
         for Shown { row, picture } in shown {

@@ -137,7 +137,7 @@ fn reflects(scene: Scene) -> anyhow::Result<()> {
     let (size_px, near_m) = ((picture.width_px, picture.height_px), server::start::near_m(scene));
     let camera = Pinhole::symmetric(row.world_from_eye, size_px, 60_f64.to_radians(), near_m);
     let snapshot = scene.at(row.scene_time_s);
-    let truth = RayTruth::new(scene, &snapshot, &SceneLook::new(scene, Look::Default).lighting(&snapshot));
+    let truth = RayTruth::new(scene, &snapshot, &SceneLook::new(scene, Look::Plain).lighting(&snapshot));
     let traced = truth.picture(&camera, &Effects { max_bounces: 2, ..Effects::ONE_BOUNCE }, 2);
     let plain = truth.picture(&camera, &Effects::PLAIN, 2);
     let mask = traced.mask(&raytrace::reflectors(scene));

@@ -122,7 +122,13 @@ mod tests {
     #[test]
     fn every_background_is_shown_as_itself() {
         for code in 0..=255u8 {
-            let lighting = Lighting { ambient: [0.0; 3], lights: Vec::new(), background: [code; 3], burley: false };
+            let lighting = Lighting {
+                ambient: [0.0; 3],
+                lights: Vec::new(),
+                background: [code; 3],
+                burley: false,
+                ..Lighting::default()
+            };
             assert_eq!(code_from_linear(linear_from_light(Lights::new(&lighting).background)), [code; 3]);
         }
     }

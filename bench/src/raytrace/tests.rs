@@ -114,7 +114,7 @@ pub(super) fn glass(ior: f32) -> Material {
 }
 
 fn ambient(level: f32) -> Lighting {
-    Lighting { ambient: [level; 3], lights: Vec::new(), background: [28, 32, 40], burley: false }
+    Lighting { ambient: [level; 3], lights: Vec::new(), background: [28, 32, 40], burley: false, ..Lighting::default() }
 }
 
 fn truth(scene: &Scene) -> RayTruth {

@@ -140,7 +140,7 @@ fn scene(
     totals: &mut Totals,
     (run, updates): (&Run, &mut Option<Vec<Written>>),
 ) -> anyhow::Result<Vec<Row>> {
-    let mut stage = Stage::new(gpu, run.load(name)?, Look::Default)?;
+    let mut stage = Stage::new(gpu, run.load(name)?, Look::Plain)?;
     let output = Pinhole::symmetric(start_pose(&stage.scene), OUTPUT_PX, FOV_Y_RAD, near_m(&stage.scene));
     stage.show(0.0, output.world_from_eye.translation)?;
     let mut discretizer = Discretizer::new(&stage.renderer)?;

@@ -1,7 +1,7 @@
 //! From the G-buffer to lit surfaces, by the scene's own lights and materials.
 
 use camera::Pinhole;
-use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform};
+use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform, SkyTexture};
 use protocol::Held;
 use surface::GBuffer;
 use wgpu::util::DeviceExt;
@@ -16,6 +16,7 @@ use crate::draw::shares::Shares;
 pub(crate) struct LightPass {
     gpu: Gpu,
     pass: FullscreenPass,
+    sky: SkyTexture,
     /// With less light where it is hidden; made when it is first needed.
     occluded: Option<Occluded>,
 }
@@ -30,9 +31,9 @@ struct Occluded {
 impl LightPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<LightPass, shaders::ShaderError> {
         use Binding::{FloatTexture, UintTexture, Uniform};
-        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture];
+        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
         let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light", &bindings, &[Lit::COLOUR, Lit::W])?;
-        Ok(LightPass { gpu: gpu.clone(), pass, occluded: None })
+        Ok(LightPass { gpu: gpu.clone(), pass, sky: SkyTexture::default(), occluded: None })
     }
 
     /// Makes ready for light that does not arrive everywhere.
@@ -46,7 +47,7 @@ impl LightPass {
     /// Before [`LightPass::prepare_occluded`] all light arrives, whatever the shares say. What was captured by this very camera, `at_rest`, has the
     /// side's normal that the camera sees, however it is bent; elsewhere surfaces of two sides are turned towards the eye.
     pub(crate) fn encode(
-        &self,
+        &mut self,
         encoder: &mut wgpu::CommandEncoder,
         (gbuffer, shares): (&GBuffer, Shares<'_>),
         held: &Held,
@@ -55,7 +56,7 @@ impl LightPass {
     ) {
         let eye_world = camera.world_from_eye.translation;
         let mut lighting = match &held.lighting {
-            Some(lighting) => LightingUniform::new(lighting, eye_world),
+            Some(lighting) => LightingUniform::new(lighting, held.sky.as_deref(), eye_world),
             None => bytemuck::Zeroable::zeroed(),
         };
         let occluded = self.occluded.as_ref().filter(|_| !shares.is_all());
@@ -71,6 +72,7 @@ impl LightPass {
             table.iter_mut().for_each(|material| material.flags &= !MaterialUniform::DOUBLE_SIDED);
         }
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&table));
+        let sky = self.sky.of(&self.gpu, held.sky.as_ref());
         let mut inputs = vec![
             camera.as_entire_binding(),
             lighting.as_entire_binding(),
@@ -78,6 +80,7 @@ impl LightPass {
             BindingResource::TextureView(&gbuffer.views.colour),
             BindingResource::TextureView(&gbuffer.views.normal_ids),
             BindingResource::TextureView(&gbuffer.views.w),
+            BindingResource::TextureView(&sky),
         ];
         let mut pass = &self.pass;
         if let Some(occluded) = occluded {
@@ -93,7 +96,9 @@ impl LightPass {
 impl Occluded {
     fn new(gpu: &Gpu) -> Result<Occluded, shaders::ShaderError> {
         use Binding::{FloatTexture, UintTexture, Uniform};
-        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture, FloatTexture];
+        let shares = [FloatTexture; 2];
+        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
+        let bindings: Vec<Binding> = bindings.into_iter().chain(shares).collect();
         let formats = [Lit::COLOUR, Lit::W];
         let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light_occluded", &bindings, &formats)?;
         let all = gpu.device.create_texture_with_data(

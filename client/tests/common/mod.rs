@@ -108,7 +108,7 @@ impl World {
 
 /// By lights and a little from everywhere.
 pub fn lit_by(lights: Vec<Light>) -> Lighting {
-    Lighting { ambient: [0.1; 3], lights, background: [0; 3], burley: false }
+    Lighting { ambient: [0.1; 3], lights, background: [0; 3], burley: false, ..Lighting::default() }
 }
 
 /// From the side and above; where shadows are looked at.

@@ -20,6 +20,7 @@ mod residual;
 mod rest;
 mod samples;
 mod segments;
+mod sky;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
 pub use coding::{Coding, Profile};
@@ -28,6 +29,7 @@ pub use error::CodecError;
 pub(crate) use header::{Header, read as read_header, read_ids, read_instances, read_next, read_objects};
 pub(crate) use header::{write as write_header, write_ids, write_instances, write_next, write_objects};
 pub(crate) use pack::{Packer, Unpacker};
+pub(crate) use sky::{read_sky, write_sky};
 
 use crate::bytes::{Reader, Writer};
 use crate::held::Patch;

@@ -1,6 +1,7 @@
 //! Applying an update: checked edit by edit on the side, then taken over as a whole.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use camera::Camera;
 
@@ -11,6 +12,7 @@ use super::{
 };
 use crate::image::{DepthImage, Mask, Ranks, retain};
 use crate::limits::Limits;
+use crate::sky::Sky;
 use crate::wire::graph::is_graph_encodable;
 
 /// What an update changes, before it counts.
@@ -26,6 +28,7 @@ struct Staged<'a> {
     instances: BTreeMap<(u16, PatchId), Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
     lighting: Option<crate::look::Lighting>,
+    sky: Option<Arc<Sky>>,
     last_patch: Option<PatchId>,
     count: usize,
     samples: usize,
@@ -107,6 +110,7 @@ impl Held {
             instances: staged.instances,
             materials: staged.materials,
             lighting: staged.lighting,
+            sky: staged.sky,
             last_patch: staged.last_patch,
             samples: staged.samples,
             pixels: staged.pixels,
@@ -133,6 +137,9 @@ impl Held {
         }
         if let Some(materials) = changes.materials {
             self.materials = materials;
+        }
+        if changes.sky.is_some() {
+            self.sky = changes.sky;
         }
         if changes.lighting.is_some() {
             self.lighting = changes.lighting;
@@ -175,6 +182,7 @@ struct Changes {
     instances: BTreeMap<(u16, PatchId), Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
     lighting: Option<crate::look::Lighting>,
+    sky: Option<Arc<Sky>>,
     last_patch: Option<PatchId>,
     samples: usize,
     pixels: usize,
@@ -192,6 +200,7 @@ impl<'a> Staged<'a> {
             instances: BTreeMap::new(),
             materials: None,
             lighting: None,
+            sky: None,
             last_patch: base.last_patch,
             count: base.patches.len(),
             samples: base.samples,
@@ -250,6 +259,12 @@ impl<'a> Staged<'a> {
                     return Err(HeldError::TooMuch("lights"));
                 }
                 self.lighting = Some(lighting.as_ref().clone());
+            }
+            Edit::Sky(sky) => {
+                if !sky.is_whole() {
+                    return Err(HeldError::SkyNotWhole);
+                }
+                self.sky = Some(sky.clone());
             }
         }
         self.digest.edit(edit);

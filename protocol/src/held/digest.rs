@@ -88,6 +88,12 @@ impl Digest {
             }
             Edit::Materials(materials) => self.number(6 | (materials.len() as u64) << 8),
             Edit::Light(lighting) => self.number(7 | (lighting.lights.len() as u64) << 8),
+            Edit::Sky(sky) => {
+                self.number(10 | u64::from(sky.first_level) << 8);
+                for level in &sky.levels {
+                    self.shorts(level.texels.as_flattened());
+                }
+            }
         }
     }
 

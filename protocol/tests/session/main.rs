@@ -33,7 +33,7 @@ fn welcome() -> Welcome {
         start_world_from_eye: Rigid::IDENTITY,
         walk: false,
         near_m: 0.05,
-        look: Look::Default,
+        look: Look::Plain,
         update_interval_s: 0.1,
         scene_time_s: 0.0,
     }

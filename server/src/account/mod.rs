@@ -27,12 +27,13 @@ pub use deforming::Deforming;
 pub use rules::AccountRules;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use camera::{Camera, ImagePoint, Pinhole, Rigid};
 use glam::DVec3;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
-use protocol::{DepthImage, DepthScale, Instance, Lighting, Mask, Material};
+use protocol::{DepthImage, DepthScale, Instance, Lighting, Mask, Material, Sky};
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
@@ -73,6 +74,8 @@ pub struct Surroundings<'a> {
     pub materials: &'a [Material],
     /// The lights.
     pub lighting: &'a Lighting,
+    /// Light from all around, if the look has any.
+    pub sky: Option<&'a Arc<Sky>>,
     /// Where the moving rigid objects are; ids ascend.
     pub moving: &'a [ObjectPose],
     /// Where the triangles of deforming objects are.
@@ -115,6 +118,9 @@ impl Account {
         if self.held.materials != now.materials {
             self.held.edit(Edit::Materials(now.materials.to_vec()), &mut self.draft)?;
             self.drawn.set_materials(now.materials);
+        }
+        if let Some(sky) = now.sky.filter(|sky| !self.held.sky.as_ref().is_some_and(|held| Arc::ptr_eq(held, sky))) {
+            self.held.edit(Edit::Sky(sky.clone()), &mut self.draft)?;
         }
         if self.held.lighting.as_ref() != Some(now.lighting) {
             self.held.edit(Edit::Light(Box::new(now.lighting.clone())), &mut self.draft)?;

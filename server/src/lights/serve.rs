@@ -71,10 +71,13 @@ pub fn serve(mut serving: Serving<'_>, kept: &mut Kept) -> Result<(), StageError
     kept.scene = Some((serving.snapshot.clone(), all));
     // What reliefs show to the eye casts like everything else.
     serving.imager.leave_out(BTreeSet::new());
-    for light in wanted {
+    serving.imager.smooth(true);
+    let served = wanted.into_iter().try_for_each(|light| {
         let caster = Caster::of(&lighting.lights[usize::from(light)], serving.shadows);
-        serving.serve(light, (caster, all), moved, kept)?;
-    }
+        serving.serve(light, (caster, all), moved, kept)
+    });
+    serving.imager.smooth(false);
+    served?;
     if let Some(news) = kept.news() {
         tracing::info!("lights: {news}");
     }

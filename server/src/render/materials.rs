@@ -20,6 +20,9 @@ pub(crate) struct SurfaceMaterial {
     pub double_sided: u32,
     /// What is kept finely: [`FINE_NORMAL`], [`FINE_COLOUR`].
     pub fine: u32,
+    /// Of its normal map; 0 without one.
+    pub bump_scale: f32,
+    pub padding: [u32; 3],
 }
 
 /// The scene's materials as the shader has them, and the table of those that differ in what samples need. A scene with more
@@ -47,6 +50,8 @@ pub(crate) fn tables(scene: &Scene) -> (Vec<SurfaceMaterial>, Vec<Material>) {
                 code: code as u32,
                 double_sided: u32::from(material.double_sided),
                 fine: if table[code].effect().is_some() { FINE_NORMAL } else { 0 },
+                bump_scale: material.bumps.map_or(0.0, |bumps| bumps.scale),
+                padding: [0; 3],
             }
         })
         .collect();
@@ -97,7 +102,8 @@ mod tests {
             alpha_cutoff,
             code,
             double_sided,
-            fine
+            fine,
+            bump_scale
         );
     }
 

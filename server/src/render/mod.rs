@@ -19,7 +19,7 @@ mod texture;
 mod upload;
 
 pub use error::RenderError;
-pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry};
+pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry, texture_entry};
 pub use pipelines::{Faces, Layouts, Pass, Pipelines};
 pub(crate) use rays::RayBuffers;
 pub use rays::{FirstHit, RayScene};
@@ -171,6 +171,18 @@ impl SceneRenderer {
         };
         let kept: Vec<_> = self.surface_materials.iter().map(kept).collect();
         self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&kept));
+    }
+
+    /// Leaves normal maps out from now on, or no longer: surfaces that are not looked at but cast are as smooth as their meshes.
+    pub(crate) fn smooth(&self, is_smooth: bool) {
+        let smoothed = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
+            bump_scale: if is_smooth { 0.0 } else { surface.bump_scale },
+            ..*surface
+        };
+        if self.surface_materials.iter().any(|surface| surface.bump_scale != 0.0) {
+            let smoothed: Vec<_> = self.surface_materials.iter().map(smoothed).collect();
+            self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&smoothed));
+        }
     }
 
     /// Shows an object's base colours multiplied by `tint` from now on, see [`scene::Instance::tint`]; the tint until now.

@@ -15,7 +15,7 @@ pub struct Layouts {
     pub(crate) view: wgpu::BindGroupLayout,
     /// Group 1: instances and materials, and the vertices where they are pulled.
     pub(crate) scene: wgpu::BindGroupLayout,
-    /// Group 2: the base colour texture.
+    /// Group 2: the textures of a material, base colour and normals.
     pub(crate) texture: wgpu::BindGroupLayout,
 }
 
@@ -33,6 +33,20 @@ pub(crate) fn buffer_entry(
     }
 }
 
+/// A plane that fragments read texel by texel.
+pub(crate) fn texture_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    }
+}
+
 impl Layouts {
     /// Layouts for scenes with triangles told natively, or by pulled vertices.
     pub(crate) fn new(gpu: &Gpu, native: bool) -> Layouts {
@@ -43,31 +57,25 @@ impl Layouts {
             (wgpu::BufferBindingType::Uniform, wgpu::BufferBindingType::Storage { read_only: true });
         let pulled = if native { 0 } else { 2 };
         let scene: Vec<_> = (0..2 + pulled).map(|binding| buffer_entry(binding, both, storage)).collect();
-        let texture = [
-            wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
+        let texture = |binding| wgpu::BindGroupLayoutEntry {
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
             },
-            wgpu::BindGroupLayoutEntry {
-                binding: 1,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-                count: None,
-            },
-        ];
+            ..texture_entry(binding)
+        };
+        let sampler = |binding| wgpu::BindGroupLayoutEntry {
+            ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+            ..texture_entry(binding)
+        };
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
             gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
         Layouts {
             view: layout("camera", &[buffer_entry(0, both, uniform)]),
             scene: layout("scene", &scene),
-            texture: layout("base colour", &texture),
+            texture: layout("textures", &[texture(0), sampler(1), texture(2), sampler(3)]),
         }
     }
 }

@@ -1,12 +1,21 @@
-//! Base colour textures with mip-maps: averaged in linear light, weighted by alpha, and with the coverage of cut-outs kept
-//! (Castano, Computing Alpha Mipmaps, 2010), so that leaves do not vanish in the distance.
+//! Textures with mip-maps. Colours are averaged in linear light, weighted by alpha, and with the coverage of cut-outs kept
+//! (Castano, Computing Alpha Mipmaps, 2010), so that leaves do not vanish in the distance; normals as they are.
 
 use std::sync::LazyLock;
 
 use gpu::Gpu;
 use scene::model::{Texture, Wrap};
 
-/// One level: sRGB-encoded RGBA rows.
+/// What a texture holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Content {
+    /// sRGB-encoded colours; where the material is cut out, the alpha below which it is.
+    Colours(Option<f32>),
+    /// Numbers, among them normals.
+    Numbers,
+}
+
+/// One level: RGBA rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Level {
     pub width_px: u32,
@@ -21,6 +30,8 @@ static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
+static PLAIN: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|code| code as f32 / 255.0));
+
 /// sRGB codes of 4096 linear steps; fine enough that encoding a decoded code returns it (the smallest step between two codes
 /// is 1/3294).
 static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| (0..=4096).map(|step| encode(step as f32 / 4096.0)).collect());
@@ -30,13 +41,23 @@ fn encode(linear: f32) -> u8 {
     (c * 255.0).round().clamp(0.0, 255.0) as u8
 }
 
-/// The levels of a texture down to one texel. `cutoff` is the alpha below which its material is cut out, if it is.
-pub(crate) fn levels(texture: &Texture, cutoff: Option<f32>) -> Vec<Level> {
+/// The levels of a texture down to one texel.
+pub(crate) fn levels(texture: &Texture, content: Content) -> Vec<Level> {
+    let cutoff = match content {
+        Content::Colours(cutoff) => cutoff,
+        Content::Numbers => None,
+    };
+    let halved = match content {
+        Content::Colours(_) => |level: &Level, weighted| half(level, weighted, &LINEAR, encoded),
+        Content::Numbers => {
+            |level: &Level, weighted| half(level, weighted, &PLAIN, |mean| (mean * 255.0).round() as u8)
+        }
+    };
     let base = Level { width_px: texture.width_px, height_px: texture.height_px, rgba: texture.rgba.clone() };
     let coverage = cutoff.map(|cutoff| coverage(&base, cutoff));
     let mut levels = vec![base];
     while let Some(last) = levels.last().filter(|last| last.width_px > 1 || last.height_px > 1) {
-        let next = half(last, cutoff.is_some());
+        let next = halved(last, cutoff.is_some());
         levels.push(next);
     }
     if let (Some(cutoff), Some(coverage)) = (cutoff, coverage) {
@@ -46,11 +67,11 @@ pub(crate) fn levels(texture: &Texture, cutoff: Option<f32>) -> Vec<Level> {
     levels
 }
 
-fn half(level: &Level, weighted: bool) -> Level {
+/// Half the pixels along both sides: means of the numbers that codes stand for, coded again.
+fn half(level: &Level, weighted: bool, decoded: &[f32; 256], encoded: impl Fn(f32) -> u8) -> Level {
     let (width_px, height_px) = ((level.width_px / 2).max(1), (level.height_px / 2).max(1));
     let mut rgba = Vec::with_capacity(width_px as usize * height_px as usize * 4);
     let row_bytes = level.width_px as usize * 4;
-    let linear = &*LINEAR;
     for y in 0..height_px {
         let top = (2 * y).min(level.height_px - 1) as usize * row_bytes;
         let bottom = (2 * y + 1).min(level.height_px - 1) as usize * row_bytes;
@@ -62,7 +83,7 @@ fn half(level: &Level, weighted: bool) -> Level {
             let weigh = |texel: &[u8]| if weighted && alpha_sum > 0 { f32::from(texel[3]) } else { 1.0 };
             let weight_sum: f32 = texels.iter().map(|texel| weigh(texel)).sum();
             for channel in 0..3 {
-                let sum: f32 = texels.iter().map(|texel| weigh(texel) * linear[usize::from(texel[channel])]).sum();
+                let sum: f32 = texels.iter().map(|texel| weigh(texel) * decoded[usize::from(texel[channel])]).sum();
                 rgba.push(encoded(sum / weight_sum));
             }
             rgba.push(((alpha_sum + 2) / 4) as u8);
@@ -108,19 +129,27 @@ fn keep_coverage(level: &mut Level, cutoff: f32, wanted: f64) {
 
 /// Uploads levels (those that exceed the device's limit are left out) and makes the sampler: trilinear, or nearest in
 /// magnification where the scene asks for it.
-pub(crate) fn upload(gpu: &Gpu, texture: &Texture, levels: &[Level]) -> (wgpu::TextureView, wgpu::Sampler) {
+pub(crate) fn upload(
+    gpu: &Gpu,
+    texture: &Texture,
+    content: Content,
+    levels: &[Level],
+) -> (wgpu::TextureView, wgpu::Sampler) {
     let limit_px = gpu.device.limits().max_texture_dimension_2d;
     let skipped = levels.iter().take_while(|level| level.width_px > limit_px || level.height_px > limit_px).count();
     let levels = &levels[skipped..];
     let size =
         |level: &Level| wgpu::Extent3d { width: level.width_px, height: level.height_px, depth_or_array_layers: 1 };
     let gpu_texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("base colour"),
+        label: Some("texture"),
         size: size(&levels[0]),
         mip_level_count: levels.len() as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        format: match content {
+            Content::Colours(_) => wgpu::TextureFormat::Rgba8UnormSrgb,
+            Content::Numbers => wgpu::TextureFormat::Rgba8Unorm,
+        },
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
@@ -137,7 +166,7 @@ pub(crate) fn upload(gpu: &Gpu, texture: &Texture, levels: &[Level]) -> (wgpu::T
     }
     let mag_filter = if texture.nearest { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-        label: Some("base colour"),
+        label: Some("texture"),
         address_mode_u: address_mode(texture.wrap[0]),
         address_mode_v: address_mode(texture.wrap[1]),
         mag_filter,
@@ -176,10 +205,16 @@ mod tests {
     #[test]
     fn black_and_white_average_in_linear_light() {
         let checks = texture(8, 8, |x, y| if (x + y) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] });
-        let levels = levels(&checks, None);
+        let levels = levels(&checks, Content::Colours(None));
         assert_eq!(levels.len(), 4);
         // Linear 0.5 is sRGB 188, not 128.
         assert_eq!(levels[3].rgba, [188, 188, 188, 255]);
+    }
+
+    #[test]
+    fn numbers_average_as_they_are() {
+        let checks = texture(2, 2, |x, y| if (x + y) % 2 == 0 { [255; 4] } else { [0, 128, 0, 255] });
+        assert_eq!(levels(&checks, Content::Numbers)[1].rgba, [128, 192, 128, 255]);
     }
 
     #[test]
@@ -187,8 +222,8 @@ mod tests {
         // Green leaves in one texel of nine, strewn; nothing (and black) elsewhere.
         let strewn = |x: u32, y: u32| (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(2_246_822_519)) >> 13;
         let leaf = texture(64, 64, |x, y| if strewn(x, y) % 9 == 0 { [0, 200, 0, 255] } else { [0; 4] });
-        let whole = coverage(&levels(&leaf, None)[0], 0.5);
-        for level in levels(&leaf, Some(0.5)).iter().skip(1).take(4) {
+        let whole = coverage(&levels(&leaf, Content::Colours(None))[0], 0.5);
+        for level in levels(&leaf, Content::Colours(Some(0.5))).iter().skip(1).take(4) {
             let kept = coverage(level, 0.5);
             assert!(kept >= 0.5 * whole && kept <= 2.0 * whole, "{kept} of {whole} at {}", level.width_px);
             let opaque = level.rgba.chunks_exact(4).filter(|texel| texel[3] >= 128);
@@ -199,7 +234,7 @@ mod tests {
 
     #[test]
     fn odd_sizes_end_at_one_texel() {
-        let levels = levels(&texture(5, 3, |_, _| [10, 20, 30, 255]), None);
+        let levels = levels(&texture(5, 3, |_, _| [10, 20, 30, 255]), Content::Colours(None));
         let sizes: Vec<(u32, u32)> = levels.iter().map(|level| (level.width_px, level.height_px)).collect();
         assert_eq!(sizes, [(5, 3), (2, 1), (1, 1)]);
         assert!(levels.iter().all(|level| level.rgba.chunks_exact(4).all(|texel| texel == [10, 20, 30, 255])));

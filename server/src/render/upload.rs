@@ -1,6 +1,6 @@
 //! From a [`Scene`] to buffers, textures and batches.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use bytemuck::Zeroable;
 use gpu::Gpu;
@@ -11,6 +11,7 @@ use wgpu::util::DeviceExt;
 
 use super::materials::SurfaceMaterial;
 use super::pipelines::scene_group;
+use super::texture::Content;
 use super::{Batch, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, rgba, texture};
 
 /// Where a mesh, or the copy of a deforming instance, begins in the buffers.
@@ -61,7 +62,7 @@ impl Geometry {
 }
 
 /// Instances in the order in which they are drawn: those of one batch together.
-fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<InstanceRecord>) {
+fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Batch>, Vec<Slot>, Vec<InstanceRecord>) {
     let triangle_bases = triangle_bases(scene);
     let mut order: Vec<u32> = (0..scene.instances.len() as u32).collect();
     let material_of = |object: u32| scene.meshes[scene.instances[object as usize].mesh as usize].material;
@@ -69,7 +70,7 @@ fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<In
         let instance = &scene.instances[object as usize];
         let material = &scene.materials[material_of(object) as usize];
         // Opaque first; then as few changes of state as can be.
-        let state = (material.alpha_cutoff.is_some(), material.double_sided, material.texture);
+        let state = (material.alpha_cutoff.is_some(), material.double_sided, textures_of(material));
         (state, instance.mesh, instance.deforms, object)
     });
     let (mut batches, mut slots, mut records) = (Vec::<Batch>::new(), Vec::new(), Vec::new());
@@ -86,7 +87,7 @@ fn batches(scene: &Scene, geometry: &Geometry) -> (Vec<Batch>, Vec<Slot>, Vec<In
                 first_vertex: placed.first_vertex,
                 vertex_count: placed.vertex_count,
                 slots: slots.len() as u32..slots.len() as u32,
-                texture: material.texture.map_or(scene.textures.len(), |texture| texture as usize),
+                texture: distinct.binary_search(&textures_of(material)).expect("all that differ are there"),
                 cut_out: material.alpha_cutoff.is_some(),
                 double_sided: material.double_sided,
             });
@@ -143,7 +144,8 @@ impl SceneRenderer {
         let geometry = Geometry::new(scene);
         check(gpu, scene, &geometry)?;
         let layouts = Layouts::new(gpu, native);
-        let (batches, slots, records) = batches(scene, &geometry);
+        let distinct = distinct_textures(scene);
+        let (batches, slots, records) = batches(scene, &geometry, &distinct);
         let (surface_materials, material_table) = materials::tables(scene);
         let buffer = |label, contents: &[u8], usage| {
             // An empty scene still needs buffers to bind.
@@ -166,7 +168,7 @@ impl SceneRenderer {
             .map(|slot| (slot.object, slot.batch))
             .collect();
         let mut renderer = SceneRenderer {
-            texture_groups: texture_groups(gpu, scene, &layouts),
+            texture_groups: texture_groups(gpu, scene, &layouts, &distinct),
             gpu: gpu.clone(),
             layouts,
             native,
@@ -190,30 +192,70 @@ impl SceneRenderer {
     }
 }
 
-/// One bind group a texture, and a white one for materials without.
-fn texture_groups(gpu: &Gpu, scene: &Scene, layouts: &Layouts) -> Vec<wgpu::BindGroup> {
-    let mut cutoffs: Vec<Option<f32>> = vec![None; scene.textures.len()];
+/// The textures of a material: base colour, normals.
+type Textures = [Option<u32>; 2];
+
+fn textures_of(material: &scene::Material) -> Textures {
+    [material.texture, material.bumps.map(|bumps| bumps.texture)]
+}
+
+/// Those that differ, in the order in which they are drawn.
+fn distinct_textures(scene: &Scene) -> Vec<Textures> {
+    let distinct: BTreeSet<Textures> = scene.materials.iter().map(textures_of).collect();
+    distinct.into_iter().collect()
+}
+
+/// One bind group for each that differ; white and level where a material has none.
+fn texture_groups(gpu: &Gpu, scene: &Scene, layouts: &Layouts, distinct: &[Textures]) -> Vec<wgpu::BindGroup> {
+    let plain = |texel: [u8; 4], content| {
+        let rgba = texel.to_vec();
+        let texture = Texture { width_px: 1, height_px: 1, rgba, wrap: [Wrap::Repeat; 2], nearest: false };
+        texture::upload(gpu, &texture, content, &texture::levels(&texture, content))
+    };
+    let [white, level] = [plain([255; 4], Content::Colours(None)), plain([128, 128, 255, 255], Content::Numbers)];
+    let uses = uses(scene);
+    let levels: Vec<_> = uses
+        .par_iter()
+        .map(|(&(texture, _), &content)| texture::levels(&scene.textures[texture as usize], content))
+        .collect();
+    let uploaded: BTreeMap<(u32, bool), _> = uses
+        .iter()
+        .zip(&levels)
+        .map(|((&key, &content), levels)| (key, texture::upload(gpu, &scene.textures[key.0 as usize], content, levels)))
+        .collect();
+    let of = |texture: Option<u32>, is_normal: bool| texture.and_then(|texture| uploaded.get(&(texture, is_normal)));
+    let group = |&[base, normals]: &Textures| {
+        let (base, normals) = (of(base, false).unwrap_or(&white), of(normals, true).unwrap_or(&level));
+        let resources = [base, normals].into_iter().flat_map(|(view, sampler)| {
+            [wgpu::BindingResource::TextureView(view), wgpu::BindingResource::Sampler(sampler)]
+        });
+        let entries: Vec<_> =
+            resources.zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("textures"),
+            layout: &layouts.texture,
+            entries: &entries,
+        })
+    };
+    distinct.iter().map(group).collect()
+}
+
+/// What textures hold, by their index and whether that is normals; one may serve as both.
+fn uses(scene: &Scene) -> BTreeMap<(u32, bool), Content> {
+    let mut uses = BTreeMap::new();
     for material in &scene.materials {
-        if let (Some(texture), Some(cutoff)) = (material.texture, material.alpha_cutoff) {
-            let known = &mut cutoffs[texture as usize];
-            *known = Some(known.map_or(cutoff, |known| known.min(cutoff)));
+        if let Some(texture) = material.texture {
+            let cutoff = match uses.get(&(texture, false)) {
+                Some(Content::Colours(Some(known))) => {
+                    Some(material.alpha_cutoff.map_or(*known, |cutoff| cutoff.min(*known)))
+                }
+                _ => material.alpha_cutoff,
+            };
+            uses.insert((texture, false), Content::Colours(cutoff));
+        }
+        if let Some(bumps) = material.bumps {
+            uses.insert((bumps.texture, true), Content::Numbers);
         }
     }
-    let white = Texture { width_px: 1, height_px: 1, rgba: vec![255; 4], wrap: [Wrap::Repeat; 2], nearest: false };
-    let levels: Vec<_> =
-        scene.textures.par_iter().zip(&cutoffs).map(|(texture, &cutoff)| texture::levels(texture, cutoff)).collect();
-    let white_levels = texture::levels(&white, None);
-    let all = scene.textures.iter().zip(&levels).chain([(&white, &white_levels)]);
-    all.map(|(texture, levels)| {
-        let (view, sampler) = texture::upload(gpu, texture, levels);
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("base colour"),
-            layout: &layouts.texture,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
-            ],
-        })
-    })
-    .collect()
+    uses
 }

@@ -68,7 +68,7 @@ impl Imager for NoiseImager {
     }
 
     fn lighting(&self, _: &Snapshot) -> Lighting {
-        Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false }
+        Lighting { ambient: [1.0; 3], lights: Vec::new(), background: [0; 3], burley: false, ..Lighting::default() }
     }
 
     fn captures(&mut self, _: &Snapshot, views: &[Pinhole], _: Discretization) -> Result<Vec<Capture>, ImagerError> {

@@ -5,8 +5,8 @@
 @group(0) @binding(0) var<uniform> camera: Pinhole;
 // The share of the ambient light that arrives, and in each channel that of a light; for `light_occluded` alone. What all arrives of is a
 // single texel.
-@group(0) @binding(6) var ambient_shares: texture_2d<f32>;
-@group(0) @binding(7) var light_shares: texture_2d<f32>;
+@group(0) @binding(7) var ambient_shares: texture_2d<f32>;
+@group(0) @binding(8) var light_shares: texture_2d<f32>;
 
 fn lit(position: vec2f, ambient_share: f32, light_share: vec4f) -> Lit {
     let pixel = vec2i(position);

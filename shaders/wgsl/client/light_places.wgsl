@@ -4,7 +4,7 @@
 // Where rays come from, relative to the point that the lighting is relative to.
 @group(0) @binding(0) var<uniform> centres: array<vec4f, 256>;
 // Places relative to the same point, and which of the centres.
-@group(0) @binding(6) var places: texture_2d<f32>;
+@group(0) @binding(7) var places: texture_2d<f32>;
 
 @fragment
 fn light_places(@builtin(position) position: vec4f) -> Lit {

@@ -1,13 +1,14 @@
 // Surfaces of a G-buffer, or of an image in its formats, as shown: by the look that both ends share.
 #import "client/fullscreen.wgsl"
 #import "common/octahedral.wgsl"
-#import "common/shade.wgsl"
+#import "common/surface_light.wgsl"
 
 @group(0) @binding(1) var<uniform> lighting: Lighting;
 @group(0) @binding(2) var<uniform> material_table: array<Material, 256>;
 @group(0) @binding(3) var colour: texture_2d<f32>;
 @group(0) @binding(4) var normal_ids: texture_2d<u32>;
 @group(0) @binding(5) var w: texture_2d<f32>;
+@group(0) @binding(6) var sky: texture_2d<f32>;
 
 struct Lit {
     // sRGB-encoded; alpha 1 where there is a surface, else all zero.
@@ -28,17 +29,8 @@ fn lit_at(pixel: vec2i, position: vec3f, to_eye: vec3f, ambient_share: f32, ligh
     if (material.flags & MATERIAL_DOUBLE_SIDED) != 0u && dot(normal, to_eye) < 0.0 {
         normal = -normal;
     }
-    var arriving = ambient_share * lighting.ambient;
-    for (var index = 0u; index < lighting.light_count; index++) {
-        var diffuse = diffuse_light_towards(lighting.lights[index], lighting.burley, normal, position, to_eye);
-        let shadow = lighting.lights[index].shadow;
-        if shadow != 0u {
-            diffuse *= light_share[shadow - 1u];
-        }
-        arriving += diffuse;
-    }
     // What the bytes leave off, in quarters of a step.
     let rest = vec3f((vec3u(ids.y) >> vec3u(24u, 26u, 28u)) & vec3u(3u)) / 1020.0;
-    let shown = shade_lit(linear_from_srgb(base.rgb + rest), arriving, material);
-    return Lit(vec4f(shown, 1.0), textureLoad(w, pixel, 0).x);
+    let seen = Seen(linear_from_srgb(base.rgb + rest), normal, position, to_eye, ambient_share, light_share);
+    return Lit(vec4f(shown_off(seen, material), 1.0), textureLoad(w, pixel, 0).x);
 }

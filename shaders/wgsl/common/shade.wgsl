@@ -1,12 +1,15 @@
-// The look, as `protocol::Lighting` states it: shown = sRGB(1 - exp(-c)) with
+// The look, as `protocol::Lighting` states it: shown = sRGB(tone(c)). Where no sky shines it is plain,
 // c = emissive + base * (ambient + sum of E * n.l * f / pi), where E is a light's irradiance on a facing surface and f is 1
-// (Lambert) or Burley's diffuse factor. The light pass of the client and the truth renderer both call `shade_lit`.
+// (Lambert) or Burley's diffuse factor; under a sky it is full (`common/full.wgsl`). The client and the
+// truth renderer both call `light_off` and `shown_off` of `common/surface_light.wgsl`.
 // All vectors have the world's axes; positions are relative to the output eye.
 #import "common/srgb.wgsl"
+#import "common/tone.wgsl"
 
 const MAX_LIGHTS: u32 = 16u;
 const LIGHT_DIRECTIONAL: u32 = 0u;
 const LIGHT_POINT: u32 = 1u;
+const SKY_HARMONICS: u32 = 9u;
 const MATERIAL_UNLIT: u32 = 1u;
 const MATERIAL_DOUBLE_SIDED: u32 = 2u;
 
@@ -36,6 +39,14 @@ struct Lighting {
     background: vec3f,
     // 1: Burley's diffuse term at roughness 1, on steep faces only.
     burley: u32,
+    // What a matte white surface shows of the sky: harmonics, as `protocol::sky::harmonics` has them.
+    sky_diffuse: array<vec4f, SKY_HARMONICS>,
+    // What the light of the sky is multiplied by; 0 where none shines.
+    sky: f32,
+    // The first level that the sky's picture holds.
+    sky_first_level: u32,
+    tone: u32,
+    padding_0: u32,
     lights: array<Light, MAX_LIGHTS>,
 }
 
@@ -80,13 +91,8 @@ fn arriving_light(light: Light, position: vec3f) -> Arriving {
     return Arriving(to_light, light.colour * (spot_share(light, -to_light) * window / squared));
 }
 
-// What one light adds to `c` per unit of base colour, seen from the output eye.
-fn diffuse_light(light: Light, burley: u32, normal: vec3f, position: vec3f) -> vec3f {
-    return diffuse_light_towards(light, burley, normal, position, -normalize(position));
-}
-
-// The same, seen from where the unit vector `to_eye` points.
-fn diffuse_light_towards(light: Light, burley: u32, normal: vec3f, position: vec3f, to_eye: vec3f) -> vec3f {
+// The light that a light makes a matte white surface show, seen from where the unit vector `to_eye` points.
+fn diffuse_light(light: Light, burley: u32, normal: vec3f, position: vec3f, to_eye: vec3f) -> vec3f {
     let arriving = arriving_light(light, position);
     let n_l = dot(normal, arriving.to_light);
     if n_l <= 0.0 {
@@ -103,32 +109,4 @@ fn diffuse_light_towards(light: Light, burley: u32, normal: vec3f, position: vec
         factor *= burley_factor(n_l, clamp(dot(normal, to_eye), 0.0, 1.0), l_h);
     }
     return arriving.irradiance * factor;
-}
-
-// From exposed light to the sRGB-encoded picture.
-fn shown_from_light(c: vec3f) -> vec3f {
-    return srgb_from_linear(1.0 - exp(-c));
-}
-
-// The light that shows as a linear colour: the inverse of the exposure. What is whiter than SHOWN_MAX, which an 8-bit picture does
-// not tell from white, counts as that, as no light shows as white itself.
-const SHOWN_MAX = 0.9990234375;
-
-fn light_from_shown(linear: vec3f) -> vec3f {
-    return -log(1.0 - min(linear, vec3f(SHOWN_MAX)));
-}
-
-// The sRGB-encoded colour of a surface point. `base_linear` is linear RGB; `light` is what arrives: the ambient light plus
-// `diffuse_light` of each light. The caller sums over its own uniform, because passing all lights by value would copy them
-// for every fragment:
-//
-//     var light = lighting.ambient;
-//     for (var index = 0u; index < lighting.light_count; index++) {
-//         light += diffuse_light(lighting.lights[index], lighting.burley, normal, position);
-//     }
-fn shade_lit(base_linear: vec3f, light: vec3f, material: Material) -> vec3f {
-    if (material.flags & MATERIAL_UNLIT) != 0u {
-        return srgb_from_linear(base_linear);
-    }
-    return shown_from_light(material.emissive + base_linear * light);
 }

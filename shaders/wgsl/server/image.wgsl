@@ -18,15 +18,15 @@ fn image_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Imag
         return plain_fragment(v, front_facing, triangle_of_mesh);
     }
     // Most fragments end here, before the texture is read; derivatives need all of them.
-    let dx = dpdx(v.uv);
-    let dy = dpdy(v.uv);
+    let slopes = slopes_of(v);
     if is_redundant(sample_of(v, front_facing, triangle_of_mesh)) {
         discard;
     }
-    let texel = textureSampleGrad(base_texture, base_sampler, v.uv, dx, dy);
-    let surface = surface_at(v, front_facing, triangle_of_mesh, texel);
+    let texel = textureSampleGrad(base_texture, base_sampler, v.uv, slopes.dx_uv, slopes.dy_uv);
+    var surface = surface_at(v, front_facing, triangle_of_mesh, texel);
     if surface.cut {
         discard;
     }
+    surface.normal_world = bumped(v, slopes, surface.normal_world);
     return targets_of(surface);
 }

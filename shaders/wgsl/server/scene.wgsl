@@ -41,12 +41,19 @@ struct SurfaceMaterial {
     double_sided: u32,
     // What is kept finely of its surfaces, see FINE_*.
     fine: u32,
+    // What the tilts of its normal map are multiplied by; 0 without one.
+    bump_scale: f32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
 @group(1) @binding(1) var<storage, read> materials: array<SurfaceMaterial>;
 @group(2) @binding(0) var base_texture: texture_2d<f32>;
 @group(2) @binding(1) var base_sampler: sampler;
+@group(2) @binding(2) var normal_texture: texture_2d<f32>;
+@group(2) @binding(3) var normal_sampler: sampler;
 
 // Whether fragments below the material's alpha cut-off are dropped.
 override cut_out: bool = false;
@@ -91,6 +98,43 @@ fn corner(vertex: MeshVertex, instance_index: u32, triangle: u32) -> Varying {
     out.instance = instance_index;
     out.triangle = triangle;
     return out;
+}
+
+// How a fragment's place and texture coordinates change a pixel to the right and down. Derivatives need all fragments.
+struct Slopes {
+    dx_position: vec3f,
+    dy_position: vec3f,
+    dx_uv: vec2f,
+    dy_uv: vec2f,
+}
+
+fn slopes_of(v: Varying) -> Slopes {
+    return Slopes(dpdx(v.position), dpdy(v.position), dpdx(v.uv), dpdy(v.uv));
+}
+
+// The normal as the material's normal map tilts it. Tangents are where the texture coordinates grow along the triangle, at right angles to the normal
+// (after Schueler, *Normal mapping without precomputed tangents*, 2006); green tilts towards the upper edge of the map, where v falls.
+fn bumped(v: Varying, slopes: Slopes, normal: vec3f) -> vec3f {
+    let scale = materials[instances[v.instance].material].bump_scale;
+    let turn = slopes.dx_uv.x * slopes.dy_uv.y - slopes.dx_uv.y * slopes.dy_uv.x;
+    if scale == 0.0 || turn == 0.0 {
+        return normal;
+    }
+    let texel = textureSampleGrad(normal_texture, normal_sampler, v.uv, slopes.dx_uv, slopes.dy_uv).xyz;
+    let tilt = 2.0 * texel - 1.0;
+    let along_u = (slopes.dx_position * slopes.dy_uv.y - slopes.dy_position * slopes.dx_uv.y) * sign(turn);
+    let along_v = (slopes.dy_position * slopes.dx_uv.x - slopes.dx_position * slopes.dy_uv.x) * sign(turn);
+    let level = along_u - normal * dot(normal, along_u);
+    let squared = dot(level, level);
+    if squared == 0.0 {
+        return normal;
+    }
+    let tangent = level * inverseSqrt(squared);
+    let across = cross(normal, tangent);
+    let upwards = across * -sign(dot(across, along_v));
+    let tilted = scale * (tilt.x * tangent + tilt.y * upwards) + max(tilt.z, 0.0) * normal;
+    let length_squared = dot(tilted, tilted);
+    return select(normal, tilted * inverseSqrt(max(length_squared, 1e-30)), length_squared > 1e-12);
 }
 
 struct Surface {

@@ -29,10 +29,12 @@ fn targets_of(surface: Surface) -> ImageTargets {
 
 // Of an image by itself, which no earlier one is asked about.
 fn plain_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> ImageTargets {
+    let slopes = slopes_of(v);
     let texel = textureSample(base_texture, base_sampler, v.uv);
-    let surface = surface_at(v, front_facing, triangle_of_mesh, texel);
+    var surface = surface_at(v, front_facing, triangle_of_mesh, texel);
     if surface.cut {
         discard;
     }
+    surface.normal_world = bumped(v, slopes, surface.normal_world);
     return targets_of(surface);
 }

@@ -1,9 +1,10 @@
 // The picture that a reconstruction is compared with: every fragment is shaded as the client would.
 #import "server/scene.wgsl"
-#import "common/shade.wgsl"
+#import "common/surface_light.wgsl"
 
 @group(3) @binding(2) var<uniform> lighting: Lighting;
 @group(3) @binding(3) var<uniform> material_table: array<Material, 256>;
+@group(3) @binding(4) var sky: texture_2d<f32>;
 
 struct TruthTargets {
     // Triangle; object.
@@ -15,18 +16,16 @@ struct TruthTargets {
 }
 
 fn truth_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> TruthTargets {
+    let slopes = slopes_of(v);
     let texel = textureSample(base_texture, base_sampler, v.uv);
-    let surface = surface_at(v, front_facing, triangle_of_mesh, texel);
+    var surface = surface_at(v, front_facing, triangle_of_mesh, texel);
     if surface.cut {
         discard;
     }
-    let material = material_table[surface.material];
-    var light = lighting.ambient;
-    for (var index = 0u; index < lighting.light_count; index++) {
-        light += diffuse_light(lighting.lights[index], lighting.burley, surface.normal_world, v.position);
-    }
+    surface.normal_world = bumped(v, slopes, surface.normal_world);
+    let seen = Seen(surface.base, surface.normal_world, v.position, -normalize(v.position), 1.0, vec4f(1.0));
     var out: TruthTargets;
     out.ids = vec2u(surface.triangle, surface.object);
-    out.colour = vec4f(shade_lit(surface.base, light, material), 1.0);
+    out.colour = vec4f(shown_off(seen, material_table[surface.material]), 1.0);
     return out;
 }

@@ -25,7 +25,7 @@ const BAR: f64 = 1.3;
 
 /// Measures the teapot of a built-in scene.
 pub(super) fn measure(gpu: &Gpu, run: &Run, report: &mut Report) -> anyhow::Result<()> {
-    let mut stage = Stage::new(gpu, crate::stage::load_scene(SCENE, 1.0)?, Look::Default)?;
+    let mut stage = Stage::new(gpu, crate::stage::load_scene(SCENE, 1.0)?, Look::Plain)?;
     let eye_world = server::start::start_pose(&stage.scene).translation;
     stage.show(0.0, eye_world)?;
     let object = stage.scene.instances.iter().position(|instance| instance.name == OBJECT);

@@ -313,7 +313,7 @@ pub(super) fn measure(
     run: &Run,
     report: &mut Report,
 ) -> anyhow::Result<()> {
-    let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;
+    let mut stage = Stage::new(gpu, scene.clone(), Look::Plain)?;
     let label = scene.name.clone();
     let mut maker = Maker::new(&stage)?;
     let mut client = ClientView::new(gpu, settings.size_px)?;

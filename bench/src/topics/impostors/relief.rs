@@ -35,7 +35,7 @@ pub(super) fn measure(gpu: &Gpu, settings: &Settings, report: &mut Report) -> an
         let scene = Arc::new(load_scene(name, 1.0)?);
         let start = server::start::start_pose(&scene);
         let view = Pinhole::symmetric(start, (width, height), 1.0, server::start::near_m(&scene));
-        let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
+        let mut truths = Stage::new(gpu, (*scene).clone(), Look::Plain)?;
         truths.show(0.0, start.translation)?;
         let truth = picture(&truths.truth(&view)?);
         let mut client = ClientView::new(gpu, (width, height))?;

@@ -38,7 +38,7 @@ pub(super) fn measure(
     settings: &Settings,
     report: &mut Report,
 ) -> anyhow::Result<()> {
-    let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;
+    let mut stage = Stage::new(gpu, scene.clone(), Look::Plain)?;
     let Some((time_s, view)) = path.views(scene, settings.size_px).next() else { return Ok(()) };
     stage.show(time_s, view.world_from_eye.translation)?;
     let rays = reflected(scene, &stage, &view);

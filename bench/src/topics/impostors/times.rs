@@ -38,7 +38,7 @@ pub(super) fn measure(
 }
 
 fn images(gpu: &Gpu, scene: &Scene, path: &Path, settings: &Settings, report: &mut Report) -> anyhow::Result<()> {
-    let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;
+    let mut stage = Stage::new(gpu, scene.clone(), Look::Plain)?;
     let mut maker = Maker::new(&stage)?;
     let output_px = if settings.quick { OUTPUT_PX[0] } else { OUTPUT_PX[1] };
     let Some((time_s, view)) = path.views(scene, (output_px, output_px)).next() else { return Ok(()) };
@@ -71,7 +71,7 @@ fn images(gpu: &Gpu, scene: &Scene, path: &Path, settings: &Settings, report: &m
 }
 
 fn outputs(gpu: &Gpu, scene: &Scene, path: &Path, settings: &Settings, report: &mut Report) -> anyhow::Result<()> {
-    let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;
+    let mut stage = Stage::new(gpu, scene.clone(), Look::Plain)?;
     let mut maker = Maker::new(&stage)?;
     let sizes = if settings.quick { &OUTPUT_PX[..1] } else { &OUTPUT_PX[..] };
     for &side_px in sizes {

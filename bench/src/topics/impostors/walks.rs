@@ -129,7 +129,7 @@ fn of_size(
     side_px: u32,
     rows: &mut [((&str, Search), Way, Found)],
 ) -> anyhow::Result<()> {
-    let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;
+    let mut stage = Stage::new(gpu, scene.clone(), Look::Plain)?;
     let mut maker = Maker::new(&stage)?;
     let reflecting = reflectors(scene);
     for (time_s, view) in path.views(scene, settings.size_px) {

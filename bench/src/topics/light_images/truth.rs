@@ -43,7 +43,7 @@ pub(super) struct Arriving {
 
 impl Truths {
     pub fn new(gpu: &Gpu, scene: &Arc<Scene>) -> anyhow::Result<Truths> {
-        let stage = Stage::new(gpu, (**scene).clone(), Look::Default)?;
+        let stage = Stage::new(gpu, (**scene).clone(), Look::Plain)?;
         let discretizer = Discretizer::new(&stage.renderer)?;
         Ok(Truths { stage, discretizer })
     }

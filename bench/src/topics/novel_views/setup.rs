@@ -71,7 +71,7 @@ pub fn own(
         label,
         trace: a_pose_a_picture(&trace, frames),
         scene,
-        look: Look::Default,
+        look: Look::Plain,
         size_px: size_px.unwrap_or((640, 360)),
         fov_y_rad: 60_f64.to_radians(),
         networks: vec![Network::of_link(Link { rtt_s: 0.1, jitter_s: 0.02, ..Link::default() })],

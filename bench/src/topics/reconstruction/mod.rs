@@ -83,7 +83,7 @@ fn measure(settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Resul
 fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let loaded = run.load(name)?;
     let mut server = settled::Server::new(gpu, loaded.clone(), &settings.product())?;
-    let mut stage = Stage::new(gpu, loaded, Look::Default).with_context(|| name.to_owned())?;
+    let mut stage = Stage::new(gpu, loaded, Look::Plain).with_context(|| name.to_owned())?;
     let label = stage.scene.name.clone();
     let mut discretizer = Discretizer::new(&stage.renderer)?;
     let mut view = ClientView::new(gpu, settings.size_px)?;

@@ -212,7 +212,7 @@ mod tests {
         let scene = scene::builtin::load("pillars").expect("built in");
         let triangle = ViewTriangle::of(&scene, None, None);
         let near_m = server::start::near_m(&scene);
-        let mut stage = Stage::new(&gpu, scene, Look::Default).expect("a scene");
+        let mut stage = Stage::new(&gpu, scene, Look::Plain).expect("a scene");
         stage.show(0.0, triangle.middle(SIZE_PX, near_m).world_from_eye.translation).expect("shown");
         let by_gpu = |test| on_gpu(&gpu, &stage, test).expect("a meter");
         let mut bench = Bench {

@@ -83,7 +83,7 @@ fn measure(settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Resul
 }
 
 fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
-    let mut stage = Stage::new(gpu, run.load(name)?, Look::Default).with_context(|| name.to_owned())?.with_rays();
+    let mut stage = Stage::new(gpu, run.load(name)?, Look::Plain).with_context(|| name.to_owned())?.with_rays();
     let middle = run.read_trace()?.map(|trace| trace.at(0.0));
     let triangle = ViewTriangle::of(&stage.scene, middle, settings.side_m);
     let near_m = server::start::near_m(&stage.scene);

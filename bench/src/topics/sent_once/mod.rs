@@ -121,7 +121,7 @@ fn scene(
     let label = scene_label(name);
     let scene = Arc::new(run.load(name)?);
     let walk = Walk::new(&scene, run.read_trace()?, half_s);
-    let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
+    let mut truths = Stage::new(gpu, (*scene).clone(), Look::Plain)?;
     let usual = Setup::usual(image_px);
     let once = walked(gpu, &scene, &usual, &walk, &mut truths)?;
     let anew = walked(gpu, &scene, &Setup { method: Discretization::Conventional, ..usual }, &walk, &mut truths)?;

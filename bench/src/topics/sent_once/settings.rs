@@ -64,7 +64,7 @@ pub fn scene(gpu: &Gpu, name: &str, image_px: u32, half_s: f64, run: &Run, repor
     let label = scene_label(name);
     let scene = Arc::new(run.load(name)?);
     let walk = Walk::new(&scene, run.read_trace()?, half_s);
-    let mut truths = Stage::new(gpu, (*scene).clone(), Look::Default)?;
+    let mut truths = Stage::new(gpu, (*scene).clone(), Look::Plain)?;
     let usual = walked(gpu, &scene, &Setup::usual(image_px), &walk, &mut truths)?;
     let usual = Point::of(&usual, half_s);
     report.rows.push(usual.row(&label, &format!("{image_px} px, as a server does by itself")));

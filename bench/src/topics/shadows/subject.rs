@@ -51,7 +51,7 @@ struct Made {
 
 impl Subject {
     pub fn new(gpu: &Gpu, scene: Scene, settings: &Settings) -> anyhow::Result<Subject> {
-        let mut stage = Stage::new(gpu, scene, Look::Default)?;
+        let mut stage = Stage::new(gpu, scene, Look::Plain)?;
         stage.show(0.0, stage.scene.bounds.centre())?;
         let view = lamp::output(&stage.scene, settings.size_px);
         let mut discretizer = Discretizer::new(&stage.renderer)?;

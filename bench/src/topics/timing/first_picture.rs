@@ -44,7 +44,7 @@ struct First {
 pub(super) fn measure(gpu: &Gpu, scene: Scene, size_px: (u32, u32), repeats: usize) -> anyhow::Result<Row> {
     let camera = Pinhole::symmetric(start_pose(&scene), size_px, FOV_Y_RAD, near_m(&scene));
     let label = scene.name.clone();
-    let mut stage = Stage::new(gpu, scene.clone(), Look::Default)?;
+    let mut stage = Stage::new(gpu, scene.clone(), Look::Plain)?;
     stage.show(0.0, camera.world_from_eye.translation)?;
     let truth = picture(&stage.truth(&camera)?);
 

@@ -107,7 +107,7 @@ fn scene(
     totals: &mut stages::CodecTotals,
     report: &mut Report,
 ) -> anyhow::Result<()> {
-    let stage = Stage::new(gpu, scene?, Look::Default)?;
+    let stage = Stage::new(gpu, scene?, Look::Plain)?;
     report.rows.extend(stages::measure(gpu, stage, size_px, repeats, totals)?);
     Ok(())
 }

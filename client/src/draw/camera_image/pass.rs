@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
-use gpu::{Gpu, LightingUniform, MaterialUniform};
+use gpu::{Gpu, LightingUniform, MaterialUniform, SkyTexture};
 use protocol::Held;
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
@@ -40,6 +40,7 @@ pub(crate) struct Showing {
 pub(crate) struct CameraImagePass {
     gpu: Gpu,
     light: FullscreenPass,
+    sky: SkyTexture,
     show: FullscreenPass,
     coverage: Coverage,
     targets: Option<(Lit, Target)>,
@@ -49,12 +50,13 @@ pub(crate) struct CameraImagePass {
 impl CameraImagePass {
     pub(crate) fn new(gpu: &Gpu, output_format: TextureFormat) -> Result<CameraImagePass, shaders::ShaderError> {
         use Binding::{FloatTexture, UintTexture, Uniform};
-        let lit = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
+        let lit = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture, FloatTexture];
         let formats = [Lit::COLOUR, Lit::W];
         let shown = [Uniform, FloatTexture];
         Ok(CameraImagePass {
             gpu: gpu.clone(),
             light: FullscreenPass::new(gpu, "client/light_places.wgsl", "light_places", &lit, &formats)?,
+            sky: SkyTexture::default(),
             show: FullscreenPass::new(gpu, "client/letterbox.wgsl", "show_letterbox", &shown, &[output_format])?,
             coverage: Coverage::new(gpu)?,
             targets: None,
@@ -95,8 +97,11 @@ impl CameraImagePass {
         self.coverage.share()
     }
 
-    fn light(&self, encoder: &mut wgpu::CommandEncoder, image: &Image, held: &Held, lit: &Lit) {
-        let lighting = held.lighting.as_ref().map(|lighting| LightingUniform::new(lighting, image.anchor_world));
+    fn light(&mut self, encoder: &mut wgpu::CommandEncoder, image: &Image, held: &Held, lit: &Lit) {
+        let lighting = held
+            .lighting
+            .as_ref()
+            .map(|lighting| LightingUniform::new(lighting, held.sky.as_deref(), image.anchor_world));
         let lighting = lighting.unwrap_or_else(Zeroable::zeroed);
         let mut centres = [Vec4::ZERO; MAX_CENTRES];
         centres[..image.centres.len()].copy_from_slice(&image.centres);
@@ -107,7 +112,10 @@ impl CameraImagePass {
         let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(&lighting));
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&materials));
         let uniforms = [&centres, &lighting, &materials].map(wgpu::Buffer::as_entire_binding);
-        let inputs: Vec<_> = uniforms.into_iter().chain(image.views.iter().map(BindingResource::TextureView)).collect();
+        let sky = self.sky.of(&self.gpu, held.sky.as_ref());
+        let [colour, normal_ids, w, places] = image.views.each_ref();
+        let textures = [colour, normal_ids, w, &sky, places].map(BindingResource::TextureView);
+        let inputs: Vec<_> = uniforms.into_iter().chain(textures).collect();
         self.light.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
     }
 }

@@ -1,7 +1,7 @@
 //! The passes of a picture with reflectors: rays; and in rounds, walks in all impostors and what the rays do there; the composite.
 
 use camera::Pinhole;
-use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform};
+use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform, SkyTexture};
 use protocol::Held;
 use shaders::ShaderError;
 use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
@@ -37,6 +37,7 @@ pub(crate) struct ReflectPass {
     gather: FullscreenPass,
     edges: FullscreenPass,
     composite: FullscreenPass,
+    sky: SkyTexture,
     targets: Option<Targets>,
 }
 
@@ -71,13 +72,14 @@ struct Frame {
     camera: wgpu::Buffer,
     lighting: wgpu::Buffer,
     materials: wgpu::Buffer,
+    sky: TextureView,
 }
 
 impl Frame {
-    fn new(gpu: &Gpu, held: &Held, camera: &Pinhole) -> Frame {
+    fn new(gpu: &Gpu, held: &Held, camera: &Pinhole, sky: &mut SkyTexture) -> Frame {
         let eye_world = camera.world_from_eye.translation;
         let lighting = match &held.lighting {
-            Some(lighting) => LightingUniform::new(lighting, eye_world),
+            Some(lighting) => LightingUniform::new(lighting, held.sky.as_deref(), eye_world),
             None => bytemuck::Zeroable::zeroed(),
         };
         let table = MaterialUniform::table(&held.materials);
@@ -85,6 +87,7 @@ impl Frame {
             camera: uniform(gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world))),
             lighting: uniform(gpu, "lighting", bytemuck::bytes_of(&lighting)),
             materials: uniform(gpu, "materials", bytemuck::cast_slice(&table)),
+            sky: sky.of(gpu, held.sky.as_ref()),
         }
     }
 }
@@ -95,7 +98,7 @@ impl ReflectPass {
         let pass =
             |path, fragment, bindings: &[Binding]| FullscreenPass::new(gpu, path, fragment, bindings, &[WORDS, WORDS]);
         let of_rays = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
-        let of_bounce = [Uniform, Uniform, Uniform, UintTexture, UintTexture, UintTexture];
+        let of_bounce = [Uniform, Uniform, Uniform, UintTexture, UintTexture, UintTexture, FloatTexture];
         let gather = ("client/reflect/gather.wgsl", "gather");
         let of_sum = |onto, fragment, format| {
             FullscreenPass::onto(onto, gpu, ("client/reflect/composite.wgsl", fragment), &[FloatTexture], &[format])
@@ -106,9 +109,10 @@ impl ReflectPass {
             rays_at_edges: pass("client/reflect/rays.wgsl", "rays_at_edges", &of_rays)?,
             walks: Walks::new(gpu)?,
             bounce: pass("client/reflect/bounce.wgsl", "bounce", &of_bounce)?,
-            gather: FullscreenPass::onto(Onto::Sum, gpu, gather, &[UintTexture; 2], &[SUM])?,
+            gather: FullscreenPass::onto(Onto::Sum, gpu, gather, &[UintTexture, UintTexture, Uniform], &[SUM])?,
             edges: of_sum(Onto::Nothing, "edges", EDGES)?,
             composite: of_sum(Onto::Picture, "composite", Lit::COLOUR)?,
+            sky: SkyTexture::default(),
             targets: None,
         })
     }
@@ -164,7 +168,7 @@ impl ReflectPass {
         targets: &Targets,
         lit: &Lit,
     ) -> Result<(), ShaderError> {
-        let frame = Frame::new(&self.gpu, inputs.held, inputs.camera);
+        let frame = Frame::new(&self.gpu, inputs.held, inputs.camera, &mut self.sky);
         targets.walks.begin(encoder);
         let sum = BindingResource::TextureView(&targets.sum.view);
         let rays = match inputs.settings.edges {
@@ -179,7 +183,8 @@ impl ReflectPass {
             self.encode_rays(encoder, inputs, &frame, targets, offset_px, index > 0);
             let last = self.follow(encoder, inputs, reflectors, &frame, targets, index == 0)?;
             let mut gather = begin(encoder, "gather", index == 0, &[&targets.sum.view], None);
-            self.gather.draw(&mut gather, &targets.rays(last).map(BindingResource::TextureView));
+            let [first, second] = targets.rays(last).map(BindingResource::TextureView);
+            self.gather.draw(&mut gather, &[first, second, frame.lighting.as_entire_binding()]);
         }
         self.composite.encode(encoder, &[sum], &[&lit.colour.view]);
         Ok(())
@@ -212,7 +217,8 @@ impl ReflectPass {
             let [first, second] = targets.rays(round).map(BindingResource::TextureView);
             let found = BindingResource::TextureView(&targets.walks.found.view);
             let (lighting, materials) = (frame.lighting.as_entire_binding(), frame.materials.as_entire_binding());
-            let resources = [uniform.as_entire_binding(), lighting, materials, first, second, found];
+            let sky = BindingResource::TextureView(&frame.sky);
+            let resources = [uniform.as_entire_binding(), lighting, materials, first, second, found, sky];
             self.bounce.encode(encoder, &resources, &targets.rays(round + 1));
         }
         Ok(rounds)

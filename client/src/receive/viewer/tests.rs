@@ -22,7 +22,7 @@ fn welcome() -> Welcome {
         start_world_from_eye: Rigid::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO),
         walk: false,
         near_m: 0.01,
-        look: Look::Default,
+        look: Look::Plain,
         update_interval_s: 0.1,
         scene_time_s: 100.0,
     }
@@ -220,7 +220,8 @@ fn a_damaged_update_begins_anew() {
     assert_eq!(viewer.held().sample_count(), 2, "nothing of it was applied");
     exchange(&mut viewer, &mut server, 0.3);
 
-    let black = Lighting { ambient: [0.0; 3], lights: vec![], background: [0; 3], burley: false };
+    let black =
+        Lighting { ambient: [0.0; 3], lights: vec![], background: [0; 3], burley: false, ..Lighting::default() };
     server.update(vec![Edit::Clear, patch(2), patch(3), Edit::Light(Box::new(black))], 100.3, 0.3);
     exchange(&mut viewer, &mut server, 0.4);
     assert!(viewer.advance(&mut followed, 0.4, 10.0));

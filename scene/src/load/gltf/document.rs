@@ -268,6 +268,7 @@ pub(super) struct Material {
     pub pbr_metallic_roughness: MetallicRoughness,
     pub emissive_factor: [f32; 3],
     pub emissive_texture: Option<TextureInfo>,
+    pub normal_texture: Option<TextureInfo>,
     pub alpha_mode: Option<String>,
     pub alpha_cutoff: Option<f32>,
     pub double_sided: bool,
@@ -324,6 +325,8 @@ pub(super) struct TextureInfo {
     pub index: usize,
     #[serde(default)]
     pub tex_coord: u32,
+    /// Of a normal texture.
+    pub scale: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
 }

@@ -1,4 +1,4 @@
-//! The images that materials need: decoded whole for base colours, reduced to their mean where only that is used.
+//! The images that materials need: decoded whole for base colours and normals, reduced to their mean where only that is used.
 
 use image::RgbaImage;
 use rayon::prelude::*;
@@ -93,8 +93,10 @@ fn needs(document: &Document) -> Vec<Need> {
     let mut needs = vec![Need::default(); document.images.len()];
     for material in &document.materials {
         let pbr = &material.pbr_metallic_roughness;
-        if let Some(image) = image_of(document, pbr.base_color_texture.as_ref()) {
-            needs[image].pixels = true;
+        for info in [pbr.base_color_texture.as_ref(), material.normal_texture.as_ref()] {
+            if let Some(image) = image_of(document, info) {
+                needs[image].pixels = true;
+            }
         }
         for info in [pbr.metallic_roughness_texture.as_ref(), material.emissive_texture.as_ref()] {
             if let Some(image) = image_of(document, info) {

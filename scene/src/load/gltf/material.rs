@@ -1,7 +1,8 @@
 //! Materials, and the textures that they are drawn with.
 //!
-//! Base colour textures are kept. A metallic-roughness or emissive texture is replaced by its mean, which keeps the
-//! amount of light right on the whole; normal and occlusion textures are left out. Each of these is a warning.
+//! Base colour and normal textures are kept. A metallic-roughness or emissive texture is replaced by its mean, which keeps the
+//! amount of light right on the whole; occlusion textures are left out, and normal textures that lie otherwise than the base colour. Each of
+//! these is a warning.
 
 use std::collections::HashMap;
 
@@ -9,6 +10,7 @@ use super::document::{self, Document, Sampler, TextureInfo, TextureTransform};
 use super::images::{Decoded, image_of};
 use crate::load::Warnings;
 use crate::load::source::shorten;
+use crate::model::Bumps;
 use crate::model::Wrap;
 use crate::{Material, Texture};
 
@@ -57,9 +59,21 @@ pub(super) fn read(document: &Document, images: Vec<Option<Decoded>>, warnings: 
         let name = material.name.as_deref().map_or(String::new(), |name| format!(" {:?}", shorten(name)));
         let at = format!("materials[{index}]{name}");
         let info = material.pbr_metallic_roughness.base_color_texture.as_ref();
-        let texture = info.and_then(|info| textures.base_colour(info, &at, warnings));
-        all.materials.push(material_of(material, texture, &textures, &at, warnings));
-        all.uv_sources.push(texture.and(info).map(UvSource::of));
+        let texture = info.and_then(|info| textures.of(info, "base colour", &at, warnings));
+        let mut uv_source = texture.and(info).map(UvSource::of);
+        let bumps = material.normal_texture.as_ref().and_then(|info| {
+            let own = UvSource::of(info);
+            if *uv_source.get_or_insert(own) != own {
+                warnings
+                    .add(format!("{at}: drawn without its normal texture, which lies otherwise than the base colour"));
+                return None;
+            }
+            let texture = textures.of(info, "normal", &at, warnings)?;
+            Some(Bumps { texture, scale: info.scale.filter(|scale| scale.is_finite()).unwrap_or(1.0) })
+        });
+        let material = material_of(material, texture, &textures, &at, warnings);
+        all.materials.push(Material { bumps, ..material });
+        all.uv_sources.push(uv_source);
     }
     all.materials.push(Material { metallic: 1.0, ..Material::default() });
     all.uv_sources.push(None);
@@ -95,6 +109,7 @@ fn material_of(
         name: material.name.clone().unwrap_or_default(),
         base_colour: pbr.base_color_factor.unwrap_or([1.0; 4]).map(unit),
         texture,
+        bumps: None,
         alpha_cutoff: cutoff_of(material, at, warnings),
         double_sided: material.double_sided,
         emissive: emissive.map(|x| if x.is_finite() { x.max(0.0) } else { 0.0 }),
@@ -135,12 +150,12 @@ struct Textures<'a> {
 }
 
 impl Textures<'_> {
-    /// The scene's texture for a base colour; `None` with a warning where there is no image.
-    fn base_colour(&mut self, info: &TextureInfo, at: &str, warnings: &mut Warnings) -> Option<u32> {
+    /// The scene's texture for what a material needs one for; `None` with a warning where there is no image.
+    fn of(&mut self, info: &TextureInfo, what: &str, at: &str, warnings: &mut Warnings) -> Option<u32> {
         let image = image_of(self.document, Some(info));
         let found = image.filter(|&image| self.images[image].as_ref().is_some_and(|decoded| decoded.pixels.is_some()));
         let Some(image) = found else {
-            warnings.add(format!("{at}: drawn without its base colour texture, textures[{}] has no image", info.index));
+            warnings.add(format!("{at}: drawn without its {what} texture, textures[{}] has no image", info.index));
             return None;
         };
         let sampler = self.document.textures[info.index].sampler;

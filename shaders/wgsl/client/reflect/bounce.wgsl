@@ -1,5 +1,6 @@
 // What rays do where they have met something, or nothing: they go on, or bring its light.
 #import "client/fullscreen.wgsl"
+#import "common/surface_light.wgsl"
 #import "client/reflect/found.wgsl"
 #import "client/reflect/ray.wgsl"
 #import "client/reflect/reflector.wgsl"
@@ -10,30 +11,28 @@
 @group(0) @binding(3) var first: texture_2d<u32>;
 @group(0) @binding(4) var second: texture_2d<u32>;
 @group(0) @binding(5) var met: texture_2d<u32>;
+@group(0) @binding(6) var sky: texture_2d<f32>;
 
 // Less of a ray than a twentieth of a step of an 8-bit picture's darkest part, 1/(12.92 * 255), is not followed.
 const LEAST_THROUGHPUT = 1.5e-5;
 
 fn surface_light(found: Found, material: Material, position: vec3f, direction: vec3f) -> vec3f {
-    let base = linear_from_srgb(found.colour);
-    if (material.flags & MATERIAL_UNLIT) != 0u {
-        return light_from_shown(base);
-    }
     var normal = found.normal;
     if (material.flags & MATERIAL_DOUBLE_SIDED) != 0u && dot(normal, direction) > 0.0 {
         normal = -normal;
     }
-    var arriving = lighting.ambient;
-    for (var index = 0u; index < lighting.light_count; index++) {
-        arriving += diffuse_light_towards(lighting.lights[index], lighting.burley, normal, position, -direction);
-    }
-    return material.emissive + base * arriving;
+    let base = linear_from_srgb(found.colour);
+    return light_off(Seen(base, normal, position, -direction, 1.0, vec4f(1.0)), material);
 }
 
-// The ray ends before the background.
+// The ray ends before the background, or in the sky where one shines.
 fn in_background(ray: PixelRay) -> PixelRay {
     var done = ray;
-    done.light += ray.throughput * light_from_shown(linear_from_srgb(lighting.background));
+    if is_full() {
+        done.light += ray.throughput * sky_mirrored(ray.direction, 0.0);
+    } else {
+        done.light += ray.throughput * light_from_shown(linear_from_srgb(lighting.background), lighting.tone);
+    }
     done.state = RAY_DONE;
     return done;
 }

@@ -1,11 +1,13 @@
 // Adds the light that rays have brought to what reflectors show: a sum of colours, and of rays.
 #import "client/fullscreen.wgsl"
 #import "client/reflect/ray.wgsl"
+#import "common/shade.wgsl"
 
 @group(0) @binding(0) var first: texture_2d<u32>;
 @group(0) @binding(1) var second: texture_2d<u32>;
+@group(0) @binding(2) var<uniform> lighting: Lighting;
 
-// Linear colours as shown, by the exposure of `common/shade.wgsl`.
+// Linear colours as shown.
 @fragment
 fn gather(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
@@ -13,5 +15,5 @@ fn gather(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if ray.state == RAY_NONE {
         discard;
     }
-    return vec4f(1.0 - exp(-ray.light), 1.0);
+    return vec4f(toned(ray.light, lighting.tone), 1.0);
 }

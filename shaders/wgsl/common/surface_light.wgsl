@@ -1,0 +1,60 @@
+// The light that leaves a surface towards the eye, and how it is shown: by the look that both ends share, plain or full. Whoever imports this
+// declares `lighting` and `sky`, see `common/sky.wgsl`.
+#import "common/full.wgsl"
+
+// A surface point that is seen from somewhere.
+struct Seen {
+    // Linear RGB.
+    base: vec3f,
+    // Unit length, world axes.
+    normal: vec3f,
+    // Relative to what the lights' positions are relative to.
+    position: vec3f,
+    // Unit vector.
+    to_eye: vec3f,
+    // The share of the light from all around that arrives.
+    ambient_share: f32,
+    // In the channels that the lights name, the shares of theirs.
+    light_share: vec4f,
+}
+
+fn is_full() -> bool {
+    return lighting.sky > 0.0;
+}
+
+fn light_off(seen: Seen, material: Material) -> vec3f {
+    if (material.flags & MATERIAL_UNLIT) != 0u {
+        if is_full() {
+            return seen.base;
+        }
+        return light_from_shown(seen.base, lighting.tone);
+    }
+    let lobes = lobes_of(seen.base, material);
+    // Of a plain surface what arrives, of a full one what leaves.
+    var light = seen.ambient_share * lighting.ambient;
+    if is_full() {
+        light = seen.ambient_share * light_of_sky(lobes, seen.normal, seen.to_eye);
+    }
+    for (var index = 0u; index < lighting.light_count; index++) {
+        let lamp = lighting.lights[index];
+        var of_lamp = vec3f(0.0);
+        if is_full() {
+            of_lamp = light_of_lamp(lamp, lobes, seen.normal, seen.position, seen.to_eye);
+        } else {
+            of_lamp = diffuse_light(lamp, lighting.burley, seen.normal, seen.position, seen.to_eye);
+        }
+        if lamp.shadow != 0u {
+            of_lamp *= seen.light_share[lamp.shadow - 1u];
+        }
+        light += of_lamp;
+    }
+    return material.emissive + select(seen.base * light, light, is_full());
+}
+
+// The sRGB-encoded picture of it. Without light, a base colour is shown as it is.
+fn shown_off(seen: Seen, material: Material) -> vec3f {
+    if (material.flags & MATERIAL_UNLIT) != 0u && !is_full() {
+        return srgb_from_linear(seen.base);
+    }
+    return shown_from_light(light_off(seen, material), lighting.tone);
+}
