@@ -2,10 +2,12 @@
 
 mod added;
 pub mod builtin;
+pub mod environment;
 mod floor_plan;
 pub mod load;
 pub mod model;
 pub mod sanitize;
 
+pub use environment::Environment;
 pub use floor_plan::{floor_plan, heights_m};
 pub use model::{Bounds, Deformed, Instance, LightArea, Material, Mesh, Scene, SceneLight, Snapshot, Texture, Vertex};
