@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::all::AllArgs;
+use crate::beside::BesideArgs;
 use crate::render::RenderArgs;
 use crate::topic::Topic;
 use crate::{options, topics};
@@ -21,6 +22,14 @@ pub struct CompareArgs {
     /// Write the figures as JSON, and as CSV beside it.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// Writes the neutral studio that models are lit with where no environment is given, as a Radiance file.
+#[derive(Args)]
+pub struct StudioArgs {
+    /// The file to write.
+    #[arg(value_name = "FILE.hdr")]
+    pub file: PathBuf,
 }
 
 /// What every topic takes.
@@ -46,8 +55,10 @@ pub struct TopicArgs {
 /// Every command with what it takes.
 pub fn command() -> clap::Command {
     let all = AllArgs::augment_args(clap::Command::new("all"));
+    let beside = BesideArgs::augment_args(clap::Command::new("beside"));
     let compare = CompareArgs::augment_args(clap::Command::new("compare"));
     let render = RenderArgs::augment_args(clap::Command::new("render"));
+    let studio = StudioArgs::augment_args(clap::Command::new("studio"));
     let topic = |topic: &&dyn Topic| {
         topic.arguments(TopicArgs::augment_args(clap::Command::new(topic.name())).about(topic.about()))
     };
@@ -61,4 +72,6 @@ pub fn command() -> clap::Command {
         .subcommand(all)
         .subcommand(render)
         .subcommand(compare)
+        .subcommand(beside)
+        .subcommand(studio)
 }

@@ -1,6 +1,7 @@
 //! Evidence: how good, how fast and how small Vantage is, on the built-in scenes and on any scene of your own.
 //!
 //! - [`command`]: what people type; [`all`]: every run of the papers, piece by piece.
+//! - [`beside`]: models beside another renderer.
 //! - [`compare`]: scores of a picture against the truth (FLIP, SSIM, PSNR, flicker, holes), for one frame or a folder.
 //! - [`load`]: many clients of one server.
 //! - [`poses`]: the eye, frame by frame; [`motion`]: ways to move that need no file.
@@ -15,6 +16,7 @@
 //! the reconstruction of the client.
 
 pub mod all;
+pub mod beside;
 pub mod client_view;
 pub mod command;
 pub mod compare;

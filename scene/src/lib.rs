@@ -4,6 +4,7 @@ mod added;
 pub mod builtin;
 pub mod environment;
 mod floor_plan;
+mod held;
 pub mod load;
 pub mod model;
 pub mod sanitize;

@@ -91,6 +91,9 @@ fn load(options: &Options) -> anyhow::Result<Scene> {
     });
     bar.finish_and_clear();
     let mut scene = scene?;
+    if let Some(time_s) = options.hold {
+        scene = scene.held_at(time_s);
+    }
     for file in &options.graph_camera {
         cameras::add(&mut scene, file)?;
     }

@@ -63,6 +63,9 @@ pub struct Options {
     /// Makes the scene larger or smaller about the world's origin
     #[arg(long, default_value_t = 1.0, value_parser = positive)]
     pub scale: f64,
+    /// Shows the scene as it is so many seconds into its animation, standing still
+    #[arg(long, value_name = "SECONDS", value_parser = moment)]
+    pub hold: Option<f64>,
     /// How samples are coded: by the path that is measured, for speed, or for size
     #[arg(long, value_enum, default_value_t)]
     pub profile: ProfileName,
@@ -293,6 +296,13 @@ fn stops(text: &str) -> Result<f32, String> {
     }
 }
 
+fn moment(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|time_s: &f64| time_s.is_finite())
+        .ok_or_else(|| "a number of seconds is needed".to_owned())
+}
+
 /// Ticks of more than 240 Hz or less than one in ten seconds are typing errors.
 fn update_rate(text: &str) -> Result<f64, String> {
     match positive(text) {
@@ -321,9 +331,14 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused() {
-        for wrong in
-            [["--images", "0"], ["--image-size", "9999"], ["--scale", "-1"], ["--scale", "NaN"], ["--update-hz", "0"]]
-        {
+        for wrong in [
+            ["--images", "0"],
+            ["--image-size", "9999"],
+            ["--scale", "-1"],
+            ["--scale", "NaN"],
+            ["--update-hz", "0"],
+            ["--hold", "inf"],
+        ] {
             assert!(Options::try_parse_from(["vantage-server"].iter().chain(&wrong)).is_err(), "{wrong:?}");
         }
     }

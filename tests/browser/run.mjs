@@ -13,55 +13,17 @@ import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
 import { brightness, canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
+import { PATIENCE_MS, settled, still, until } from './lib/state.mjs';
 
 // A closed room with columns: every pixel of the true picture shows a surface.
 const SCENE = 'pillars';
-// Software drawing stalls for seconds at times: every wait has room, and every assertion is on content.
-const PATIENCE_MS = 120_000;
-// A picture that still changes after so many looks will not be still.
-const LOOKS = 60;
 
 const bin = process.env.VANTAGE_SERVER_BIN;
 const web = process.env.VANTAGE_WEB_DIR;
 const shots = process.env.VANTAGE_SHOTS ?? 'shots';
 
-/** Waits until `ready(window.vantage)` is true, and returns that state. */
-async function until(page, what, ready) {
-  const giveUp = Date.now() + PATIENCE_MS;
-  let state;
-  for (;;) {
-    state = await page.evaluate(() => JSON.parse(JSON.stringify(window.vantage ?? null)));
-    if (state && ready(state)) return state;
-    if (Date.now() > giveUp) throw new Error(`waited in vain for ${what}; last: ${JSON.stringify(state)}`);
-    await sleep(100);
-  }
-}
-
-/** Whether no more of a lamp's points are to come. */
-const isAllSoft = ({ soft_points: points }) => !points || points[0] === points[1];
-
-/** Waits until nothing was drawn for a while, longer than the server needs for a look on a busy machine. */
-async function settled(page) {
-  let state = await until(page, 'a picture', (now) => now.picture);
-  for (let look = 0; look < LOOKS; look += 1) {
-    await sleep(2500);
-    const next = await until(page, 'a picture', (now) => now.picture);
-    if (next.frames === state.frames && next.updates === state.updates && isAllSoft(next)) return next;
-    state = next;
-  }
-  throw new Error(`frames do not end; last: ${JSON.stringify(state)}`);
-}
-
-/** The picture once it is settled. One that a frame came into, as by an update that took the server long, is taken again. */
-async function stillPicture(page, name) {
-  for (let look = 0; look < LOOKS; look += 1) {
-    const before = await settled(page);
-    const picture = await canvasPixels(page, join(shots, `${name}.png`));
-    const after = await until(page, 'a picture', (now) => now.picture);
-    if (after.frames === before.frames) return picture;
-  }
-  throw new Error(`a frame came into every picture of ${name}`);
-}
+/** The picture once it is settled, which stays in a file. */
+const stillPicture = (page, name) => still(page, join(shots, `${name}.png`));
 
 /** Whether what both of `lamp-teapots`' lamps see is there, from four points each at least. */
 const seesLamps = ({ light_images: images }) => images.patches >= 8;
@@ -145,6 +107,18 @@ function tests(renderer) {
       assert.equal(state.decoder, 'worker');
       assert.ok(state.stats.ms.decode > 0, 'it took no time');
       assert.equal(at.page.workers().length, 1);
+    }],
+    ['begins where the address says', async () => {
+      const page = await smallPage(at, `${at.server.origin}/?renderer=${renderer}&eye=0.5,1.2,-1&target=0.5,1.2,-9&fov=40`);
+      const { pose } = await until(page, 'a picture', (now) => now.picture);
+      assert.ok(far(pose, { position: [0.5, 1.2, -1] }) < 1e-6, `it begins at ${pose.position}`);
+      const narrow = await still(page, join(shots, `${renderer}-1-narrow.png`));
+      await page.goto(`${at.server.origin}/?renderer=${renderer}&eye=0.5,1.2,-1&target=0.5,1.2,-9&fov=80`);
+      const wide = await still(page, join(shots, `${renderer}-1-wide.png`));
+      assert.ok(difference(narrow, wide) > 0.1, 'the field of view hardly changes the picture');
+      await page.goto(`${at.server.origin}/?renderer=${renderer}&eye=0.5,1.2`);
+      await page.locator('#loading-detail', { hasText: '?eye= and ?target= go together' }).waitFor();
+      await page.close();
     }],
     ['turns by dragging', async () => {
       const before = await settled(at.page);

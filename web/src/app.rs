@@ -12,6 +12,7 @@ use client::draw::picture::PictureOptions;
 use client::draw::shadow::{self, Shadows, SoftProgress};
 use client::draw::soft::{self, Choice, Pace};
 use client::receive::viewer::{SocketCommand, Viewer};
+use client::show::begin;
 use client::show::controls::{Controls, Mode};
 use glam::DVec2;
 use protocol::message::{Clock, ViewSize};
@@ -25,7 +26,7 @@ use crate::screen::{Renderer, Screen};
 use crate::socket::Socket;
 use crate::worker;
 
-/// Vertical field of view.
+/// Vertical field of view where the address asks for none.
 const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
 /// Applying updates stops a frame for no longer than this, in seconds, or for one update.
 const APPLY_BUDGET_S: f64 = 0.008;
@@ -50,6 +51,9 @@ struct Wishes {
     picture: PictureOptions,
     /// The camera whose image is shown.
     camera: Option<String>,
+    /// Where to begin instead of where the server says.
+    start: Option<Rigid>,
+    fov_y_rad: f64,
 }
 
 struct App {
@@ -64,6 +68,8 @@ struct App {
     screen: Option<Screen>,
     wished: Option<Renderer>,
     picture: PictureOptions,
+    start: Option<Rigid>,
+    fov_y_rad: f64,
     losses: u32,
     loss_asked: bool,
     drawn: Drawn,
@@ -90,7 +96,7 @@ pub async fn start() -> Result<(), String> {
     let decoder = worker::decoder();
     let screen = open_screen(wishes.renderer, wishes.picture, true).await?;
     let (width_px, height_px) = screen.size_px();
-    let view = ViewSize { width_px, height_px, fov_y_rad: FOV_Y_RAD };
+    let view = ViewSize { width_px, height_px, fov_y_rad: wishes.fov_y_rad };
     let app = App {
         page: Page::new()?,
         viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
@@ -105,6 +111,8 @@ pub async fn start() -> Result<(), String> {
         screen: Some(screen),
         wished: wishes.renderer,
         picture: wishes.picture,
+        start: wishes.start,
+        fov_y_rad: wishes.fov_y_rad,
         losses: 0,
         loss_asked: false,
         drawn: Drawn { stale: true, ..Drawn::default() },
@@ -171,7 +179,9 @@ fn wishes() -> Result<Wishes, String> {
     };
     let frame = frame::Options { antialias, ..frame::Options::default() };
     let picture = PictureOptions { frame, occlusion, shadow, ..PictureOptions::default() };
-    Ok(Wishes { url, renderer, picture, camera: query.get("camera") })
+    let start = begin::pose(query.get("eye").as_deref(), query.get("target").as_deref())?;
+    let fov_y_rad = query.get("fov").map_or(Ok(FOV_Y_RAD), |degrees| begin::fov_y_rad(&degrees))?;
+    Ok(Wishes { url, renderer, picture, camera: query.get("camera"), start, fov_y_rad })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
@@ -329,7 +339,7 @@ impl App {
     fn start_controls(&self) -> Option<Controls> {
         let welcome = self.viewer.welcome()?;
         let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
-        Some(Controls::new(welcome.start_world_from_eye, welcome.walk, min, max))
+        Some(Controls::new(self.start.unwrap_or(welcome.start_world_from_eye), welcome.walk, min, max))
     }
 
     fn move_eye(&mut self, now_s: f64) {
@@ -337,12 +347,12 @@ impl App {
         let Some(screen) = &mut self.screen else { return };
         if screen.fit() {
             let (width_px, height_px) = screen.size_px();
-            self.viewer.set_view(ViewSize { width_px, height_px, fov_y_rad: FOV_Y_RAD }, now_s);
+            self.viewer.set_view(ViewSize { width_px, height_px, fov_y_rad: self.fov_y_rad }, now_s);
             self.drawn.stale = true;
         }
         let Some(controls) = &mut self.controls else { return };
         let size = (screen.canvas.client_width(), screen.canvas.client_height());
-        controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), FOV_Y_RAD);
+        controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), self.fov_y_rad);
         controls.advance(dt_s);
         self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
     }
@@ -368,7 +378,7 @@ impl App {
             return Ok(());
         }
         let near_m = self.viewer.welcome().map_or(0.1, |welcome| welcome.near_m);
-        if screen.show(self.viewer.held(), pose.unwrap_or(Rigid::IDENTITY), FOV_Y_RAD, near_m)? {
+        if screen.show(self.viewer.held(), pose.unwrap_or(Rigid::IDENTITY), self.fov_y_rad, near_m)? {
             self.viewer.drawn(now_s, None, None);
             self.drawn.picture |= self.viewer.has_picture();
             self.drawn.pose = pose;
@@ -447,6 +457,7 @@ pub fn snapshot() -> String {
         "picture": app.drawn.picture,
         "renderer": app.screen.as_ref().map(|screen| screen.renderer.name()),
         "adapter": app.screen.as_ref().map(|screen| screen.gpu.caps.name.clone()),
+        "background": app.viewer.held().lighting.as_ref().map(|lighting| lighting.background),
         "size_px": app.screen.as_ref().map(Screen::size_px),
         "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
         "pose": pose,

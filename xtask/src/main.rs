@@ -3,6 +3,7 @@
 //! Small on purpose: a bare machine builds it first, and it installs what the rest needs.
 
 mod architecture;
+mod beside;
 mod circles;
 mod run;
 mod setup;
@@ -50,6 +51,8 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
+    /// Show models beside three.js: the same camera and environment, FLIP, a table and contact sheets.
+    Beside(beside::BesideArgs),
     /// Build the native viewer in release and run it.
     View {
         /// Passed on to vantage-view.
@@ -73,6 +76,7 @@ fn main() -> anyhow::Result<()> {
         Command::Serve { scene, port, server_arguments } => serve(scene, port, &server_arguments),
         Command::Test { only } => test::run_all(&only),
         Command::Report { arguments } => report(&arguments),
+        Command::Beside(arguments) => beside::beside(&arguments),
         Command::View { arguments } => run_release("vantage-client", "vantage-view", &arguments),
         Command::Web { release } => {
             setup::install(&[Need::WasmTarget, Need::Clang])?;

@@ -4,6 +4,7 @@
 //! - [`panel`]: how the panel writes figures.
 //! - Natively: `window`, the viewer's window; `headless`, the viewer along a camera trace.
 
+pub mod begin;
 pub mod controls;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;

@@ -18,13 +18,13 @@ const RENDERER = {
 const VIEWPORT = { width: 640, height: 400 };
 
 /** Opens a page in a browser of its own with a new profile. `close` ends both. */
-export async function openPage(renderer, log) {
+export async function openPage(renderer, log, viewport = VIEWPORT) {
   const profile = await mkdtemp(join(tmpdir(), 'vantage-browser-'));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
     headless: false, // the flag below says which headless
     args: [...BASE, ...RENDERER[renderer]],
-    viewport: VIEWPORT,
+    viewport,
     deviceScaleFactor: 1,
   });
   const page = context.pages()[0] ?? await context.newPage();

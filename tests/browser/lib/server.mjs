@@ -13,9 +13,9 @@ export async function freePort() {
 }
 
 /** Starts a server and waits until it answers. It looks ahead for nobody: a picture is settled once what is in view is there, and a software renderer is slow
- * enough without. */
-export async function startServer({ bin, web, port, scene, log }) {
-  const args = [scene, '--port', `${port}`, '--web', web, '--image-size', '256', '--images', '2', '--anticipation', 'off'];
+ * enough without. `more`: arguments beside these, by default small images. */
+export async function startServer({ bin, web, port, scene, log, more = ['--image-size', '256', '--images', '2'] }) {
+  const args = [scene, '--port', `${port}`, '--web', web, '--anticipation', 'off', ...more];
   const child = spawn(bin, args, { stdio: ['ignore', 'pipe', 'pipe'] });
   for (const stream of [child.stdout, child.stderr]) {
     stream.setEncoding('utf8');

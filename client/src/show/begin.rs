@@ -1,0 +1,65 @@
+//! Where a viewer is asked to begin, as an address of the browser client writes it: `eye=0,1.6,3&target=0,1,0&fov=40`.
+
+use camera::Rigid;
+use glam::DVec3;
+
+/// Vertical fields of view that pictures keep their shapes in, in degrees.
+const FOV_DEG: std::ops::RangeInclusive<f64> = 1.0..=150.0;
+
+/// `world_from_eye` of an eye at the point `eye` that looks at the point `target`; `None` without both.
+pub fn pose(eye: Option<&str>, target: Option<&str>) -> Result<Option<Rigid>, String> {
+    let (eye, target) = match (eye, target) {
+        (None, None) => return Ok(None),
+        (Some(eye), Some(target)) => (point("eye", eye)?, point("target", target)?),
+        _ => return Err("?eye= and ?target= go together".to_owned()),
+    };
+    if eye == target {
+        return Err("?eye= and ?target= are one point".to_owned());
+    }
+    Ok(Some(Rigid::look_at(eye, target)))
+}
+
+/// A vertical field of view in degrees, as radians.
+pub fn fov_y_rad(degrees: &str) -> Result<f64, String> {
+    let number = degrees.parse().ok().filter(|number| FOV_DEG.contains(number));
+    let (least, most) = (FOV_DEG.start(), FOV_DEG.end());
+    number.map(f64::to_radians).ok_or_else(|| format!("?fov={degrees}: use {least} to {most} degrees"))
+}
+
+fn point(name: &str, text: &str) -> Result<DVec3, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(str::parse).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) if x.is_finite() && y.is_finite() && z.is_finite() => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("?{name}={text}: use three numbers, in metres, with commas between them")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_eye_looks_at_its_target() {
+        let pose = pose(Some("0,1.5,4"), Some("0,1.5,-2e1")).unwrap().unwrap();
+        assert_eq!(pose.translation, DVec3::new(0.0, 1.5, 4.0));
+        assert!(pose.transform_vector(DVec3::Z).abs_diff_eq(DVec3::NEG_Z, 1e-12));
+        assert!((fov_y_rad("90").unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nonsense_is_named() {
+        assert_eq!(pose(None, None), Ok(None));
+        for (eye, target, word) in [
+            (Some("1,2,3"), None, "together"),
+            (Some("1,2"), Some("0,0,0"), "?eye=1,2:"),
+            (Some("1,2,3"), Some("0,NaN,0"), "?target=0,NaN,0:"),
+            (Some("1,2,3"), Some("1,2,3"), "one point"),
+        ] {
+            let said = pose(eye, target).unwrap_err();
+            assert!(said.contains(word), "{said}");
+        }
+        for degrees in ["0", "180", "wide"] {
+            assert!(fov_y_rad(degrees).unwrap_err().starts_with(&format!("?fov={degrees}:")));
+        }
+    }
+}
