@@ -37,22 +37,22 @@ pub(super) fn dimensions(bytes: &[u8]) -> Result<(u32, u32), String> {
     if upper != 0 || uncompressed_bytes > blocks * BLOCK_BYTES {
         return Err("the KTX2 file claims a level larger than its picture".into());
     }
+    // Without supercompression it is UASTC, block by block.
+    if word(44)? == 0 && blocks * BLOCK_BYTES > bytes.len() as u64 {
+        return Err("the KTX2 file is shorter than its picture".into());
+    }
     Ok((width, height))
 }
 
 /// Decodes the largest level. [`dimensions`] was asked before.
 pub(super) fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
-    let fault = |error| match error {
-        basisu::Error::InvalidData | basisu::Error::Truncated => {
-            "the KTX2 file is damaged, or not of Basis Universal".into()
-        }
-        error => format!("KTX2: {error:?}"),
-    };
-    let transcoder = Transcoder::new(bytes).map_err(fault)?;
+    let transcoder = Transcoder::new(bytes).map_err(|_| "the KTX2 file is damaged, or not of Basis Universal")?;
     if !matches!(transcoder.source_format(), SourceFormat::Etc1s | SourceFormat::UastcLdr) {
         return Err(format!("KTX2 images in {:?} are not supported", transcoder.source_format()));
     }
     let (width, height) = transcoder.base_dimensions();
-    let rgba = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).map_err(fault)?;
+    let rgba = transcoder
+        .transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
+        .map_err(|_| "the Basis Universal data of the KTX2 file is damaged")?;
     RgbaImage::from_raw(width, height, rgba).ok_or_else(|| "the picture is not as large as its header says".into())
 }

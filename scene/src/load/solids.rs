@@ -1,7 +1,7 @@
 //! Solids that stand for points and lines, which have no area to draw: small octahedra and thin prisms.
 //!
 //! A point becomes as large as it is far from its neighbours, so a dense cloud looks closed from where its points were
-//! taken, and a sparse one stays a cloud. A line becomes as wide as a pixel of a picture that shows all of them.
+//! taken. Few points are marks that stand apart. A line becomes as wide as a pixel of a picture that shows all of them.
 
 use glam::DVec3;
 
@@ -23,6 +23,8 @@ const OCTAHEDRON: [DVec3; CORNERS] = [DVec3::X, DVec3::Z, DVec3::Y, DVec3::NEG_Y
 const RADIUS_PER_SPACING: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// A stray point far from all others would be a boulder. Scanned clouds are a few times sparser far from the scanner.
 const MAX_RADIUS_PER_MEDIAN: f64 = 4.0;
+/// Few points are marks that stand apart, of the diagonal of their extent.
+const MAX_RADIUS_PER_EXTENT: f64 = 0.1;
 /// Of a point that is alone, in file units.
 const LONE_RADIUS: f64 = 0.01;
 
@@ -99,8 +101,12 @@ fn radii(places: &[DVec3]) -> Vec<f64> {
     } else {
         *apart.select_nth_unstable_by(middle, f64::total_cmp).1
     };
+    let mut bounds = crate::Bounds::EMPTY;
+    places.iter().for_each(|&place| bounds.include(place));
+    let extent = 2.0 * bounds.radius_m();
+    let largest = if extent > 0.0 { MAX_RADIUS_PER_EXTENT * extent } else { LONE_RADIUS };
     let spacing = |spacing: f64| if spacing > 0.0 { spacing.min(MAX_RADIUS_PER_MEDIAN * median) } else { median };
-    spacings.into_iter().map(|own| RADIUS_PER_SPACING * spacing(own)).collect()
+    spacings.into_iter().map(|own| (RADIUS_PER_SPACING * spacing(own)).min(largest)).collect()
 }
 
 struct Corner {
@@ -207,6 +213,8 @@ mod tests {
         let median = radii[10];
         assert!((radii[20] / median - MAX_RADIUS_PER_MEDIAN).abs() < 1e-9, "{radii:?}");
         assert!((radii[22] / median - 1.0).abs() < 1e-9, "{radii:?}");
+        let two = super::radii(&[DVec3::ZERO, DVec3::X * 5.0]);
+        assert_eq!(two, [0.5; 2]);
     }
 
     #[test]

@@ -216,7 +216,8 @@ impl Assembly<'_> {
         let at = format!("nodes[{node}]");
         let name = source.name.as_ref().or(document.meshes[mesh].name.as_ref());
         let name = name.map_or_else(|| at.clone(), |name| shorten(name));
-        let offsets = instancing::offsets(source, &at, self.place.accessors, self.place.limits)?;
+        let offsets = instancing::offsets(source, &at, self.place.accessors, self.place.limits);
+        let Some(offsets) = warnings.leave_out(&at, offsets)? else { return Ok(()) };
         for index in 0..document.meshes[mesh].primitives.len() {
             let Some(primitive) = self.primitives.get(&(mesh, index)) else { continue };
             for offset in &offsets {

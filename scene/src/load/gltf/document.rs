@@ -68,6 +68,12 @@ impl Document {
 }
 
 impl Document {
+    /// Nodes that refer to meshes that do not exist show none; the lint names them.
+    pub fn forget_unknown_meshes(&mut self) {
+        let count = self.meshes.len();
+        self.nodes.iter_mut().for_each(|node| node.mesh = node.mesh.filter(|&mesh| mesh < count));
+    }
+
     /// A file without nodes is a library of meshes: each is given a node, so that it is shown where it was modelled.
     pub fn place_loose_meshes(&mut self, warnings: &mut Warnings) {
         if self.nodes.is_empty() && !self.meshes.is_empty() {

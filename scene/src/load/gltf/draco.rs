@@ -41,7 +41,7 @@ pub(super) fn decompress<'a>(
         guarded(|| {
             let mut mesh = Mesh::new();
             let mut stream = DecoderBuffer::new(view.bytes).with_limits(limits);
-            MeshDecoder::new().decode(&mut stream, &mut mesh).map_err(|error| error.to_string())?;
+            MeshDecoder::new().decode(&mut stream, &mut mesh).map_err(|error| error.message().to_owned())?;
             Decompressed::of(mesh, compressed)
         })
     }))

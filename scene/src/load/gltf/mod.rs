@@ -76,6 +76,7 @@ pub(super) fn load(bytes: Vec<u8>, request: &Request<'_>) -> Result<Scene, LoadE
     warn_of_extensions(&document, &mut warnings);
     lint::lint(&root, &document, container.bin.is_some(), &mut warnings);
     drop(root);
+    document.forget_unknown_meshes();
     document.place_loose_meshes(&mut warnings);
     let mut uris = UriReader::new(&request.folder, request.limits.file_bytes);
     let buffers = Buffers::read(&document, container.bin, &mut uris, request.limits, &mut warnings)?;

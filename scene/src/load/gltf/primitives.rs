@@ -28,13 +28,7 @@ pub(super) fn read(
     for &node in visible {
         let source = &document.nodes[node];
         let Some(mesh) = source.mesh else { continue };
-        let count = shown.len();
-        let slot = shown.get_mut(mesh).ok_or_else(|| {
-            LoadError::malformed(
-                format!("nodes[{node}].mesh"),
-                format!("mesh {mesh} does not exist, there are {count}"),
-            )
-        })?;
+        let slot = &mut shown[mesh];
         let joints = source.skin.map(|skin| skins[skin].joints.len());
         *slot = Some(match (slot.take().flatten(), joints) {
             (Some(a), Some(b)) => Some(a.min(b)),
@@ -58,13 +52,8 @@ pub(super) fn read(
     let mut primitives = HashMap::new();
     for (((mesh, index), _), (primitive, new_warnings)) in jobs.into_iter().zip(built) {
         warnings.extend(new_warnings);
-        match primitive {
-            Ok(primitive) => drop(primitive.map(|primitive| primitives.insert((mesh, index), primitive))),
-            Err(error @ LoadError::Malformed { .. }) => {
-                warnings.add(format!("{error}; meshes[{mesh}].primitives[{index}] is left out"));
-            }
-            Err(error) => return Err(error),
-        }
+        let primitive = warnings.leave_out(&format!("meshes[{mesh}].primitives[{index}]"), primitive)?;
+        primitives.extend(primitive.flatten().map(|primitive| ((mesh, index), primitive)));
     }
     Ok(primitives)
 }

@@ -81,8 +81,8 @@ fn of_a_picture_in_several_formats_the_plain_one_is_taken() {
 
 #[test]
 fn a_picture_that_claims_more_than_it_is_gets_no_memory() {
-    let changed = |at: usize, value: u32| {
-        let mut file = UASTC_ZSTD.to_vec();
+    let changed = |file: &[u8], at: usize, value: u32| {
+        let mut file = file.to_vec();
         file[at..at + 4].copy_from_slice(&value.to_le_bytes());
         let scene = load_gltf(&textured(&file, "image/ktx2", "KHR_texture_basisu").glb()).unwrap();
         assert!(scene.textures.is_empty());
@@ -97,9 +97,11 @@ fn a_picture_that_claims_more_than_it_is_gets_no_memory() {
         (100, 1, "larger than its picture"),
         (44, 3, "damaged, or not of Basis Universal"),
     ] {
-        let warnings = changed(at, value);
+        let warnings = changed(UASTC_ZSTD, at, value);
         assert!(warnings.contains(why) && warnings.contains("images[0] is left out"), "{warnings}");
     }
+    let warnings = changed(UASTC, 20, 16_000);
+    assert!(warnings.contains("shorter than its picture"), "{warnings}");
 }
 
 /// Where the sheet's vertices are, by their texture coordinates; colours and normals follow them.
