@@ -35,7 +35,7 @@ pub struct StudioArgs {
 /// What every topic takes.
 #[derive(Args)]
 pub struct TopicArgs {
-    /// A built-in scene or a scene file (glTF, GLB, OBJ, PLY); may be given several times. Default: the topic's own.
+    /// A built-in scene or a scene file (glTF, GLB, OBJ, PLY, STL); may be given several times. Default: the topic's own.
     #[arg(long, value_name = "FILE|NAME")]
     pub scene: Vec<String>,
     /// A camera trace, one line `px py pz rx ry rz t_ms` a pose, for topics that follow one; `auto`: one of the topic's own.

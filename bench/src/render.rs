@@ -21,7 +21,7 @@ use crate::stage::{Stage, load_scene, picture};
 /// Draws the truth: the full scene at given poses, by a plain renderer that shares no code with the reconstruction.
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// A built-in scene or a scene file (glTF, GLB, OBJ, PLY).
+    /// A built-in scene or a scene file (glTF, GLB, OBJ, PLY, STL).
     #[arg(long, value_name = "FILE|NAME")]
     pub scene: String,
     /// A camera trace, one line `px py pz rx ry rz t_ms` a pose; `auto`: an orbit that frames the scene.

@@ -18,7 +18,7 @@ use crate::source;
 #[derive(Debug, Parser)]
 #[command(name = "vantage-server", version, after_help = EXIT_CODES)]
 pub struct Options {
-    /// A scene file (glTF, GLB, OBJ, PLY) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a
+    /// A scene file (glTF, GLB, OBJ, PLY, STL) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a
     /// file as what reflects in a built-in scene, as in mirror-teapots+bunny.obj
     pub scene: Option<String>,
     /// A file of cameras that viewers may ask for by their names: bent, split and merged, or past a silhouette; may be given several times

@@ -31,7 +31,7 @@ struct Arguments {
 enum Command {
     /// Set up what is missing, build server and web client in release, and serve a scene on http://127.0.0.1:PORT.
     Serve {
-        /// A scene file (glTF, GLB, OBJ, PLY) or a built-in scene; without it, a built-in moving one.
+        /// A scene file (glTF, GLB, OBJ, PLY, STL) or a built-in scene; without it, a built-in moving one.
         scene: Option<OsString>,
         /// The port to listen on.
         #[arg(long, default_value_t = 8080)]

@@ -15,7 +15,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// Neither content nor extension names a format that is read here.
-    #[error("{path}: not a glTF, GLB, OBJ or PLY file", path = path.display())]
+    #[error("{path}: not a glTF, GLB, OBJ, PLY or STL file", path = path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,

@@ -80,10 +80,7 @@ impl Geometry {
 
     fn drop_faulty_triangles(&mut self, at: &str, keep_flat: bool, warnings: &mut Warnings) {
         let positions = &self.positions;
-        let usable = |index: u32| {
-            let p = positions[index as usize];
-            p.is_finite() && p.abs().max_element() <= MAX_COORDINATE_M
-        };
+        let usable = |index: u32| is_usable(positions[index as usize]);
         let total = self.triangles.len();
         self.triangles.retain(|triangle| triangle.iter().all(|&index| usable(index)));
         let finite = self.triangles.len();
@@ -143,6 +140,11 @@ impl Geometry {
         let step = (radius / GRID_PER_RADIUS).log2().floor().exp2();
         (bounds.centre() / step).round() * step
     }
+}
+
+/// Whether a place is one: finite, and not past [`MAX_COORDINATE_M`].
+pub(super) fn is_usable(place: DVec3) -> bool {
+    place.is_finite() && place.abs().max_element() <= MAX_COORDINATE_M
 }
 
 /// Twice the area, along the normal.

@@ -3,7 +3,8 @@
 /// Caps on sizes that a file claims. Each is checked before memory is taken for it.
 ///
 /// Together they bound the memory of a load: at most `3 * file_bytes` for the file, what it refers to and what is
-/// decompressed from it, 64 bytes a JSON value, 200 bytes a vertex, 100 bytes a triangle, 12 bytes a texture pixel.
+/// decompressed from it, 64 bytes a JSON value, 200 bytes a vertex, 100 bytes a triangle, 12 bytes a texture pixel,
+/// 3,000 bytes a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LoadLimits {
     /// Bytes of the scene file, of all files that it refers to, and of all buffers after decompression: each of the three.
@@ -18,6 +19,8 @@ pub struct LoadLimits {
     pub vertices: u64,
     /// Triangles stored (instances do not count).
     pub triangles: u64,
+    /// Points and lines drawn, each as a solid of six vertices; where there are more, every n-th is drawn.
+    pub points: u64,
     /// Pixels of all textures.
     pub texture_pixels: u64,
     /// Numbers in all keyframes of an animation.
@@ -35,6 +38,7 @@ impl Default for LoadLimits {
             depth: 1 << 10,
             vertices: 1 << 25,
             triangles: 1 << 25,
+            points: 1 << 20,
             texture_pixels: 1 << 28,
             keyframe_values: 1 << 26,
             instances: 65_535,

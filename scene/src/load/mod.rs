@@ -1,4 +1,4 @@
-//! Scene files: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ with MTL, and PLY.
+//! Scene files: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ with MTL, PLY and STL.
 //!
 //! [`load`] takes a path and gives a [`Scene`]: meshes re-centred about their f64 bounds, materials, base colour images,
 //! instances with their places over time. What is dropped or mended on the way is in [`Scene::warnings`], each entry
@@ -15,6 +15,8 @@ mod closed;
 mod error;
 mod geometry;
 mod gltf;
+mod guard;
+mod ktx2;
 mod limits;
 mod motion;
 mod mtl;
@@ -22,7 +24,10 @@ mod numbers;
 mod obj;
 mod ply;
 mod request;
+mod solids;
 mod source;
+mod spacing;
+mod stl;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -46,6 +51,7 @@ enum Format {
     Gltf,
     Obj,
     Ply,
+    Stl,
 }
 
 /// Loads a scene file. `progress` is called from any thread, with shares that grow within a stage.
@@ -59,6 +65,7 @@ pub fn load(path: &Path, limits: &LoadLimits, progress: &(dyn Fn(Progress) + Syn
         Some(Format::Gltf) => gltf::load(bytes, &request),
         Some(Format::Obj) => obj::load(&bytes, &request),
         Some(Format::Ply) => ply::load(&bytes, &request),
+        Some(Format::Stl) => stl::load(&bytes, &request),
         None => Err(LoadError::UnknownFormat { path: path.to_owned() }),
     }
 }
@@ -75,6 +82,7 @@ fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
         "gltf" | "glb" => Some(Format::Gltf),
         "obj" => Some(Format::Obj),
         "ply" => Some(Format::Ply),
+        "stl" => Some(Format::Stl),
         _ => None,
     }
 }

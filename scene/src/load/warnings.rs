@@ -1,5 +1,7 @@
 //! What was dropped or mended, for the log.
 
+use super::LoadError;
+
 /// More of them say nothing new; the rest is counted.
 const MAX_WARNINGS: usize = 200;
 
@@ -54,6 +56,18 @@ impl Warnings {
                 known.places += tally.places;
             }
             None => self.tallies.push(tally),
+        }
+    }
+
+    /// A thing of which the file has a faulty one is `None`, with a warning that names it. Other errors stay: a file past a
+    /// limit is refused, as what is left of it may be no less.
+    pub fn leave_out<T>(&mut self, at: &str, result: Result<T, LoadError>) -> Result<Option<T>, LoadError> {
+        match result {
+            Err(error @ LoadError::Malformed { .. }) => {
+                self.add(format!("{error}; {at} is left out"));
+                Ok(None)
+            }
+            result => result.map(Some),
         }
     }
 

@@ -101,6 +101,11 @@ impl<'a> Accessors<'a> {
         Accessors { document, buffers }
     }
 
+    /// The bytes that accessors are of.
+    pub fn buffers(&self) -> &'a Buffers<'a> {
+        self.buffers
+    }
+
     /// The accessor itself. `at` is where it is referred to.
     pub fn get(&self, index: usize, at: &str) -> Result<&'a Accessor, LoadError> {
         self.document.accessors.get(index).ok_or_else(|| {

@@ -2,12 +2,11 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DAffine3, DVec3};
-use rayon::prelude::*;
 
 use super::accessor::{Accessors, Count};
+use super::attributes::Place;
 use super::clip::{Clips, Pose};
 use super::deform::Deform;
 use super::document::Document;
@@ -18,7 +17,8 @@ use super::material::Materials;
 use super::motion::{DeformSource, Motion, Skin, Source, invertible};
 use super::named_camera::named_cameras;
 use super::panel::rectangle;
-use super::primitive::{Place, Primitive};
+use super::primitive::Primitive;
+use super::primitives::{self, PrimitiveId};
 use super::{Request, Stage, Warnings};
 use crate::load::geometry::bounds_of;
 use crate::load::motion::Still;
@@ -29,9 +29,6 @@ use crate::{Instance, Material, Mesh, Scene};
 
 /// Rectangles of a file that are lights: no more count in a picture ([`NodeLight`]s of other kinds come first).
 const PANELS: usize = 16;
-
-/// Mesh and primitive.
-type PrimitiveId = (usize, usize);
 
 /// Builds the scene of a document whose materials are read.
 pub(super) fn scene(
@@ -45,8 +42,9 @@ pub(super) fn scene(
     let visible = hierarchy.visible(document, &mut warnings)?;
     let clips = Clips::read(document, accessors, request.limits, &mut warnings)?;
     let skins = skins(document, accessors, &visible, &mut warnings)?;
-    let place = Place { document, accessors, limits: request.limits, uv_sources: &materials.uv_sources };
-    let primitives = primitives(place, &visible, &skins, request, &mut warnings)?;
+    let uv_sources = &materials.uv_sources;
+    let place = Place { document, accessors, limits: request.limits, uv_sources, solid_step: 1 };
+    let primitives = primitives::read(place, &visible, &skins, request, &mut warnings)?;
     let worlds = hierarchy.worlds(&hierarchy.locals);
     let rest_pose = Pose { locals: hierarchy.locals.clone(), weights: vec![None; document.nodes.len()] };
     let mut moving = clips.moves(document.nodes.len());
@@ -191,69 +189,6 @@ fn skins(
     document.skins.iter().enumerate().map(read).collect()
 }
 
-/// The primitives that the given nodes need, built in parallel.
-fn primitives(
-    place: Place<'_>,
-    visible: &[usize],
-    skins: &[Skin],
-    request: &Request<'_>,
-    warnings: &mut Warnings,
-) -> Result<HashMap<PrimitiveId, Primitive>, LoadError> {
-    let document = place.document;
-    // By mesh: whether it is shown, and the fewest joints of a skin that it is shown with.
-    let mut shown: Vec<Option<Option<usize>>> = (0..document.meshes.len()).map(|_| None).collect();
-    for &node in visible {
-        let source = &document.nodes[node];
-        let Some(mesh) = source.mesh else { continue };
-        let count = shown.len();
-        let slot = shown.get_mut(mesh).ok_or_else(|| {
-            LoadError::malformed(
-                format!("nodes[{node}].mesh"),
-                format!("mesh {mesh} does not exist, there are {count}"),
-            )
-        })?;
-        let joints = source.skin.map(|skin| skins[skin].joints.len());
-        *slot = Some(match (slot.take().flatten(), joints) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        });
-    }
-    let mut jobs = Vec::new();
-    let (mut vertices, mut indices) = (0_u64, 0_u64);
-    for (mesh, joints) in shown.iter().enumerate().filter_map(|(mesh, shown)| Some((mesh, (*shown)?))) {
-        for (index, primitive) in document.meshes[mesh].primitives.iter().enumerate() {
-            let count =
-                |accessor: Option<&usize>| accessor.and_then(|&a| document.accessors.get(a)).map_or(0, |a| a.count);
-            let own = count(primitive.attributes.get("POSITION"));
-            vertices = vertices.saturating_add(own.saturating_mul(1 + primitive.targets.len() as u64));
-            indices = indices.saturating_add(primitive.indices.map_or(own, |accessor| count(Some(&accessor))));
-            jobs.push(((mesh, index), joints));
-        }
-    }
-    LoadError::check_limit("vertices", vertices, request.limits.vertices)?;
-    LoadError::check_limit("indices", indices, request.limits.triangles.saturating_mul(3))?;
-    let done = AtomicUsize::new(0);
-    let built: Vec<_> = jobs
-        .par_iter()
-        .map(|&((mesh, index), joints)| {
-            let mut warnings = Warnings::default();
-            let at = format!("meshes[{mesh}].primitives[{index}]");
-            let primitive =
-                Primitive::read(&document.meshes[mesh].primitives[index], &at, place, joints, &mut warnings);
-            request.report(Stage::Meshes, done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len());
-            (primitive, warnings)
-        })
-        .collect();
-    let mut primitives = HashMap::new();
-    for ((id, _), (primitive, new_warnings)) in jobs.iter().zip(built) {
-        warnings.extend(new_warnings);
-        if let Some(primitive) = primitive? {
-            primitives.insert(*id, primitive);
-        }
-    }
-    Ok(primitives)
-}
-
 struct Assembly<'a> {
     place: Place<'a>,
     primitives: &'a HashMap<PrimitiveId, Primitive>,
@@ -281,7 +216,8 @@ impl Assembly<'_> {
         let at = format!("nodes[{node}]");
         let name = source.name.as_ref().or(document.meshes[mesh].name.as_ref());
         let name = name.map_or_else(|| at.clone(), |name| shorten(name));
-        let offsets = instancing::offsets(source, &at, self.place.accessors, self.place.limits)?;
+        let offsets = instancing::offsets(source, &at, self.place.accessors, self.place.limits);
+        let Some(offsets) = warnings.leave_out(&at, offsets)? else { return Ok(()) };
         for index in 0..document.meshes[mesh].primitives.len() {
             let Some(primitive) = self.primitives.get(&(mesh, index)) else { continue };
             for offset in &offsets {

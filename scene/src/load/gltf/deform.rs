@@ -3,7 +3,8 @@
 use glam::{DAffine3, DMat3, DVec3, Mat3A, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::primitive::{Influences, MorphTarget, Primitive};
+use super::attributes::{Influences, MorphTarget};
+use super::primitive::Primitive;
 use crate::Vertex;
 
 /// Vertices handled by one task: enough to outweigh handing it over.

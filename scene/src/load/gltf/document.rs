@@ -68,6 +68,12 @@ impl Document {
 }
 
 impl Document {
+    /// Nodes that refer to meshes that do not exist show none; the lint names them.
+    pub fn forget_unknown_meshes(&mut self) {
+        let count = self.meshes.len();
+        self.nodes.iter_mut().for_each(|node| node.mesh = node.mesh.filter(|&mesh| mesh < count));
+    }
+
     /// A file without nodes is a library of meshes: each is given a node, so that it is shown where it was modelled.
     pub fn place_loose_meshes(&mut self, warnings: &mut Warnings) {
         if self.nodes.is_empty() && !self.meshes.is_empty() {
@@ -168,6 +174,23 @@ pub(super) struct Primitive {
     pub mode: Option<u32>,
     #[serde(default)]
     pub targets: Vec<std::collections::BTreeMap<String, usize>>,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<Draco>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub buffer_view: usize,
+    /// By name, the id that the compressed stream has for it.
+    pub attributes: std::collections::BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -352,7 +375,33 @@ pub(super) struct TextureTransform {
 #[derive(Debug, Deserialize)]
 pub(super) struct Texture {
     pub sampler: Option<usize>,
-    pub source: Option<usize>,
+    source: Option<usize>,
+    #[serde(default)]
+    extensions: TextureExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    webp: Option<TextureSource>,
+    #[serde(rename = "KHR_texture_basisu")]
+    basis: Option<TextureSource>,
+}
+
+#[derive(Debug, Deserialize)]
+struct TextureSource {
+    source: Option<usize>,
+}
+
+impl Texture {
+    /// Its image, of `images` that there are. Where a file has one picture in several formats it is the one that lost
+    /// the least: PNG or JPEG, then WebP, then Basis Universal.
+    pub fn image(&self, images: usize) -> Option<usize> {
+        let TextureExtensions { webp, basis } = &self.extensions;
+        let given = [webp, basis].map(|extension| extension.as_ref().and_then(|extension| extension.source));
+        [self.source, given[0], given[1]].into_iter().flatten().find(|&image| image < images)
+    }
 }
 
 #[derive(Debug, Deserialize)]

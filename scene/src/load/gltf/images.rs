@@ -33,8 +33,7 @@ struct Need {
 
 /// The index of the image behind a texture reference; `None` where one of the references leads nowhere.
 pub(super) fn image_of(document: &Document, info: Option<&TextureInfo>) -> Option<usize> {
-    let source = document.textures.get(info?.index)?.source?;
-    (source < document.images.len()).then_some(source)
+    document.textures.get(info?.index)?.image(document.images.len())
 }
 
 /// Decodes, in parallel, what the materials of a document need; by image. What cannot be read is left out with a warning.

@@ -33,6 +33,7 @@ const REFERENCES: &[(&str, &str)] = &[
     ("materials/*/pbrMetallicRoughness/baseColorTexture/index", "textures"),
     ("materials/*/pbrMetallicRoughness/metallicRoughnessTexture/index", "textures"),
     ("materials/*/extensions/*/*/index", "textures"),
+    ("meshes/*/primitives/*/extensions/KHR_draco_mesh_compression/bufferView", "bufferViews"),
     ("textures/*/sampler", "samplers"),
     ("textures/*/source", "images"),
     ("textures/*/extensions/*/source", "images"),
@@ -53,11 +54,14 @@ const REFERENCES: &[(&str, &str)] = &[
 const EXTENSION_PLACES: &[(&str, &[&str])] = &[
     ("EXT_mesh_gpu_instancing", &["nodes/*"]),
     ("EXT_meshopt_compression", &["bufferViews/*", "buffers/*"]),
+    ("EXT_texture_webp", &["textures/*"]),
     ("KHR_animation_pointer", &["animations/*/channels/*/target"]),
+    ("KHR_draco_mesh_compression", &["meshes/*/primitives/*"]),
     ("KHR_lights_punctual", &["", "nodes/*"]),
     ("KHR_materials_", &["materials/*"]),
     ("KHR_materials_variants", &["", "meshes/*/primitives/*"]),
     ("KHR_node_visibility", &["nodes/*"]),
+    ("KHR_texture_basisu", &["textures/*"]),
 ];
 
 /// `KHR_texture_transform` belongs to references to textures, which stand under names that end so.
@@ -78,6 +82,7 @@ pub(super) fn lint(root: &Value, document: &Document, bin: bool, warnings: &mut 
         });
     }
     lint_storage(document, bin, warnings);
+    lint_images(document, &used, warnings);
     lint_nodes(document, warnings);
     lint_primitives(document, warnings);
     lint_cameras(root, warnings);
@@ -255,12 +260,6 @@ fn lint_storage(document: &Document, bin: bool, warnings: &mut Warnings) {
             _ => {}
         }
     }
-    for (index, image) in document.images.iter().enumerate() {
-        let kind = image.mime_type.as_deref().unwrap_or("image/png");
-        if !matches!(kind, "image/png" | "image/jpeg") {
-            warnings.add(format!("images[{index}]: {:?} is neither PNG nor JPEG", shorten(kind)));
-        }
-    }
     let accessor_view =
         |accessor: Option<usize>| accessor.and_then(|a| document.accessors.get(a)).and_then(|a| a.buffer_view);
     for (index, skin) in document.skins.iter().enumerate() {
@@ -271,6 +270,25 @@ fn lint_storage(document: &Document, bin: bool, warnings: &mut Warnings) {
     for (mesh, index, primitive) in primitives(document) {
         if strided(accessor_view(primitive.indices)) {
             warnings.add(format!("meshes[{mesh}].primitives[{index}].indices: its view has a byteStride"));
+        }
+    }
+}
+
+/// Formats of images, and the extensions that some of them need.
+fn lint_images(document: &Document, used: &[&str], warnings: &mut Warnings) {
+    for (index, image) in document.images.iter().enumerate() {
+        let kind = image.mime_type.as_deref().unwrap_or("image/png");
+        let needed = match kind {
+            "image/png" | "image/jpeg" => continue,
+            "image/webp" => "EXT_texture_webp",
+            "image/ktx2" => "KHR_texture_basisu",
+            _ => {
+                warnings.add(format!("images[{index}]: {:?} is not PNG, JPEG, WebP or KTX2", shorten(kind)));
+                continue;
+            }
+        };
+        if !used.contains(&needed) {
+            warnings.add(format!("images[{index}]: {kind:?} needs {needed}, which is not declared in extensionsUsed"));
         }
     }
 }

@@ -5,8 +5,9 @@
 //! need are built in parallel ([`primitive`]), images decoded in parallel ([`images`], [`material`]); [`assemble`] makes
 //! an instance of each primitive of each node; [`motion`] evaluates it over time ([`clip`], [`deform`]).
 //!
-//! Extensions: EXT_mesh_gpu_instancing, EXT_meshopt_compression, KHR_lights_punctual, KHR_materials_emissive_strength,
-//! KHR_materials_ior, KHR_materials_transmission, KHR_materials_unlit, KHR_mesh_quantization, KHR_texture_transform.
+//! Extensions: EXT_mesh_gpu_instancing, EXT_meshopt_compression, EXT_texture_webp, KHR_draco_mesh_compression ([`draco`]),
+//! KHR_lights_punctual, KHR_materials_emissive_strength, KHR_materials_ior, KHR_materials_transmission,
+//! KHR_materials_unlit, KHR_mesh_quantization, KHR_texture_basisu, KHR_texture_transform.
 //!
 //! Lights with an area: a point or spot light whose `extras` hold `"radius": R` is a disc, one with `"size": [W, H]` a rectangle, in metres, in the
 //! xy plane of its node; and a mesh of two triangles that form a rectangle and emit light is a light of its size, which sends the more light
@@ -15,15 +16,17 @@
 //! Cameras that bend, split, merge or look past a silhouette: `"graph_camera"` or `"single_pole"` in the `extras` of a node with a camera, in the
 //! node's space ([`named_camera`]).
 //!
-//! Other extensions are ignored where the file merely uses them, and refused by name where it requires them.
+//! Other extensions are ignored where the file merely uses them, and named in a warning where it requires them.
 
 mod accessor;
 mod assemble;
+mod attributes;
 mod buffers;
 mod clip;
 mod container;
 mod deform;
 mod document;
+mod draco;
 mod hierarchy;
 mod images;
 mod instancing;
@@ -35,6 +38,7 @@ mod motion;
 mod named_camera;
 mod panel;
 mod primitive;
+mod primitives;
 
 use super::{LoadError, Request, Stage, Warnings};
 use crate::Scene;
@@ -50,12 +54,15 @@ use document::Document;
 const SUPPORTED_EXTENSIONS: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -66,9 +73,10 @@ pub(super) fn load(bytes: Vec<u8>, request: &Request<'_>) -> Result<Scene, LoadE
     let root = container::parse_json(container.json, request.limits.json_values)?;
     let mut document = Document::read(&root)?;
     check_version(&document)?;
-    check_extensions(&document)?;
+    warn_of_extensions(&document, &mut warnings);
     lint::lint(&root, &document, container.bin.is_some(), &mut warnings);
     drop(root);
+    document.forget_unknown_meshes();
     document.place_loose_meshes(&mut warnings);
     let mut uris = UriReader::new(&request.folder, request.limits.file_bytes);
     let buffers = Buffers::read(&document, container.bin, &mut uris, request.limits, &mut warnings)?;
@@ -95,15 +103,10 @@ fn check_version(document: &Document) -> Result<(), LoadError> {
     })
 }
 
-fn check_extensions(document: &Document) -> Result<(), LoadError> {
-    let unsupported = document.extensions_required.iter().find(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str()));
-    let Some(name) = unsupported else { return Ok(()) };
-    let hint = match name.as_str() {
-        "KHR_draco_mesh_compression" => {
-            "decompress the file first, for example by `gltf-transform copy IN OUT` or `gltfpack`"
-        }
-        "KHR_texture_basisu" => "convert its textures to PNG or JPEG first, for example by `gltf-transform png IN OUT`",
-        _ => "the file requires this extension",
-    };
-    Err(LoadError::Unsupported { feature: super::source::shorten(name), hint: hint.into() })
+/// What a file requires and is not read here: the rest is shown, if there is any.
+fn warn_of_extensions(document: &Document, warnings: &mut Warnings) {
+    for name in document.extensions_required.iter().filter(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str())) {
+        let name = super::source::shorten(name);
+        warnings.add(format!("the file requires {name}, which is not supported: it is shown without"));
+    }
 }

@@ -1,6 +1,6 @@
-//! What OBJ and PLY files mean.
+//! What OBJ, PLY and STL files mean.
 
-use super::{TestFolder, assert_near, first_triangle, load_obj, load_ply, refusal};
+use super::{TestFolder, assert_near, first_triangle, load_obj, load_ply, load_stl, refusal};
 use crate::load::{LoadLimits, load};
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -94,6 +94,58 @@ fn ply_claims_are_compared_with_the_file() {
     let list =
         "ply\nformat ascii 1.0\nelement face 1\nproperty list uint int vertex_indices\nend_header\n4000000000 1\n";
     assert!(refusal(load_ply(list.as_bytes())).contains("too early"));
-    let points = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
-    assert!(refusal(load_ply(points.as_bytes())).contains("points but no faces"));
+}
+
+#[test]
+fn ply_strips_face_one_way_and_points_beside_triangles_are_left() {
+    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    let strips = "element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+    let points = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n";
+    let scene = load_ply(format!("{head}{strips}{points}8 0 1 2 3 -1 1 3 9\n").as_bytes()).unwrap();
+    assert_eq!(scene.triangle_count(), 2);
+    assert!(scene.meshes[0].vertices.iter().all(|vertex| vertex.normal == [0.0, 0.0, 1.0]));
+    assert!(scene.warnings[0].contains("1 triangles with indices past the vertices"), "{:?}", scene.warnings);
+}
+
+const STL_ASCII: &str = "solid a\nfacet normal 0 0 9\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1e0 0\n\
+    endloop\nendfacet\nendsolid a\n";
+
+fn stl_binary(claimed: u32) -> Vec<u8> {
+    let mut bytes = b"solid of a program that begins every file so".to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend(claimed.to_le_bytes());
+    let floats = [0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0_f32];
+    bytes.extend(floats.iter().flat_map(|x| x.to_le_bytes()));
+    bytes.extend([0; 2]);
+    bytes
+}
+
+#[test]
+fn stl_of_both_encodings_is_the_same() {
+    let [text, binary] = [STL_ASCII.as_bytes(), &stl_binary(1)].map(|bytes| load_stl(bytes).unwrap());
+    assert_eq!(text.meshes, binary.meshes);
+    assert_near(first_triangle(&text, 0.0)[2], [0.0, 1.0, 0.0]);
+    assert!(text.meshes[0].vertices.iter().all(|vertex| vertex.normal == [0.0, 0.0, 1.0]));
+    assert!(text.warnings.is_empty() && text.materials[0].double_sided);
+}
+
+#[test]
+fn stl_faults_are_named() {
+    let mut claims_more = stl_binary(4_000_000_000);
+    claims_more[..5].copy_from_slice(b"other");
+    let mut longer = stl_binary(1);
+    longer[..5].copy_from_slice(b"other");
+    longer.extend([7; 60]);
+    assert!(load_stl(&longer).unwrap().warnings[0].contains("60 bytes past the last facet"));
+    let faults: [(&[u8], &str); 5] = [
+        (&claims_more, "4000000000 facets, but there are bytes for 1"),
+        (b"solid\nfacet\nvertex 0 0\n", "line 3: a vertex needs three numbers"),
+        (b"solid\nfacet\nvertex 0 0 0\nendfacet\n", "line 4: a facet does not have three corners"),
+        (b"solid\nfacet\nvertex 0 0 0\n", "ends inside of a facet"),
+        (b"nothing", "neither a binary header"),
+    ];
+    for (bytes, expected) in faults {
+        let error = refusal(load_stl(bytes));
+        assert!(error.contains(expected), "{error}");
+    }
 }

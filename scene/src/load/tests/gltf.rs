@@ -174,14 +174,6 @@ fn strips_and_fans_keep_their_facing() {
 }
 
 #[test]
-fn points_alone_are_refused_by_name() {
-    let mut builder = Builder::of_positions(&TRIANGLE);
-    builder.json["meshes"][0]["primitives"][0]["mode"] = json!(0);
-    let error = refusal(load_gltf(&builder.glb()));
-    assert!(error.contains("points are not drawn"), "{error}");
-}
-
-#[test]
 fn sparse_and_quantized_accessors() {
     let scene = triangle_with(|b| {
         let indices = b.view(&[2]);

@@ -54,11 +54,25 @@ fn hierarchies_without_end_are_refused() {
 }
 
 #[test]
-fn required_extensions_are_named_with_a_way_out() {
-    let error = error_of(|b| b.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]));
-    assert!(error.contains("KHR_draco_mesh_compression") && error.contains("gltf-transform"), "{error}");
-    let error = error_of(|b| b.json["extensionsRequired"] = json!(["ACME_teapots"]));
-    assert!(error.contains("ACME_teapots"), "{error}");
+fn what_cannot_be_shown_is_named_and_the_rest_is_shown() {
+    let mut builder = Builder::of_positions(&TRIANGLE);
+    builder.json["extensionsRequired"] = json!(["ACME_teapots"]);
+    builder.json["meshes"][0]["primitives"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({"attributes": {"POSITION": 0}, "indices": 9}));
+    let scene = load_gltf(&builder.glb()).unwrap();
+    assert_eq!(scene.triangle_count(), 1);
+    for expected in
+        ["requires ACME_teapots", "accessor 9 does not exist, there are 1; meshes[0].primitives[1] is left out"]
+    {
+        assert!(scene.warnings.iter().any(|warning| warning.contains(expected)), "{:?}", scene.warnings);
+    }
+    let error = error_of(|b| {
+        b.json["extensionsRequired"] = json!(["ACME_teapots"]);
+        b.json["meshes"][0]["primitives"][0]["indices"] = json!(9);
+    });
+    assert!(error.contains("nothing to draw") && error.contains("ACME_teapots"), "{error}");
 }
 
 #[test]

@@ -4,6 +4,8 @@ mod build;
 mod formats;
 mod gltf;
 mod hostile;
+mod packed;
+mod points;
 
 use std::path::PathBuf;
 
@@ -51,6 +53,10 @@ fn load_obj(text: &str) -> Result<Scene, LoadError> {
 
 fn load_ply(bytes: &[u8]) -> Result<Scene, LoadError> {
     load_with(super::ply::load, bytes, &LoadLimits::default())
+}
+
+fn load_stl(bytes: &[u8]) -> Result<Scene, LoadError> {
+    load_with(super::stl::load, bytes, &LoadLimits::default())
 }
 
 /// The message of a load that fails.
