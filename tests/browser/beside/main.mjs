@@ -42,8 +42,8 @@ function named(files) {
 const png = (dataUrl) => Buffer.from(dataUrl.slice(dataUrl.indexOf(',') + 1), 'base64');
 
 /** Our picture at a camera, kept at `path`; gives its background. */
-async function ours(context, { file, camera, path, log }) {
-  const server = await startServer({ bin, web, port: await freePort(), scene: file, log, more: SERVER });
+async function ours(context, { file, environment, camera, path, log }) {
+  const server = await startServer({ bin, web, port: await freePort(), scene: file, log, more: [...SERVER, '--environment', environment] });
   const page = await context.newPage();
   try {
     const { eye, target, fov_y_deg: fov } = camera;
@@ -71,7 +71,7 @@ async function pair(context, files, { name, file, environment, out, log }) {
     await page.waitForFunction(() => window.beside);
     const model = `/model/${encodeURIComponent(basename(file))}`;
     const camera = await page.evaluate((wish) => window.beside.load(wish), { model, environment: `/environment/${basename(environment)}`, sidePx });
-    const background = await ours(context, { file, camera, path: join(folder, 'ours.png'), log });
+    const background = await ours(context, { file, environment, camera, path: join(folder, 'ours.png'), log });
     await writeFile(join(folder, 'three.png'), png(await page.evaluate((colour) => window.beside.picture(colour), background)));
     await writeFile(join(folder, 'covered.png'), png(await page.evaluate(() => window.beside.covered())));
     return { name, camera, background };
