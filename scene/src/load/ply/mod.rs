@@ -78,10 +78,12 @@ pub(super) fn load(bytes: &[u8], request: &Request<'_>) -> Result<Scene, LoadErr
     geometry.triangles.retain(|triangle| triangle.iter().all(|&index| (index as usize) < vertices));
     let lost = found - geometry.triangles.len();
     warnings.tally("PLY", lost, "triangles with indices past the vertices are dropped");
-    if found == 0 {
+    let double_sided = if found == 0 {
         geometry = cloud(&geometry, request, &mut warnings);
-    }
-    let double_sided = !is_closed(&geometry.positions, &geometry.triangles);
+        false
+    } else {
+        !is_closed(&geometry.positions, &geometry.triangles)
+    };
     let options = BuildOptions { missing_normals: MissingNormals::Smooth, keep_flat_triangles: false };
     let built = geometry.build("PLY", options, &mut warnings);
     request.report(Stage::Meshes, 1, 1);

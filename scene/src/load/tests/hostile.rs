@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use serde_json::json;
 
 use super::build::{Builder, TRIANGLE};
-use super::{TestFolder, load_gltf, load_obj, load_ply, load_with, refusal};
+use super::{TestFolder, load_gltf, load_obj, load_ply, load_stl, load_with, refusal};
 use crate::load::{LoadLimits, load};
 
 fn error_of(change: impl FnOnce(&mut Builder)) -> String {
@@ -149,13 +149,18 @@ proptest! {
         let mut glb = builder.glb();
         let mut ply = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0000111122223000011112222".to_vec();
         let mut obj = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\no a\nusemtl b\nf 1/1/1 2/1/1 3//1 -1\n".to_vec();
+        let mut stl = [&[b' '; 80][..], &2_u32.to_le_bytes(), &[0x3F; 100]].concat();
+        let mut stl_text = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n".to_vec();
+        let mut cloud = b"ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0 1 0 0 1 0 0 0 1e9 0 -7 8 9".to_vec();
         for (index, byte) in &changes {
-            for bytes in [&mut glb, &mut ply, &mut obj] {
+            for bytes in [&mut glb, &mut ply, &mut obj, &mut stl, &mut stl_text, &mut cloud] {
                 let place = index.index(bytes.len());
                 bytes[place] = *byte;
             }
         }
-        for scene in [load_gltf(&glb), load_ply(&ply), load_obj(&String::from_utf8_lossy(&obj))].into_iter().flatten() {
+        let obj = load_obj(&String::from_utf8_lossy(&obj));
+        let loaded = [load_gltf(&glb), load_ply(&ply), obj, load_stl(&stl), load_stl(&stl_text), load_ply(&cloud)];
+        for scene in loaded.into_iter().flatten() {
             prop_assert!(scene.at(0.3).world_from_mesh.iter().all(|place| place.is_finite()));
         }
     }
