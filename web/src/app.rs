@@ -377,7 +377,7 @@ impl App {
             screen.gpu.poll();
             return Ok(());
         }
-        let near_m = self.viewer.welcome().map_or(0.1, |welcome| welcome.near_m);
+        let near_m = near_m(&self.viewer);
         if screen.show(self.viewer.held(), pose.unwrap_or(Rigid::IDENTITY), self.fov_y_rad, near_m)? {
             self.viewer.drawn(now_s, None, None);
             self.drawn.picture |= self.viewer.has_picture();
@@ -431,6 +431,10 @@ impl App {
     }
 }
 
+fn near_m(viewer: &Viewer) -> f64 {
+    viewer.welcome().map_or(0.1, |welcome| welcome.near_m)
+}
+
 /// See `main.js`.
 pub fn snapshot() -> String {
     let app = APP.with_borrow(|app| app.clone());
@@ -457,6 +461,8 @@ pub fn snapshot() -> String {
         "picture": app.drawn.picture,
         "renderer": app.screen.as_ref().map(|screen| screen.renderer.name()),
         "adapter": app.screen.as_ref().map(|screen| screen.gpu.caps.name.clone()),
+        "at_rest": app.drawn.pose.zip(app.screen.as_ref())
+            .is_some_and(|(pose, screen)| screen.is_at_rest(pose, app.fov_y_rad, near_m(&app.viewer))),
         "background": app.viewer.held().lighting.as_ref().map(|lighting| lighting.background),
         "size_px": app.screen.as_ref().map(Screen::size_px),
         "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),

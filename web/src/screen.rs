@@ -136,6 +136,11 @@ impl Screen {
         self.gpu.queue.present(frame);
         Ok(true)
     }
+
+    /// Whether the view of an eye at rest is here as a whole; the same arguments as of [`Screen::show`].
+    pub fn is_at_rest(&self, pose: Rigid, fov_y_rad: f64, near_m: f64) -> bool {
+        self.picture.is_at_rest(&Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m))
+    }
 }
 
 /// The canvas's size on the page in device pixels, within the caps.

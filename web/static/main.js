@@ -23,6 +23,7 @@ function fail(text, detail) {
 //   mode        'walk' or 'turn'
 //   pose        { position: [x, y, z], quaternion: [x, y, z, w] } of the drawn eye
 //   background  what is shown where there is nothing: three sRGB bytes, null before it is known
+//   at_rest     whether the view of an eye that stands still is there as a whole: then it is shown pixel by pixel
 //   decoder     where updates are decoded: 'worker', or 'page' where the browser gives no worker or it died
 //   stats       the figures of the panel
 //   device_losses   how often the graphics device was lost and made anew

@@ -199,6 +199,11 @@ impl Picture {
         self.impostors.len()
     }
 
+    /// Whether a camera is that of a viewer at rest, and all that it sees is here.
+    pub fn is_at_rest(&self, camera: &Pinhole) -> bool {
+        self.rest.shows_all_of(camera)
+    }
+
     /// How far soft shadows got in the last picture; while they [go on](SoftProgress::goes_on) the next one shows more, though nothing
     /// moves. `None` where no light casts any.
     pub fn soft_progress(&self) -> Option<SoftProgress> {

@@ -8,8 +8,8 @@ export const PATIENCE_MS = 120_000;
 const LOOKS = 60;
 
 /** Waits until `ready(window.vantage)` is true, and returns that state. */
-export async function until(page, what, ready) {
-  const giveUp = Date.now() + PATIENCE_MS;
+export async function until(page, what, ready, patienceMs = PATIENCE_MS) {
+  const giveUp = Date.now() + patienceMs;
   let state;
   for (;;) {
     state = await page.evaluate(() => JSON.parse(JSON.stringify(window.vantage ?? null)));
