@@ -1,5 +1,6 @@
 //! From a scene's lights to the lighting that both ends shade with.
 //!
+//! - [`Look::Full`]: see below.
 //! - [`Look::Plain`]: the scene's own lights, exposed; a rig of two lights where the scene has none.
 //! - [`Look::Flat`]: base colour under constant light, as other systems' frames show it.
 //! - [`Look::FlatLit`]: the same with a directional light along (-0.5, -1, -0.35) through Burley's diffuse term, which reaches

@@ -6,6 +6,7 @@ use camera::{Pinhole, Rigid};
 use common::*;
 use glam::{DAffine3, DVec3, Vec3};
 use protocol::image::{octahedral_normal, octahedral_normal_with_rest};
+use scene::model::Bumps;
 use scene::{Deformed, Material};
 use vantage_server::discretize::Discretization;
 use vantage_server::render::SceneRenderer;
@@ -210,5 +211,36 @@ fn a_scene_far_from_the_origin_looks_the_same() {
     for index in (0..pixels).filter(|&index| near.triangle[index] == far.triangle[index]) {
         assert!((near.w[index] - far.w[index]).abs() <= 1e-6 * near.w[index]);
         assert!((0..3).all(|channel| near.colour[index][channel].abs_diff(far.colour[index][channel]) <= 1));
+    }
+}
+
+#[test]
+fn a_normal_map_tilts_along_its_texture_coordinates() {
+    let gpu = gpu();
+    // 0.48 to the right and 0.36 to the upper edge of the map, 0.8 along the normal.
+    let code = |tilt: f32| ((tilt + 1.0) / 2.0 * 255.0).round() as u8;
+    let bumpy =
+        |scale| Material { bumps: Some(Bumps { texture: 0, scale }), double_sided: true, ..Material::default() };
+    let turned = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+    let cases = [
+        (1.0, DAffine3::IDENTITY, Vec3::new(0.48, 0.36, 0.8)),
+        // Half as steep.
+        (0.5, DAffine3::IDENTITY, Vec3::new(0.24, 0.18, 0.8).normalize()),
+        (1.0, turned, Vec3::new(-0.36, 0.48, 0.8)),
+        (1.0, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)), Vec3::new(-0.48, 0.36, 0.8)),
+        // From behind, the map is seen through.
+        (1.0, DAffine3::from_rotation_y(std::f64::consts::PI), Vec3::new(-0.48, 0.36, 0.8)),
+    ];
+    for (scale, placed, expected) in cases {
+        let mut scene = scene(vec![square(3, 0)], vec![bumpy(scale)], &[(0, placed)]);
+        scene.textures = vec![texture(2, 2, false, |_, _| [code(0.48), code(0.36), code(0.8), 255])];
+        let camera = looking_back(DVec3::new(0.0, 0.0, 0.9), SIZE_PX);
+        let captures = captures(&renderer(&gpu, &scene, &camera), &[camera], Discretization::Conventional);
+        for (index, ids) in captures[0].ids.iter().enumerate() {
+            assert!(ids[0] != 0, "the square fills the view");
+            let stored = octahedral_normal(captures[0].normal_code(index));
+            // Half a step of the map's codes and of the normal's.
+            assert!(stored.dot(expected) > 0.9995, "{stored} instead of {expected} by {scale} at {placed:?}");
+        }
     }
 }

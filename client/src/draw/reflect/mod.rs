@@ -10,8 +10,8 @@
 //!   more within,
 //! - through a sample that counts in part (below) to what lies behind.
 //!
-//! `shown = sRGB(1 - exp(-throughput * c))`; `c` is the light of the surface that is met, as everywhere (`common/shade.wgsl`), or
-//! the light that shows as the background, `-ln(1 - background)`. The throughput is the base colour of each mirror, once, and
+//! `shown = sRGB(tone(throughput * c))`; `c` is the light of the surface that is met, as everywhere (`common/surface_light.wgsl`), the sky, or
+//! where none shines the light that shows as the background. The throughput is the base colour of each mirror, once, and
 //! that of glass once. There is no Fresnel term and no rough reflection, and what leaves an object does not meet it again.
 //!
 //! **Soft limits** (section 7.1). Where the ray of a single-pole camera grazes the surface, samples end in a jagged edge; there
