@@ -94,19 +94,20 @@ async function main([out, environment, ...paths]) {
   const log = (line) => lines.push(line);
   const folders = new Map([['beside', here], ['three', join(packages, 'three')], ['environment', dirname(resolve(environment))]]);
   const files = { ...await serveFiles(folders), folders };
-  const { page, close } = await openPage(RENDERER, log, { width: sidePx, height: sidePx });
   const pairs = [];
   for (const { name, file } of named(paths.map((path) => resolve(path)))) {
     const begin = Date.now();
     lines.length = 0;
+    // Of its own: a browser that dies takes no other model with it.
+    const { page, close } = await openPage(RENDERER, log, { width: sidePx, height: sidePx });
     const made = await pair(page.context(), files, { name, file, environment: resolve(environment), out, log }).catch((error) => {
       console.log(lines.slice(-10).map((line) => `        ${line}`).join('\n'));
       return { name, failed: String(error?.message ?? error) };
     });
+    await close().catch((error) => log(`closing the browser: ${error.message}`));
     pairs.push(made);
     console.log(`${name}: ${made.failed ?? `${((Date.now() - begin) / 1000).toFixed(1)} s`}`);
   }
-  await close();
   await files.stop();
   const { version } = JSON.parse(await readFile(join(packages, 'three', 'package.json'), 'utf8'));
   const written = { three: version, environment: basename(environment), side_px: sidePx, pairs };
