@@ -1,19 +1,16 @@
 //! The full look: materials under light from all around, where the answer is known.
 
+mod common;
+
 use std::sync::Arc;
 
 use camera::{Camera, Pinhole, Rigid};
+use common::{SIDE, Stage};
 use glam::{DVec3, Vec2, Vec3};
-use gpu::{Gpu, Readback};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::sky::{SkyLevel, direction_at};
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose, Sky, Tone};
-use surface::HeldSurfaces;
-use vantage_client::draw::frame::{FrameRenderer, Options};
-use vantage_client::draw::shown::Shown;
-
-const SIDE: u32 = 64;
 
 /// Half floats of 0 and 1.
 const DARK: u16 = 0;
@@ -62,34 +59,13 @@ fn sky(even: f32, is_bright: impl Fn(Vec3) -> bool) -> Arc<Sky> {
 }
 
 /// Linear colours, a value a pixel: the scenes are grey.
-fn shown(gpu: &Gpu, base: u8, material: Material, sky: Arc<Sky>, lighting: Lighting) -> Vec<f32> {
+fn shown(base: u8, material: Material, sky: Arc<Sky>, lighting: Lighting) -> Vec<f32> {
     let mut held = Held::default();
     held.patches.insert(PatchId(1), wall(base));
     held.materials = vec![material];
     held.lighting = Some(lighting);
     held.sky = Some(sky);
-    let mut surfaces = HeldSurfaces::new(gpu);
-    surfaces.rebuild(&held);
-    let format = wgpu::TextureFormat::Rgba8Unorm;
-    let mut frame = FrameRenderer::new(gpu, format).expect("the shaders compile");
-    let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let view = output.create_view(&Default::default());
-    frame.draw(&mut encoder, Shown::from((&surfaces, &held)), &camera(), &view, Options::default());
-    let mut readback = Readback::default();
-    let slot = readback.texture(&output, 0, (SIDE, SIDE));
-    let encoded = readback.encode(gpu, &mut encoder);
-    gpu.queue.submit([encoder.finish()]);
-    let pixels: Vec<[u8; 4]> = encoded.map().wait(gpu).expect("a readback").values(slot);
+    let pixels = Stage::new(&held).shoot(&held, &camera());
     pixels.into_iter().map(|[red, ..]| linear(red)).collect()
 }
 
@@ -102,18 +78,13 @@ fn under(sky: f32, tone: Tone) -> Lighting {
     Lighting { sky, tone, ..Lighting::default() }
 }
 
-fn gpu() -> Gpu {
-    Gpu::block_on(Gpu::new_headless()).expect("an adapter")
-}
-
 const MIDDLE: usize = (SIDE / 2 * SIDE + SIDE / 2) as usize;
 
 #[test]
 fn white_surfaces_leave_nothing_out_of_even_light() {
-    let gpu = gpu();
     for (metallic, roughness) in [(0.0, 0.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0)] {
         let material = Material { metallic, roughness, ..Material::default() };
-        let light = shown(&gpu, 255, material, sky(1.0, |_| true), under(0.5, Tone::Cut));
+        let light = shown(255, material, sky(1.0, |_| true), under(0.5, Tone::Cut));
         let furthest = light.iter().map(|light| (light - 0.5).abs()).fold(0.0, f32::max);
         assert!(furthest < 0.015, "{furthest} of 0.5 is lost or won at metallic {metallic}, roughness {roughness}");
     }
@@ -121,32 +92,29 @@ fn white_surfaces_leave_nothing_out_of_even_light() {
 
 #[test]
 fn smooth_metal_mirrors_what_lies_there() {
-    let gpu = gpu();
     let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
     // Of the wall's upper half, rays go on upwards, and all of them back towards +z.
-    let above = shown(&gpu, 255, mirror, sky(0.0, |direction| direction.y > 0.0), under(0.5, Tone::Cut));
+    let above = shown(255, mirror, sky(0.0, |direction| direction.y > 0.0), under(0.5, Tone::Cut));
     let column = |y: u32| above[(y * SIDE + SIDE / 2) as usize];
-    assert!(column(8) > 0.49 && column(24) > 0.49, "{} {}", column(8), column(24));
-    assert!(column(40) < 0.01 && column(56) < 0.01, "{} {}", column(40), column(56));
-    let behind = shown(&gpu, 255, mirror, sky(0.0, |direction| direction.z < 0.0), under(0.5, Tone::Cut));
+    assert!(column(SIDE / 8) > 0.49 && column(SIDE / 2 - 8) > 0.49, "{} {}", column(SIDE / 8), column(SIDE / 2 - 8));
+    assert!(column(SIDE / 2 + 8) < 0.01 && column(SIDE - 8) < 0.01, "{} {}", column(SIDE / 2 + 8), column(SIDE - 8));
+    let behind = shown(255, mirror, sky(0.0, |direction| direction.z < 0.0), under(0.5, Tone::Cut));
     assert!(behind.iter().all(|light| *light < 0.01));
 }
 
 #[test]
 fn rough_dielectrics_show_their_colour() {
-    let gpu = gpu();
-    let light = shown(&gpu, 188, Material::default(), sky(1.0, |_| true), under(1.0, Tone::Neutral))[MIDDLE];
+    let light = shown(188, Material::default(), sky(1.0, |_| true), under(1.0, Tone::Neutral))[MIDDLE];
     // Half of the light is scattered. The tone takes away the 4 % that a smooth dielectric mirrors; so rough a one mirrors 3 %.
     assert!((light - 0.475).abs() < 0.01, "{light}");
 }
 
 #[test]
 fn lamps_are_mirrored_in_highlights() {
-    let gpu = gpu();
     let lamp = Light::Directional { direction_world: [0.0, 0.0, -1.0], irradiance: [0.1; 3] };
     let black = |roughness| {
         let lighting = Lighting { lights: vec![lamp], ..under(1e-6, Tone::Cut) };
-        shown(&gpu, 0, Material { roughness, ..Material::default() }, sky(0.0, |_| false), lighting)
+        shown(0, Material { roughness, ..Material::default() }, sky(0.0, |_| false), lighting)
     };
     let rough = black(0.5);
     // Straight on, GGX spreads to 1 / (pi alpha^2), a facing dielectric mirrors 4 % of it, and the masking is a quarter.
@@ -159,9 +127,8 @@ fn lamps_are_mirrored_in_highlights() {
 
 #[test]
 fn without_a_sky_the_look_is_plain() {
-    let gpu = gpu();
     let metal = Material { metallic: 1.0, roughness: 0.3, ..Material::default() };
     let lighting = Lighting { ambient: [0.7; 3], ..Lighting::default() };
-    let light = shown(&gpu, 255, metal, sky(1.0, |_| true), lighting)[MIDDLE];
+    let light = shown(255, metal, sky(1.0, |_| true), lighting)[MIDDLE];
     assert!((light - (1.0 - (-0.7_f32).exp())).abs() < 0.005, "{light}");
 }

@@ -118,8 +118,8 @@ impl GpuImager {
         let mut discretizer = Discretizer::new(&renderer)?;
         discretizer.prepare(&renderer, config.discretization)?;
         let ends = EndsPass::new(&renderer)?;
-        let look = SceneLook::new(scene, config.look);
-        let look = look.by(config.environment.as_deref(), config.tone, config.exposure, scene);
+        let shown_by = (config.tone, config.exposure);
+        let look = SceneLook::under(config.environment.as_deref(), shown_by, scene, config.look);
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);
         let addresses = AddressPass::new(gpu)?;

@@ -71,32 +71,37 @@ struct Full {
 }
 
 impl SceneLook {
-    /// Exposes the scene's lights as they are at time 0.
+    /// Exposes the scene's lights as they are at time 0; a full look is lit by the studio.
     pub fn new(scene: &Scene, look: Look) -> SceneLook {
+        SceneLook::under(None, (Tone::Neutral, 1.0), scene, look)
+    }
+
+    /// The same, where a full look is lit by an environment (the studio without one) and shown by a tone, all light multiplied by an exposure. Any
+    /// other look takes no notice of them.
+    pub fn under(
+        environment: Option<&Environment>,
+        (tone, exposure): (Tone, f32),
+        scene: &Scene,
+        look: Look,
+    ) -> SceneLook {
         let snapshot = scene.at(0.0);
         let probes = probes(scene, &snapshot);
         let sun = snapshot.lights.iter().any(|light| matches!(light, SceneLight::Directional { .. }));
+        let full = (look == Look::Full).then(|| {
+            let smoothest = scene.materials.iter().map(|material| material.roughness).fold(1.0, f32::min);
+            let filtered = match environment {
+                Some(environment) => sky(environment, smoothest),
+                None => sky(&Environment::studio(), smoothest),
+            };
+            Full { sky: Arc::new(filtered), tone, exposure }
+        });
         SceneLook {
             look,
-            exposure: exposure(&snapshot.lights, &probes, scene.bounds.radius_m()),
+            exposure: self::exposure(&snapshot.lights, &probes, scene.bounds.radius_m()),
             background: if scene.walk && sun { SKY } else { DARK },
-            full: None,
+            full,
             walk: scene.walk,
         }
-        .by(None, Tone::Neutral, 1.0, scene)
-    }
-
-    /// The full look by an environment (a studio without one), a tone, and what all light is multiplied by. Any other look stays what it is.
-    pub fn by(self, environment: Option<&Environment>, tone: Tone, exposure: f32, scene: &Scene) -> SceneLook {
-        if self.look != Look::Full {
-            return self;
-        }
-        let smoothest = scene.materials.iter().map(|material| material.roughness).fold(1.0, f32::min);
-        let sky = match environment {
-            Some(environment) => sky(environment, smoothest),
-            None => sky(&Environment::studio(), smoothest),
-        };
-        SceneLook { full: Some(Full { sky: Arc::new(sky), tone, exposure }), ..self }
     }
 
     /// Light from all around, of the full look.

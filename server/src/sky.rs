@@ -126,7 +126,7 @@ fn half(number: f32) -> u16 {
     const LARGEST: f32 = 65504.0;
     // The least half that is no subnormal; less is none.
     const LEAST: f32 = 6.104e-5;
-    if !(number >= LEAST) {
+    if number.is_nan() || number < LEAST {
         return 0;
     }
     let bits = number.min(LARGEST).to_bits() + (1 << (CUT - 1));

@@ -42,16 +42,18 @@ pub(crate) fn read_sky(bytes: &mut Reader, unpacker: &mut Unpacker) -> Result<Sk
         let count = side_px * side_px;
         let low = unpacker.unpack(bytes, 3 * count)?;
         let high = unpacker.unpack(bytes, 3 * count)?;
-        let mut texels = vec![[0; 3]; count];
-        for channel in 0..3 {
+        let channel = |first: usize| {
             let mut codes = vec![0; count];
             for index in 0..count {
-                let at = channel * count + index;
+                let at = first + index;
                 let difference = difference(u16::from_le_bytes([low[at], high[at]]));
                 codes[index] = expected(&codes, index, side_px).wrapping_add(difference) % CODES;
-                texels[index][channel] = codes[index] << Sky::CUT_BITS;
             }
-        }
+            codes
+        };
+        let [red, green, blue] = [0, count, 2 * count].map(channel);
+        let texels = (0..count).map(|index| [red[index], green[index], blue[index]].map(|code| code << Sky::CUT_BITS));
+        let texels = texels.collect();
         Ok(SkyLevel { texels })
     });
     let levels = levels.collect::<Result<_, CodecError>>()?;
