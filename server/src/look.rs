@@ -12,8 +12,8 @@
 //! scale; in shadow it shows 0.36.
 //!
 //! **The full look** ([`Look::Full`]) is lit from all around by an environment, and by the scene's own lights where it has any; a scene to walk
-//! in that has none keeps the key light of the rig, for its shadows. Beside lights the environment is dimmed to [`SKY_BESIDE_LIGHTS`], and
-//! the lights' typical irradiance is [`FULL_IRRADIANCE`]: a white wall that faces them then shows its colour, by a tone that keeps colours.
+//! in that has none keeps the key light of the rig, for its shadows. Beside lights the environment is dimmed to `SKY_BESIDE_LIGHTS`, and
+//! the lights' typical irradiance is `FULL_IRRADIANCE`: a white wall that faces them then shows its colour, by a tone that keeps colours.
 //!
 //! **Background.** A pale sky over scenes to walk in that have a sun (any directional light), else a dark grey; the flat
 //! look's is black.
