@@ -41,7 +41,7 @@ pub struct Stage {
 impl Stage {
     /// Uploads a scene and shows it at time 0.
     pub fn new(gpu: &Gpu, scene: Scene, look: Look) -> anyhow::Result<Stage> {
-        let mut renderer = SceneRenderer::new(gpu, &scene)?;
+        let mut renderer = SceneRenderer::for_look(gpu, &scene, look)?;
         let truth = TruthRenderer::new(&renderer)?;
         let look = SceneLook::new(&scene, look);
         let truth = truth.with_sky(look.sky().cloned());

@@ -91,6 +91,38 @@ fn white_surfaces_leave_nothing_out_of_even_light() {
 }
 
 #[test]
+fn coats_and_fibres_leave_nothing_out_of_even_light() {
+    let coated = |clearcoat_roughness| Material { clearcoat: 1.0, clearcoat_roughness, roughness: 0.6, ..Material::default() };
+    let fibrous = |sheen_roughness| Material { sheen: [1.0; 3], sheen_roughness, ..Material::default() };
+    for material in [coated(0.0), coated(0.5), fibrous(0.3), fibrous(1.0)] {
+        let light = shown(255, material, sky(1.0, |_| true), under(0.5, Tone::Cut));
+        let furthest = light.iter().map(|light| (light - 0.5).abs()).fold(0.0, f32::max);
+        assert!(furthest < 0.015, "{furthest} of 0.5 is lost or won by {material:?}");
+    }
+}
+
+#[test]
+fn a_metal_in_part_is_a_mix_of_both() {
+    let light = |metallic| {
+        let material = Material { metallic, roughness: 0.4, ..Material::default() };
+        shown(188, material, sky(1.0, |_| true), under(1.0, Tone::Cut))[MIDDLE]
+    };
+    let mixed = (light(0.0) + light(1.0)) / 2.0;
+    assert!((light(0.5) - mixed).abs() < 0.01, "{} instead of {mixed}", light(0.5));
+}
+
+#[test]
+fn light_from_around_arrives_as_far_as_the_form_lets_it() {
+    let light = |occlusion| shown(255, Material { occlusion, ..Material::default() }, sky(1.0, |_| true), under(0.8, Tone::Cut))[MIDDLE];
+    assert!((light(0.5) - 0.4).abs() < 0.02, "{}", light(0.5));
+    assert!(light(0.0) < 0.01, "{}", light(0.0));
+    // A smooth mirror mirrors what lies before it even in a hollow.
+    let mirror = Material { metallic: 1.0, roughness: 0.101, occlusion: 0.7, ..Material::default() };
+    let mirrored = shown(255, mirror, sky(1.0, |_| true), under(0.8, Tone::Cut))[MIDDLE];
+    assert!(mirrored > 0.6 && mirrored < 0.8, "{mirrored}");
+}
+
+#[test]
 fn smooth_metal_mirrors_what_lies_there() {
     let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
     // Of the wall's upper half, rays go on upwards, and all of them back towards +z.

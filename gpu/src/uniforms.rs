@@ -172,8 +172,21 @@ pub struct MaterialUniform {
     pub transmission: f32,
     /// 1 and more.
     pub ior: f32,
-    /// [`MaterialUniform::UNLIT`], [`MaterialUniform::DOUBLE_SIDED`].
+    /// [`MaterialUniform::UNLIT`], [`MaterialUniform::DOUBLE_SIDED`]; from [`MaterialUniform::STRAIGHT_SHIFT`] on eight bits a channel, the roots
+    /// of what is mirrored of light that falls straight on.
     pub flags: u32,
+    /// 0 to 1.
+    pub occlusion: f32,
+    /// 0 to 1.
+    pub grazing: f32,
+    /// 0 to 1.
+    pub clearcoat: f32,
+    /// 0 to 1.
+    pub clearcoat_roughness: f32,
+    /// Linear RGB.
+    pub sheen: [f32; 3],
+    /// 0 to 1.
+    pub sheen_roughness: f32,
 }
 
 impl MaterialUniform {
@@ -181,7 +194,9 @@ impl MaterialUniform {
     pub const UNLIT: u32 = 1;
     /// Its normals face both ways.
     pub const DOUBLE_SIDED: u32 = 2;
-    /// Entries of the table in a uniform buffer: one a material code of a sample, 8 KiB.
+    /// See [`MaterialUniform::flags`].
+    pub const STRAIGHT_SHIFT: u32 = 8;
+    /// Entries of the table in a uniform buffer: one a material code of a sample. 16 KiB, as much as any device binds at once.
     pub const TABLE_LEN: usize = 256;
 
     /// The table that shaders index by a sample's material code; entries past `materials` are the default.
@@ -196,13 +211,23 @@ impl From<&Material> for MaterialUniform {
     fn from(material: &Material) -> MaterialUniform {
         let unlit = if material.unlit { MaterialUniform::UNLIT } else { 0 };
         let double_sided = if material.double_sided { MaterialUniform::DOUBLE_SIDED } else { 0 };
+        // By their roots, 0.04 and most others are exact.
+        let root = |share: f32| (255.0 * share.clamp(0.0, 1.0).sqrt()).round() as u32;
+        let [red, green, blue] = material.straight.map(root);
+        let straight = red | green << 8 | blue << 16;
         MaterialUniform {
             emissive: material.emissive,
             metallic: material.metallic,
             roughness: material.roughness,
             transmission: material.transmission,
             ior: material.ior,
-            flags: unlit | double_sided,
+            flags: unlit | double_sided | straight << MaterialUniform::STRAIGHT_SHIFT,
+            occlusion: material.occlusion,
+            grazing: material.grazing,
+            clearcoat: material.clearcoat,
+            clearcoat_roughness: material.clearcoat_roughness,
+            sheen: material.sheen,
+            sheen_roughness: material.sheen_roughness,
         }
     }
 }
@@ -254,6 +279,6 @@ mod tests {
             tone,
             lights
         );
-        assert_layout!(MaterialUniform, shade, "Material", emissive, metallic, roughness, transmission, ior, flags);
+        assert_layout!(MaterialUniform, shade, "Material", emissive, metallic, roughness, transmission, ior, flags, occlusion, grazing, clearcoat, clearcoat_roughness, sheen, sheen_roughness);
     }
 }

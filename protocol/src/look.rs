@@ -16,6 +16,20 @@ pub struct Material {
     pub transmission: f32,
     /// Index of refraction, 1 and more.
     pub ior: f32,
+    /// What a surface that is no metal mirrors of light that falls straight on, linear RGB, 0 to 1, and of light that grazes it.
+    pub straight: [f32; 3],
+    /// See [`Material::straight`].
+    pub grazing: f32,
+    /// The share of light from all around that its form lets arrive, 0 to 1.
+    pub occlusion: f32,
+    /// The share of its clear coat, 0 to 1, and the coat's own roughness.
+    pub clearcoat: f32,
+    /// 0 to 1.
+    pub clearcoat_roughness: f32,
+    /// What fibres on it scatter at grazing angles, linear RGB, 0 to 1.
+    pub sheen: [f32; 3],
+    /// 0 to 1.
+    pub sheen_roughness: f32,
     /// Shown as its base colour, without lights.
     pub unlit: bool,
     /// Whether its normals face both ways.
@@ -61,6 +75,13 @@ impl Default for Material {
             roughness: 1.0,
             transmission: 0.0,
             ior: 1.5,
+            straight: [0.04; 3],
+            grazing: 1.0,
+            occlusion: 1.0,
+            clearcoat: 0.0,
+            clearcoat_roughness: 0.0,
+            sheen: [0.0; 3],
+            sheen_roughness: 0.0,
             unlit: false,
             double_sided: false,
         }

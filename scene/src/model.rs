@@ -49,6 +49,39 @@ pub struct Texture {
     pub nearest: bool,
 }
 
+impl Texture {
+    /// What a hundredth of its texels lie below, 0 to 1, of a channel.
+    pub fn low(&self, channel: usize) -> f32 {
+        let mut histogram = [0_usize; 256];
+        self.rgba.as_chunks::<4>().0.iter().for_each(|texel| histogram[usize::from(texel[channel])] += 1);
+        let below = histogram.iter().scan(0, |below, count| {
+            *below += count;
+            Some(*below)
+        });
+        let hundredth = self.rgba.len() / 4 / 100;
+        below.take_while(|&below| below <= hundredth).count().min(255) as f32 / 255.0
+    }
+
+    /// Mean of its texels, 0 to 1 a channel: of colours in linear light. By histogram: exact, and each of the 256 values is decoded once.
+    pub fn mean(&self, is_colour: bool) -> [f32; 4] {
+        let mut histogram = [[0_u64; 256]; 4];
+        for texel in self.rgba.as_chunks::<4>().0 {
+            texel.iter().zip(&mut histogram).for_each(|(&value, counts)| counts[usize::from(value)] += 1);
+        }
+        let linear_from_srgb =
+            |value: f64| if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+        let texels = (self.rgba.len() / 4).max(1) as f64;
+        std::array::from_fn(|channel| {
+            let decode = |value: usize| match value as f64 / 255.0 {
+                value if is_colour && channel < 3 => linear_from_srgb(value),
+                value => value,
+            };
+            let counts = histogram[channel].iter().enumerate();
+            (counts.map(|(value, &count)| decode(value) * count as f64).sum::<f64>() / texels) as f32
+        })
+    }
+}
+
 /// How texture coordinates past the edge are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Wrap {
@@ -71,8 +104,10 @@ pub struct Material {
     pub texture: Option<u32>,
     /// How its normals differ from those of its vertices.
     pub bumps: Option<Bumps>,
-    /// Fragments with less alpha are cut out; `None` where alpha does not matter. Blended materials are drawn as cut-outs.
+    /// Fragments with less alpha are cut out; `None` where alpha does not matter.
     pub alpha_cutoff: Option<f32>,
+    /// Blended: its alpha is the share of what it shows, the rest is of what lies behind. Where surfaces are either there or not, it is cut out.
+    pub see_through: bool,
     /// Drawn from both sides.
     pub double_sided: bool,
     /// Linear RGB.
@@ -85,17 +120,104 @@ pub struct Material {
     pub transmission: f32,
     /// 1 and more.
     pub ior: f32,
+    /// How much of what its `ior` says a surface that is no metal mirrors, 0 to 1 (`KHR_materials_specular`).
+    pub specular: f32,
+    /// In which colour, as far as light does not graze: a factor, linear RGB.
+    pub specular_colour: [f32; 3],
+    /// The share of its clear coat, 0 to 1 (`KHR_materials_clearcoat`).
+    pub clearcoat: f32,
+    /// 0 to 1.
+    pub clearcoat_roughness: f32,
+    /// What the fibres on it scatter at grazing angles, linear RGB (`KHR_materials_sheen`).
+    pub sheen: [f32; 3],
+    /// 0 to 1.
+    pub sheen_roughness: f32,
     /// Shown without lights.
     pub unlit: bool,
+    /// What of it differs from place to place: each number above is multiplied by its texture's.
+    pub maps: Vec<Map>,
 }
 
-/// A normal map of glTF 2.0 (3.9.3): it tilts the vertices' normals, along the texture coordinates of the base colour.
+/// A normal map of glTF 2.0 (3.9.3): it tilts the vertices' normals, along its texture coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bumps {
     /// Index into [`Scene::textures`].
     pub texture: u32,
+    /// From the vertices' texture coordinates to its own.
+    pub from_uv: UvMap,
     /// What tilts are multiplied by.
     pub scale: f32,
+}
+
+/// An affine map of texture coordinates: the rows of its matrix, and what is added behind.
+pub type UvMap = [[f32; 3]; 2];
+
+/// See [`UvMap`]: coordinates stay as they are.
+pub const SAME_UV: UvMap = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+/// A texture that a number of a material is multiplied by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Map {
+    /// Of which number.
+    pub quantity: Quantity,
+    /// Index into [`Scene::textures`].
+    pub texture: u32,
+    /// From the vertices' texture coordinates to its own.
+    pub from_uv: UvMap,
+    /// How far it is followed, 0 to 1: of an occlusion texture.
+    pub strength: f32,
+}
+
+/// What a [`Map`] multiplies, and where glTF 2.0 keeps it in a texel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Roughness in green, metal in blue.
+    MetallicRoughness,
+    /// The share of the light from all around that arrives, in red.
+    Occlusion,
+    /// sRGB-encoded.
+    Emissive,
+    /// In red.
+    Transmission,
+    /// The factor alone, in alpha.
+    Specular,
+    /// sRGB-encoded.
+    SpecularColour,
+    /// In red.
+    Clearcoat,
+    /// In green.
+    ClearcoatRoughness,
+    /// sRGB-encoded.
+    Sheen,
+    /// In alpha.
+    SheenRoughness,
+}
+
+impl Material {
+    /// The roughness, 0 to 1, of the smoothest that it mirrors with: of itself or of its coat, in all but a hundredth of its texels.
+    pub fn smoothest(&self, textures: &[Texture]) -> f32 {
+        let by_map = |number: f32, quantity: Quantity| {
+            let map = self.maps.iter().find(|map| map.quantity == quantity);
+            map.map_or(number, |map| number * textures[map.texture as usize].low(1))
+        };
+        let own = by_map(self.roughness, Quantity::MetallicRoughness);
+        let coat = by_map(self.clearcoat_roughness, Quantity::ClearcoatRoughness);
+        if self.clearcoat > 0.0 { own.min(coat) } else { own }
+    }
+
+    /// What it emits on the whole, linear RGB.
+    pub fn mean_emissive(&self, textures: &[Texture]) -> [f32; 3] {
+        let map = self.maps.iter().find(|map| map.quantity == Quantity::Emissive);
+        let mean = map.map_or([1.0; 4], |map| textures[map.texture as usize].mean(true));
+        std::array::from_fn(|channel| self.emissive[channel] * mean[channel])
+    }
+}
+
+impl Quantity {
+    /// Whether its texels are sRGB-encoded colours.
+    pub fn is_colour(self) -> bool {
+        matches!(self, Quantity::Emissive | Quantity::SpecularColour | Quantity::Sheen)
+    }
 }
 
 impl Default for Material {
@@ -106,13 +228,21 @@ impl Default for Material {
             texture: None,
             bumps: None,
             alpha_cutoff: None,
+            see_through: false,
             double_sided: false,
             emissive: [0.0; 3],
             metallic: 0.0,
             roughness: 1.0,
             transmission: 0.0,
             ior: 1.5,
+            specular: 1.0,
+            specular_colour: [1.0; 3],
+            clearcoat: 0.0,
+            clearcoat_roughness: 0.0,
+            sheen: [0.0; 3],
+            sheen_roughness: 0.0,
             unlit: false,
+            maps: Vec::new(),
         }
     }
 }

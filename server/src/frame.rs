@@ -32,7 +32,7 @@ use crate::occluders;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::render::triangle_bases;
+use crate::render::{Detail, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
@@ -308,9 +308,10 @@ impl Stage {
         let fine = rest::parts::fine(&strip.camera);
         let in_parts = client.draws.antialiased && fine.width_px <= self.imager.largest_side_px();
         let camera = if in_parts { fine } else { strip.camera };
-        for capture in self.imager.own_view(snapshot, &camera)? {
+        let detail = if in_parts { Detail::Parts } else { Detail::Fine };
+        for capture in self.imager.own_view(snapshot, &camera, detail)? {
             let layers = if in_parts {
-                rest::parts::layers(&strip.camera, &capture, precision)
+                rest::parts::layers(&strip.camera, &capture, &self.imager.kinds(), precision)
             } else {
                 vec![capture.depth_image(precision)]
             };

@@ -17,7 +17,7 @@ use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer, En
 use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
-use crate::render::{Faces, RenderError, SceneRenderer};
+use crate::render::{Detail, Faces, Kinds, RenderError, SceneRenderer};
 
 /// Why no images could be made.
 #[derive(Debug, Error)]
@@ -38,6 +38,11 @@ pub trait Imager: Send {
     /// The table that the samples' material codes index.
     fn materials(&self) -> Vec<Material>;
 
+    /// Which codes of the samples' materials belong together.
+    fn kinds(&self) -> Kinds {
+        Kinds::default()
+    }
+
     /// The lights of a snapshot, as clients shade with them.
     fn lighting(&self, snapshot: &Snapshot) -> Lighting;
 
@@ -54,8 +59,8 @@ pub trait Imager: Send {
         method: Discretization,
     ) -> Result<Vec<Capture>, ImagerError>;
 
-    /// What a viewer at rest sees: everything that there is, with normals as finely as they are coded.
-    fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole) -> Result<Vec<Capture>, ImagerError> {
+    /// What a viewer at rest sees: everything that there is, with as much kept of it as is wanted.
+    fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, _: Detail) -> Result<Vec<Capture>, ImagerError> {
         self.captures(snapshot, &[*view], Discretization::Conventional)
     }
 
@@ -113,7 +118,7 @@ const MAX_ANCHOR_DISTANCE_M: f64 = 64.0;
 impl GpuImager {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene, config: &Config) -> Result<GpuImager, ImagerError> {
-        let renderer = SceneRenderer::new(gpu, scene)?;
+        let renderer = SceneRenderer::for_look(gpu, scene, config.look)?;
         let renderer = if config.discretization.needs_rays() { renderer.with_rays(scene) } else { renderer };
         let mut discretizer = Discretizer::new(&renderer)?;
         discretizer.prepare(&renderer, config.discretization)?;
@@ -147,6 +152,10 @@ impl Imager for GpuImager {
         self.renderer.materials().to_vec()
     }
 
+    fn kinds(&self) -> Kinds {
+        self.renderer.kinds().clone()
+    }
+
     fn lighting(&self, snapshot: &Snapshot) -> Lighting {
         self.look.lighting(snapshot)
     }
@@ -166,12 +175,12 @@ impl Imager for GpuImager {
         Ok(self.discretizer.run(&self.renderer, views, method)?.wait()?)
     }
 
-    fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole) -> Result<Vec<Capture>, ImagerError> {
+    fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, detail: Detail) -> Result<Vec<Capture>, ImagerError> {
         // What reliefs show to an eye that moves is seen as it is.
         self.renderer.leave_out(BTreeSet::new());
-        self.renderer.keep_finely(true);
+        self.renderer.keep(detail);
         let captures = self.captures(snapshot, &[*view], Discretization::Conventional);
-        self.renderer.keep_finely(false);
+        self.renderer.keep(Detail::Motion);
         captures
     }
 
@@ -214,9 +223,9 @@ impl Imager for GpuImager {
         let everything = Drawn::AllBut(Vec::new());
         let shot = Shot { camera, drawn: &everything, faces: Faces::Front, is_tinted: true };
         self.renderer.leave_out(BTreeSet::new());
-        self.renderer.keep_finely(true);
+        self.renderer.keep(Detail::Fine);
         let image = self.impostor(snapshot, &shot);
-        self.renderer.keep_finely(false);
+        self.renderer.keep(Detail::Motion);
         image
     }
 

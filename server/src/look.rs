@@ -12,7 +12,7 @@
 //! scale; in shadow it shows 0.36.
 //!
 //! **The full look** ([`Look::Full`]) is lit from all around by an environment, and by the scene's own lights where it has any; a scene to walk
-//! in that has none keeps the key light of the rig, for its shadows. Beside lights the environment is dimmed to `SKY_BESIDE_LIGHTS`, and
+//! in that has none keeps the key light of the rig, for its shadows, unless somebody chose its environment. Beside lights the environment is dimmed to `SKY_BESIDE_LIGHTS`, and
 //! the lights' typical irradiance is `FULL_IRRADIANCE`: a white wall that faces them then shows its colour, by a tone that keeps colours.
 //!
 //! **Background.** A pale sky over scenes to walk in that have a sun (any directional light), else a dark grey; the flat
@@ -68,6 +68,8 @@ struct Full {
     tone: Tone,
     /// What all light is multiplied by.
     exposure: f32,
+    /// Whether somebody chose the environment: then it is all the light beside the scene's own.
+    chosen: bool,
 }
 
 impl SceneLook {
@@ -88,12 +90,13 @@ impl SceneLook {
         let probes = probes(scene, &snapshot);
         let sun = snapshot.lights.iter().any(|light| matches!(light, SceneLight::Directional { .. }));
         let full = (look == Look::Full).then(|| {
-            let smoothest = scene.materials.iter().map(|material| material.roughness).fold(1.0, f32::min);
+            let smoothest = scene.materials.iter().map(|material| material.smoothest(&scene.textures));
+            let smoothest = smoothest.fold(1.0, f32::min);
             let filtered = match environment {
                 Some(environment) => sky(environment, smoothest),
                 None => sky(&Environment::studio(), smoothest),
             };
-            Full { sky: Arc::new(filtered), tone, exposure }
+            Full { sky: Arc::new(filtered), tone, exposure, chosen: environment.is_some() }
         });
         SceneLook {
             look,
@@ -123,11 +126,11 @@ impl SceneLook {
 
 impl SceneLook {
     fn full_lighting(&self, snapshot: &Snapshot) -> Lighting {
-        let Some(Full { tone, exposure, .. }) = self.full else { return default_rig() };
+        let Some(Full { tone, exposure, chosen, .. }) = self.full else { return default_rig() };
         let to_full = FULL_IRRADIANCE / TYPICAL_IRRADIANCE * exposure;
         let lighting = match snapshot.lights.is_empty() {
             false => exposed(&snapshot.lights, self.exposure * to_full),
-            true if self.walk => scaled(default_rig(), to_full),
+            true if self.walk && !chosen => scaled(default_rig(), to_full),
             true => Lighting::default(),
         };
         let sky = if lighting.lights.is_empty() { 1.0 } else { SKY_BESIDE_LIGHTS };

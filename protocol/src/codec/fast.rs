@@ -231,6 +231,7 @@ fn walk_run(columns: &mut Columns, run: Range<usize>, end: &mut impl End) -> Res
 struct Counting<'a> {
     image: &'a DepthImage,
     steps: ColourSteps,
+    told_apart: bool,
     rank: usize,
     /// Symbols and contexts.
     coded: Vec<(Symbols, Contexts)>,
@@ -241,7 +242,8 @@ struct Counting<'a> {
 impl End for Counting<'_> {
     #[inline(always)]
     fn surface(&mut self, columns: &mut Columns, at: usize, around: Around, _: Contexts) -> Result<Named, CodecError> {
-        let (object, material) = (self.image.object[self.rank], self.image.material[self.rank]);
+        let object = self.image.object[self.rank];
+        let material = if self.told_apart { 0 } else { self.image.material[self.rank] };
         let surface = Surface::from(object) | Surface::from(material) << 16;
         let neighbour = [LIKELY, LEFT, UP].into_iter().find(|&symbol| around.neighbour(symbol) == surface);
         if let Some(symbol) = neighbour {
@@ -296,10 +298,17 @@ impl End for Counting<'_> {
 }
 
 /// Writes frequencies as decisions; gives the symbols, and what does not fit one.
-pub(super) fn write(image: &DepthImage, steps: ColourSteps, bits: &mut BitWriter) -> [Vec<u8>; 2] {
+///
+/// Materials go along with objects, or where they are `told_apart`, by another coder.
+pub(super) fn write(
+    image: &DepthImage,
+    steps: ColourSteps,
+    told_apart: bool,
+    bits: &mut BitWriter,
+) -> [Vec<u8>; 2] {
     let counts = vec![[0; 256]; CONTEXTS].into_boxed_slice().try_into().expect("one of each context");
     let coded = Vec::with_capacity(image.sample_count());
-    let mut counting = Counting { image, steps, rank: 0, coded, counts, literals: Writer::default() };
+    let mut counting = Counting { image, steps, told_apart, rank: 0, coded, counts, literals: Writer::default() };
     walk(&image.mask, &mut counting).expect("images in memory are sound");
     let mut encoder = Encoder::new(Steps::write(&counting.counts, bits));
     for &(symbols, contexts) in counting.coded.iter().rev() {

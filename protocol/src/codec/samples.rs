@@ -98,6 +98,15 @@ struct Writing {
 }
 
 impl Writing {
+    fn materials(&mut self, image: &DepthImage, segments: &[Segment]) {
+        if materials_vary(image) {
+            let codes: Vec<[i16; 1]> = image.material.iter().map(|&code| [code.into()]).collect();
+            self.plane(&image.material, &codes, segments, Range::Byte);
+        } else {
+            write_labels(&mut self.bits, &image.material, segments);
+        }
+    }
+
     /// A plane that is `values` as numbers and may be coded as `labels`.
     fn plane<T: Label, const N: usize>(
         &mut self,
@@ -111,6 +120,14 @@ impl Writing {
         method.code(&mut self.bits).expect("a writer reads what it wrote");
         dense::code(&mut self.bits, &mut values.to_vec(), segments, (predictor, range), &mut self.activity);
     }
+}
+
+/// Whether materials differ within an object, as where textures tell them (then near codes stand for what is alike), rather than from
+/// object to object.
+fn materials_vary(image: &DepthImage) -> bool {
+    let pairs = image.material.array_windows().zip(image.object.array_windows());
+    let changes = pairs.filter(|([a, b], [before, after])| before == after && a != b).count();
+    changes > image.sample_count() / 64
 }
 
 fn choose<T: Label, const N: usize>(labels: &[T], values: &[[i16; N]], segments: &[Segment], range: Range) -> Method {
@@ -143,7 +160,13 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
     outline::code(&mut bits, &mut image.mask.clone()).expect("the frame of a mask fits it");
     match profile {
         Profile::Fast => {
-            let [symbols, literals] = fast::write(image, coding.colour, &mut bits);
+            let apart = materials_vary(image);
+            let [symbols, literals] = fast::write(image, coding.colour, apart, &mut bits);
+            if bits.decide(NO_VARYING, apart) {
+                let mut writing = Writing { bits, activity: vec![0; image.sample_count()] };
+                writing.materials(image, &segments(&image.mask, Some(&image.object)));
+                bits = writing.bits;
+            }
             rest::code(&mut bits, image, image.normal_rest.clone());
             quarters::code(&mut bits, image, image.colour_rest.clone());
             ends::code(&mut bits, image, image.ends.clone());
@@ -165,7 +188,7 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
 fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     write_labels(&mut writing.bits, &image.object, &segments(&image.mask, None));
     let segments = segments(&image.mask, Some(&image.object));
-    write_labels(&mut writing.bits, &image.material, &segments);
+    writing.materials(image, &segments);
     let normal: Vec<[i16; 2]> = image.normal.iter().map(|code| code.map(i16::from)).collect();
     writing.plane(&image.normal, &normal, &segments, Range::Byte);
     let depth: Vec<[i16; 1]> = image.depth.iter().map(|&code| [code as i16]).collect();
@@ -176,6 +199,9 @@ fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     ends::code(&mut writing.bits, image, image.ends.clone());
     write_shares(&mut writing.bits, image);
 }
+
+/// That the fast coder tells materials along with objects, in 1/32768: it nearly always does, at no bytes.
+const NO_VARYING: u32 = 32_767;
 
 /// That an image has no shares, in 1/32768: it next to always comes, at no bytes.
 const NO_SHARES: u32 = 32_767;
@@ -206,6 +232,11 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
+    fn materials(&mut self, count: usize, segments: &[Segment]) -> Result<Vec<u8>, CodecError> {
+        let codes = |values: &[[i16; 1]]| values.iter().map(|value| value[0] as u8).collect();
+        self.plane(count, segments, Range::Byte, codes)
+    }
+
     /// A plane of `count` ids, which have no residuals.
     fn ids<T: Label>(&mut self, count: usize, segments: &[Segment]) -> Result<Vec<T>, CodecError> {
         let method = Method::Constant.code(&mut self.bits)?;
@@ -263,6 +294,11 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
         Profile::Fast => {
             let (symbols, literals) = (bytes.varint_block()?, bytes.varint_block()?);
             fast::read(&mut image, coding.colour, &mut bits, symbols, literals)?;
+            if bits.decide(NO_VARYING, false) {
+                let mut reading = Reading { bits, activity: vec![0; count] };
+                image.material = reading.materials(count, &segments(&image.mask, Some(&image.object)))?;
+                bits = reading.bits;
+            }
             image.normal_rest = rest::code(&mut bits, &image, Vec::new());
             image.colour_rest = quarters::code(&mut bits, &image, Vec::new());
             image.ends = ends::code(&mut bits, &image, Vec::new());
@@ -285,7 +321,7 @@ fn read_planes(
 ) -> Result<(), CodecError> {
     image.object = reading.ids(count, &segments(&image.mask, None))?;
     let segments = segments(&image.mask, Some(&image.object));
-    image.material = reading.ids(count, &segments)?;
+    image.material = reading.materials(count, &segments)?;
     let normals = |values: &[[i16; 2]]| values.iter().map(|value| value.map(|value| value as u8)).collect();
     image.normal = reading.plane(count, &segments, Range::Byte, normals)?;
     let depths = |values: &[[i16; 1]]| values.iter().map(|value| value[0] as u16).collect();

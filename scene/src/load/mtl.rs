@@ -124,8 +124,11 @@ impl Library {
 
 fn set_opacity(material: &mut Material, opacity: Option<f32>, warnings: &mut Warnings) {
     let Some(opacity) = opacity.filter(|opacity| (0.0..1.0).contains(opacity)) else { return };
-    warnings
-        .add(format!("material {:?}: opacity {opacity} is drawn as a cut-out at {CUTOFF}", shorten(&material.name)));
+    warnings.add(format!(
+        "material {:?}: opacity {opacity} is drawn as a cut-out at {CUTOFF} while the view moves",
+        shorten(&material.name)
+    ));
+    material.see_through = true;
     material.base_colour[3] = opacity;
     material.alpha_cutoff = Some(CUTOFF);
 }

@@ -4,6 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use gpu::MaterialUniform;
 use protocol::Material;
 use scene::Scene;
+use scene::model::{SAME_UV, UvMap, Wrap};
+
+use super::palette::{self, CodeMap, Kinds, Palette};
 
 /// Normals: of a mirror or glass, and of everything in a view at rest.
 pub(super) const FINE_NORMAL: u32 = 1;
@@ -22,54 +25,93 @@ pub(crate) struct SurfaceMaterial {
     pub fine: u32,
     /// Of its normal map; 0 without one.
     pub bump_scale: f32,
-    pub padding: [u32; 3],
+    /// Whether its code is told place by place, and how what tells it is wrapped.
+    pub varies: u32,
+    /// Whether it is drawn in as many of sixteen samples as its alpha says.
+    pub see_through: u32,
+    pub padding: u32,
+    pub bumps_from_u: [f32; 4],
+    pub bumps_from_v: [f32; 4],
+    pub codes_from_u: [f32; 4],
+    pub codes_from_v: [f32; 4],
 }
 
-/// The scene's materials as the shader has them, and the table of those that differ in what samples need. A scene with more
-/// than 256 such keeps the first and maps the others to the nearest, which is logged.
-pub(crate) fn tables(scene: &Scene) -> (Vec<SurfaceMaterial>, Vec<Material>) {
+/// The scene's materials as the shader has them, and what their samples refer to.
+pub(crate) struct Tables {
+    pub surfaces: Vec<SurfaceMaterial>,
+    /// By code.
+    pub table: Vec<Material>,
+    /// By material of the scene: where its codes lie, of one that varies.
+    pub code_maps: Vec<Option<CodeMap>>,
+    /// By code.
+    pub kinds: Kinds,
+}
+
+/// The table of the materials that differ in what samples need. A scene with more than 256 such keeps the first and maps the others to the
+/// nearest, which is logged. What is left of the table goes to those that vary from place to place, see [`super::palette`], if they are
+/// asked for; else each is everywhere what it is on the whole.
+pub(crate) fn tables(scene: &Scene, varied: bool) -> Tables {
     let mut table: Vec<Material> = Vec::new();
     let mut dropped = 0;
-    let surfaces = scene
+    let is_varied = |material: &scene::Material| varied && !material.maps.is_empty();
+    let varying = scene.materials.iter().filter(|material| is_varied(material)).count();
+    // Each that varies gets one code at least.
+    let most = MaterialUniform::TABLE_LEN.saturating_sub(varying).max(MaterialUniform::TABLE_LEN / 2);
+    let codes: Vec<usize> = scene
         .materials
         .iter()
         .map(|material| {
-            let wanted = shown(material);
-            let code = table.iter().position(|known| *known == wanted).unwrap_or_else(|| {
-                if table.len() < MaterialUniform::TABLE_LEN {
+            let wanted = palette::on_the_whole(material, &scene.textures);
+            table.iter().position(|known| *known == wanted).unwrap_or_else(|| {
+                if table.len() < most {
                     table.push(wanted);
                     table.len() - 1
                 } else {
                     dropped += 1;
                     nearest(&table, &wanted)
                 }
-            });
-            SurfaceMaterial {
-                base_colour: material.base_colour,
-                alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
-                code: code as u32,
-                double_sided: u32::from(material.double_sided),
-                fine: if table[code].effect().is_some() { FINE_NORMAL } else { 0 },
-                bump_scale: material.bumps.map_or(0.0, |bumps| bumps.scale),
-                padding: [0; 3],
-            }
+            })
         })
         .collect();
     if dropped > 0 {
-        tracing::warn!("{dropped} materials past the first {} are shown as the nearest", MaterialUniform::TABLE_LEN);
+        tracing::warn!("{dropped} materials past the first {most} are shown as the nearest");
     }
-    (surfaces, table)
+    let wanted: Vec<usize> = (0..scene.materials.len()).filter(|&index| is_varied(&scene.materials[index])).collect();
+    let Palette { entries, code_maps, kinds } = Palette::new(scene, &wanted, table.len());
+    table.extend(entries);
+    let surface = |(index, material): (usize, &scene::Material)| {
+        let (code, map) = (codes[index], code_maps[index].as_ref());
+        let own = map.map_or(code..code + 1, |map| map.codes.clone());
+        let reflects = table[own].iter().any(|material| material.effect().is_some());
+        let rows = |map: UvMap| map.map(|[x, y, offset]| [x, y, offset, 0.0]);
+        let [bumps_from_u, bumps_from_v] = rows(material.bumps.map_or(SAME_UV, |bumps| bumps.from_uv));
+        let [codes_from_u, codes_from_v] = rows(map.map_or(SAME_UV, |map| map.from_uv));
+        SurfaceMaterial {
+            base_colour: material.base_colour,
+            alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
+            code: code as u32,
+            double_sided: u32::from(material.double_sided),
+            fine: if reflects { FINE_NORMAL } else { 0 },
+            bump_scale: material.bumps.map_or(0.0, |bumps| bumps.scale),
+            varies: map.map_or(0, |map| 1 + wrap_code(map.wrap[0]) + 3 * wrap_code(map.wrap[1])),
+            see_through: 0,
+            padding: 0,
+            bumps_from_u,
+            bumps_from_v,
+            codes_from_u,
+            codes_from_v,
+        }
+    };
+    let surfaces = scene.materials.iter().enumerate().map(surface).collect();
+    Tables { surfaces, table, code_maps, kinds }
 }
 
-fn shown(material: &scene::Material) -> Material {
-    Material {
-        emissive: material.emissive,
-        metallic: material.metallic,
-        roughness: material.roughness,
-        transmission: material.transmission,
-        ior: material.ior,
-        unlit: material.unlit,
-        double_sided: material.double_sided,
+/// As `server/scene.wgsl` tells them.
+fn wrap_code(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
     }
 }
 
@@ -103,7 +145,13 @@ mod tests {
             code,
             double_sided,
             fine,
-            bump_scale
+            bump_scale,
+            varies,
+            see_through,
+            bumps_from_u,
+            bumps_from_v,
+            codes_from_u,
+            codes_from_v
         );
     }
 

@@ -13,12 +13,14 @@
 mod cull;
 mod error;
 mod materials;
+mod palette;
 mod pipelines;
 mod rays;
 mod texture;
 mod upload;
 
 pub use error::RenderError;
+pub use palette::Kinds;
 pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry, texture_entry};
 pub use pipelines::{Faces, Layouts, Pass, Pipelines};
 pub(crate) use rays::RayBuffers;
@@ -31,6 +33,7 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use gpu::{Gpu, PinholeUniform};
+use protocol::Look;
 use scene::{Bounds, Scene, Snapshot, Vertex};
 use wgpu::util::DeviceExt;
 
@@ -91,6 +94,18 @@ pub(crate) struct Run {
     distance_m: f64,
 }
 
+/// What is kept of surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// Normals finely of what reflects; surfaces are there or not.
+    Motion,
+    /// Normals and colours finely.
+    Fine,
+    /// The same, for images whose samples make up pixels, 4 x 4 each: of what is blended, as many of the sixteen are there as its alpha says, so
+    /// that the others show what lies behind (Enderton and others, *Stochastic transparency*, 2010, by a fixed order instead of chance).
+    Parts,
+}
+
 /// A scene on the GPU.
 pub struct SceneRenderer {
     gpu: Gpu,
@@ -103,6 +118,8 @@ pub struct SceneRenderer {
     surfaces: wgpu::Buffer,
     /// What is in it.
     surface_materials: Vec<materials::SurfaceMaterial>,
+    /// Whether they are blended.
+    see_through: Vec<bool>,
     scene_group: wgpu::BindGroup,
     texture_groups: Vec<wgpu::BindGroup>,
     batches: Vec<Batch>,
@@ -112,6 +129,7 @@ pub struct SceneRenderer {
     /// The batch of each deforming object.
     batch_of_deforming: std::collections::HashMap<u32, usize>,
     material_table: Vec<protocol::Material>,
+    kinds: Kinds,
     anchor_world: DVec3,
     rays: Option<RayScene>,
     /// What [`SceneRenderer::draw`] passes over.
@@ -119,14 +137,20 @@ pub struct SceneRenderer {
 }
 
 impl SceneRenderer {
-    /// Uploads a scene, at its place at time 0. What is dropped (materials past 256) is logged.
+    /// Uploads a scene, at its place at time 0. What is dropped (materials past 256) is logged. Materials are everywhere what they are on the
+    /// whole, but for their colours and normals.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<SceneRenderer, RenderError> {
-        SceneRenderer::upload(gpu, scene, gpu.caps.primitive_index)
+        SceneRenderer::upload(gpu, scene, (gpu.caps.primitive_index, false))
+    }
+
+    /// The same for a look: materials vary as their textures say where it shows.
+    pub fn for_look(gpu: &Gpu, scene: &Scene, look: Look) -> Result<SceneRenderer, RenderError> {
+        SceneRenderer::upload(gpu, scene, (gpu.caps.primitive_index, look == Look::Full))
     }
 
     /// The same without `primitive_index`, as a device that lacks it does it: equal ids, slower.
     pub fn with_pulling(gpu: &Gpu, scene: &Scene) -> Result<SceneRenderer, RenderError> {
-        SceneRenderer::upload(gpu, scene, false)
+        SceneRenderer::upload(gpu, scene, (false, false))
     }
 
     /// The same, at its place at time 0, ready for methods that follow rays ([`crate::discretize::Discretization::needs_rays`]).
@@ -163,23 +187,27 @@ impl SceneRenderer {
         self.left_out = objects;
     }
 
-    /// Keeps normals and colours finely from now on: of everything, or only the normals of what reflects.
-    pub(crate) fn keep_finely(&self, of_everything: bool) {
-        let kept = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
-            fine: if of_everything { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine },
+    /// Keeps as much of surfaces as is wanted from now on.
+    pub(crate) fn keep(&self, detail: Detail) {
+        let finely = detail != Detail::Motion;
+        let kept = |(surface, see_through): (&materials::SurfaceMaterial, &bool)| materials::SurfaceMaterial {
+            fine: if finely { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine },
+            see_through: u32::from(detail == Detail::Parts && *see_through),
             ..*surface
         };
-        let kept: Vec<_> = self.surface_materials.iter().map(kept).collect();
+        let kept: Vec<_> = self.surface_materials.iter().zip(&self.see_through).map(kept).collect();
         self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&kept));
     }
 
-    /// Leaves normal maps out from now on, or no longer: surfaces that are not looked at but cast are as smooth as their meshes.
+    /// Leaves normal maps out from now on, and how materials vary, or no longer: surfaces that are not looked at but cast are as smooth as their
+    /// meshes.
     pub(crate) fn smooth(&self, is_smooth: bool) {
         let smoothed = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
             bump_scale: if is_smooth { 0.0 } else { surface.bump_scale },
+            varies: if is_smooth { 0 } else { surface.varies },
             ..*surface
         };
-        if self.surface_materials.iter().any(|surface| surface.bump_scale != 0.0) {
+        if self.surface_materials.iter().any(|surface| surface.bump_scale != 0.0 || surface.varies != 0) {
             let smoothed: Vec<_> = self.surface_materials.iter().map(smoothed).collect();
             self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&smoothed));
         }
@@ -207,6 +235,11 @@ impl SceneRenderer {
     /// The materials that samples refer to by code.
     pub fn materials(&self) -> &[protocol::Material] {
         &self.material_table
+    }
+
+    /// Which of their codes belong together.
+    pub(crate) fn kinds(&self) -> &Kinds {
+        &self.kinds
     }
 
     /// What positions on the GPU are relative to.

@@ -15,7 +15,7 @@ pub struct Layouts {
     pub(crate) view: wgpu::BindGroupLayout,
     /// Group 1: instances and materials, and the vertices where they are pulled.
     pub(crate) scene: wgpu::BindGroupLayout,
-    /// Group 2: the textures of a material, base colour and normals.
+    /// Group 2: the textures of a material, base colour and normals, and its codes.
     pub(crate) texture: wgpu::BindGroupLayout,
 }
 
@@ -69,13 +69,21 @@ impl Layouts {
             ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
             ..texture_entry(binding)
         };
+        let codes = wgpu::BindGroupLayoutEntry {
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            ..texture_entry(4)
+        };
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
             gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
         Layouts {
             view: layout("camera", &[buffer_entry(0, both, uniform)]),
             scene: layout("scene", &scene),
-            texture: layout("textures", &[texture(0), sampler(1), texture(2), sampler(3)]),
+            texture: layout("textures", &[texture(0), sampler(1), texture(2), sampler(3), codes]),
         }
     }
 }

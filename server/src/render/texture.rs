@@ -6,6 +6,8 @@ use std::sync::LazyLock;
 use gpu::Gpu;
 use scene::model::{Texture, Wrap};
 
+use super::palette::CodeLevel;
+
 /// What a texture holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Content {
@@ -35,6 +37,11 @@ static PLAIN: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|code|
 /// sRGB codes of 4096 linear steps; fine enough that encoding a decoded code returns it (the smallest step between two codes
 /// is 1/3294).
 static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| (0..=4096).map(|step| encode(step as f32 / 4096.0)).collect());
+
+/// What a byte of a texel stands for, 0 to 1: of an sRGB-encoded colour in linear light.
+pub(crate) fn decoded(code: u8, is_colour: bool) -> f32 {
+    if is_colour { LINEAR[usize::from(code)] } else { PLAIN[usize::from(code)] }
+}
 
 fn encode(linear: f32) -> u8 {
     let c = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
@@ -154,15 +161,9 @@ pub(crate) fn upload(
         view_formats: &[],
     });
     for (mip_level, level) in levels.iter().enumerate() {
-        let target = wgpu::TexelCopyTextureInfo {
-            texture: &gpu_texture,
-            mip_level: mip_level as u32,
-            origin: wgpu::Origin3d::ZERO,
-            aspect: wgpu::TextureAspect::All,
-        };
         let layout =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(level.width_px * 4), rows_per_image: None };
-        gpu.queue.write_texture(target, &level.rgba, layout, size(level));
+        gpu.queue.write_texture(target(&gpu_texture, mip_level), &level.rgba, layout, size(level));
     }
     let mag_filter = if texture.nearest { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -175,6 +176,37 @@ pub(crate) fn upload(
         ..Default::default()
     });
     (gpu_texture.create_view(&wgpu::TextureViewDescriptor::default()), sampler)
+}
+
+/// Uploads codes into the table of materials, see [`super::palette`]. As [`upload`] does, without a sampler: codes have no means.
+pub(crate) fn upload_codes(gpu: &Gpu, levels: &[CodeLevel]) -> wgpu::TextureView {
+    let size =
+        |level: &CodeLevel| wgpu::Extent3d { width: level.width_px, height: level.height_px, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("codes of materials"),
+        size: size(&levels[0]),
+        mip_level_count: levels.len() as u32,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::R8Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    for (mip_level, level) in levels.iter().enumerate() {
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(level.width_px), rows_per_image: None };
+        gpu.queue.write_texture(target(&texture, mip_level), &level.codes, layout, size(level));
+    }
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+fn target(texture: &wgpu::Texture, mip_level: usize) -> wgpu::TexelCopyTextureInfo<'_> {
+    wgpu::TexelCopyTextureInfo {
+        texture,
+        mip_level: mip_level as u32,
+        origin: wgpu::Origin3d::ZERO,
+        aspect: wgpu::TextureAspect::All,
+    }
 }
 
 fn address_mode(wrap: Wrap) -> wgpu::AddressMode {

@@ -9,7 +9,8 @@ use scene::model::{Texture, Wrap};
 use scene::{Bounds, Scene, Vertex};
 use wgpu::util::DeviceExt;
 
-use super::materials::SurfaceMaterial;
+use super::materials::{SurfaceMaterial, Tables};
+use super::palette::{CodeLevel, CodeMap};
 use super::pipelines::scene_group;
 use super::texture::Content;
 use super::{Batch, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, rgba, texture};
@@ -70,7 +71,8 @@ fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Ba
         let instance = &scene.instances[object as usize];
         let material = &scene.materials[material_of(object) as usize];
         // Opaque first; then as few changes of state as can be.
-        let state = (material.alpha_cutoff.is_some(), material.double_sided, textures_of(material));
+        let textures = textures_of(scene, material_of(object));
+        let state = (material.alpha_cutoff.is_some(), material.double_sided, textures);
         (state, instance.mesh, instance.deforms, object)
     });
     let (mut batches, mut slots, mut records) = (Vec::<Batch>::new(), Vec::new(), Vec::new());
@@ -87,7 +89,7 @@ fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Ba
                 first_vertex: placed.first_vertex,
                 vertex_count: placed.vertex_count,
                 slots: slots.len() as u32..slots.len() as u32,
-                texture: distinct.binary_search(&textures_of(material)).expect("all that differ are there"),
+                texture: distinct.binary_search(&textures_of(scene, mesh.material)).expect("all that differ are there"),
                 cut_out: material.alpha_cutoff.is_some(),
                 double_sided: material.double_sided,
             });
@@ -140,13 +142,14 @@ fn check(gpu: &Gpu, scene: &Scene, geometry: &Geometry) -> Result<(), RenderErro
 }
 
 impl SceneRenderer {
-    pub(super) fn upload(gpu: &Gpu, scene: &Scene, native: bool) -> Result<SceneRenderer, RenderError> {
+    pub(super) fn upload(gpu: &Gpu, scene: &Scene, (native, varied): (bool, bool)) -> Result<SceneRenderer, RenderError> {
         let geometry = Geometry::new(scene);
         check(gpu, scene, &geometry)?;
         let layouts = Layouts::new(gpu, native);
         let distinct = distinct_textures(scene);
         let (batches, slots, records) = batches(scene, &geometry, &distinct);
-        let (surface_materials, material_table) = materials::tables(scene);
+        let Tables { surfaces: surface_materials, table: material_table, code_maps, kinds } =
+            materials::tables(scene, varied);
         let buffer = |label, contents: &[u8], usage| {
             // An empty scene still needs buffers to bind.
             let contents = if contents.is_empty() { &[0; size_of::<InstanceRecord>()] } else { contents };
@@ -168,7 +171,7 @@ impl SceneRenderer {
             .map(|slot| (slot.object, slot.batch))
             .collect();
         let mut renderer = SceneRenderer {
-            texture_groups: texture_groups(gpu, scene, &layouts, &distinct),
+            texture_groups: texture_groups(gpu, scene, &layouts, (&distinct, &code_maps)),
             gpu: gpu.clone(),
             layouts,
             native,
@@ -177,12 +180,14 @@ impl SceneRenderer {
             instances,
             surfaces,
             surface_materials,
+            see_through: scene.materials.iter().map(|material| material.see_through).collect(),
             scene_group,
             batches,
             slots,
             records,
             batch_of_deforming,
             material_table,
+            kinds,
             anchor_world: glam::DVec3::ZERO,
             rays: None,
             left_out: BTreeSet::new(),
@@ -192,27 +197,34 @@ impl SceneRenderer {
     }
 }
 
-/// The textures of a material: base colour, normals.
-type Textures = [Option<u32>; 2];
+/// What a material is drawn with: the textures of base colours and of normals, and the material whose codes lie as its own, itself.
+type Textures = [Option<u32>; 3];
 
-fn textures_of(material: &scene::Material) -> Textures {
-    [material.texture, material.bumps.map(|bumps| bumps.texture)]
+fn textures_of(scene: &Scene, material: u32) -> Textures {
+    let own = &scene.materials[material as usize];
+    [own.texture, own.bumps.map(|bumps| bumps.texture), (!own.maps.is_empty()).then_some(material)]
 }
 
 /// Those that differ, in the order in which they are drawn.
 fn distinct_textures(scene: &Scene) -> Vec<Textures> {
-    let distinct: BTreeSet<Textures> = scene.materials.iter().map(textures_of).collect();
+    let distinct: BTreeSet<Textures> = (0..scene.materials.len() as u32).map(|material| textures_of(scene, material)).collect();
     distinct.into_iter().collect()
 }
 
 /// One bind group for each that differ; white and level where a material has none.
-fn texture_groups(gpu: &Gpu, scene: &Scene, layouts: &Layouts, distinct: &[Textures]) -> Vec<wgpu::BindGroup> {
+fn texture_groups(
+    gpu: &Gpu,
+    scene: &Scene,
+    layouts: &Layouts,
+    (distinct, code_maps): (&[Textures], &[Option<CodeMap>]),
+) -> Vec<wgpu::BindGroup> {
     let plain = |texel: [u8; 4], content| {
         let rgba = texel.to_vec();
         let texture = Texture { width_px: 1, height_px: 1, rgba, wrap: [Wrap::Repeat; 2], nearest: false };
         texture::upload(gpu, &texture, content, &texture::levels(&texture, content))
     };
     let [white, level] = [plain([255; 4], Content::Colours(None)), plain([128, 128, 255, 255], Content::Numbers)];
+    let no_codes = texture::upload_codes(gpu, &[CodeLevel { width_px: 1, height_px: 1, codes: vec![0] }]);
     let uses = uses(scene);
     let levels: Vec<_> = uses
         .par_iter()
@@ -224,13 +236,16 @@ fn texture_groups(gpu: &Gpu, scene: &Scene, layouts: &Layouts, distinct: &[Textu
         .map(|((&key, &content), levels)| (key, texture::upload(gpu, &scene.textures[key.0 as usize], content, levels)))
         .collect();
     let of = |texture: Option<u32>, is_normal: bool| texture.and_then(|texture| uploaded.get(&(texture, is_normal)));
-    let group = |&[base, normals]: &Textures| {
+    let group = |&[base, normals, codes]: &Textures| {
         let (base, normals) = (of(base, false).unwrap_or(&white), of(normals, true).unwrap_or(&level));
+        let codes = codes.and_then(|material| code_maps[material as usize].as_ref());
+        let codes = codes.map(|map| texture::upload_codes(gpu, &map.levels));
         let resources = [base, normals].into_iter().flat_map(|(view, sampler)| {
             [wgpu::BindingResource::TextureView(view), wgpu::BindingResource::Sampler(sampler)]
         });
+        let codes = wgpu::BindingResource::TextureView(codes.as_ref().unwrap_or(&no_codes));
         let entries: Vec<_> =
-            resources.zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
+            resources.chain([codes]).zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("textures"),
             layout: &layouts.texture,
@@ -245,11 +260,11 @@ fn uses(scene: &Scene) -> BTreeMap<(u32, bool), Content> {
     let mut uses = BTreeMap::new();
     for material in &scene.materials {
         if let Some(texture) = material.texture {
+            // The alpha of what is blended is a share, and stays one.
+            let own = material.alpha_cutoff.filter(|_| !material.see_through);
             let cutoff = match uses.get(&(texture, false)) {
-                Some(Content::Colours(Some(known))) => {
-                    Some(material.alpha_cutoff.map_or(*known, |cutoff| cutoff.min(*known)))
-                }
-                _ => material.alpha_cutoff,
+                Some(Content::Colours(Some(known))) => Some(own.map_or(*known, |cutoff| cutoff.min(*known))),
+                _ => own,
             };
             uses.insert((texture, false), Content::Colours(cutoff));
         }

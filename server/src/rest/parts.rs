@@ -15,6 +15,7 @@ use protocol::{DepthImage, Mask};
 use rayon::prelude::*;
 
 use crate::discretize::{Capture, DepthPrecision, Planes};
+use crate::render::Kinds;
 
 /// Images of a view at most. What a pixel shows beyond is added to what is most like it.
 pub const LAYERS: usize = 4;
@@ -35,13 +36,13 @@ pub fn fine(view: &Pinhole) -> Pinhole {
 }
 
 /// The images of a view, of a capture by its [`fine`] camera; those without a sample are left out, but the first.
-pub fn layers(view: &Pinhole, fine: &Capture, precision: DepthPrecision) -> Vec<DepthImage> {
+pub fn layers(view: &Pinhole, fine: &Capture, kinds: &Kinds, precision: DepthPrecision) -> Vec<DepthImage> {
     let width = view.width_px as usize;
     let linear: Vec<f32> = (0..1024).map(|quarters| linear_from_srgb(quarters as f32 / 1020.0)).collect();
     let pixels: Vec<Pixel> = (0..width * view.height_px as usize)
         .into_par_iter()
         .with_min_len(1024)
-        .map(|index| Pixel::of(fine, &linear, (index % width, index / width)))
+        .map(|index| Pixel::of(fine, kinds, &linear, (index % width, index / width)))
         .collect();
     let layers = (0..LAYERS).map_while(|layer| {
         let is_needed = layer == 0 || pixels.iter().any(|pixel| pixel.count > layer);
@@ -86,6 +87,8 @@ struct Part {
     samples: u8,
     object: u16,
     material: u8,
+    /// The material of each sample.
+    codes: [u8; (SIDE * SIDE) as usize],
     reflects: bool,
     normal: Vec3,
     linear: Vec3,
@@ -102,7 +105,7 @@ struct Shown {
 }
 
 impl Pixel {
-    fn of(fine: &Capture, linear: &[f32], (x, y): (usize, usize)) -> Pixel {
+    fn of(fine: &Capture, kinds: &Kinds, linear: &[f32], (x, y): (usize, usize)) -> Pixel {
         let (side, width) = (SIDE as usize, fine.camera.width_px as usize);
         let rows = (side * y..side * (y + 1)).flat_map(|row| (0..side).map(move |column| row * width + column));
         let samples = rows.map(|first| first + side * x).filter(|&index| fine.ids[index][0] != 0);
@@ -110,7 +113,7 @@ impl Pixel {
         let mut parts = [Part::default(); (SIDE * SIDE) as usize];
         let mut count = 0;
         for sample in samples.map(|index| Part::sample(fine, linear, index)) {
-            match parts[..count].iter_mut().find(|part| part.is_lit_as(&sample)) {
+            match parts[..count].iter_mut().find(|part| part.is_lit_as(&sample, kinds)) {
                 Some(part) => part.add(&sample),
                 None => {
                     parts[count] = sample;
@@ -119,6 +122,7 @@ impl Pixel {
             }
         }
         let parts = &mut parts[..count];
+        parts.iter_mut().for_each(|part| part.material = kinds.mean(&part.codes[..usize::from(part.samples)]));
         parts.sort_by_key(|part| std::cmp::Reverse(part.samples));
         let mut pixel = Pixel { count: count.min(LAYERS), ..Pixel::default() };
         pixel.parts[..pixel.count].copy_from_slice(&parts[..pixel.count]);
@@ -148,6 +152,7 @@ impl Part {
             samples: 1,
             object: fine.object(index),
             material,
+            codes: [material; (SIDE * SIDE) as usize],
             reflects: normal_rest != 0,
             normal: octahedral_normal_with_rest(fine.normal_code(index), normal_rest),
             linear: Vec3::from(colour_quarters([r, g, b], colour_rest).map(|quarters| linear[usize::from(quarters)])),
@@ -155,13 +160,15 @@ impl Part {
         }
     }
 
-    fn is_lit_as(&self, other: &Part) -> bool {
+    fn is_lit_as(&self, other: &Part, kinds: &Kinds) -> bool {
         self.object == other.object
-            && self.material == other.material
+            && kinds.are_one(self.material, other.material)
             && self.normal.dot(other.normal) >= NORMAL_COS * self.normal.length()
     }
 
+    /// Adds a sample.
     fn add(&mut self, other: &Part) {
+        self.codes[usize::from(self.samples)] = other.material;
         self.samples += other.samples;
         self.reflects |= other.reflects;
         self.normal += other.normal;
@@ -229,7 +236,7 @@ mod tests {
         let view = view();
         // The left pixel is whole; of the right one 3 of 4 columns are of object 2, the last of object 1.
         let of = |x| if (4..7).contains(&x) { (2, GREY) } else { (1, WHITE) };
-        let layers = layers(&view, &capture(&view, |x, _| of(x)), DepthPrecision::Finest);
+        let layers = layers(&view, &capture(&view, |x, _| of(x)), &Kinds::default(), DepthPrecision::Finest);
         let planes: Vec<_> =
             layers.iter().map(|image| (image.object.clone(), image.share.clone(), image.colour.clone())).collect();
         let first = (vec![1, 2], vec![16, 12], vec![[255; 3], [128; 3]]);
@@ -240,11 +247,11 @@ mod tests {
     #[test]
     fn what_covers_all_has_no_shares_and_what_ends_in_nothing_has() {
         let view = view();
-        let whole = layers(&view, &capture(&view, |_, _| (1, WHITE)), DepthPrecision::Finest);
+        let whole = layers(&view, &capture(&view, |_, _| (1, WHITE)), &Kinds::default(), DepthPrecision::Finest);
         assert!(whole.len() == 1 && whole[0].share.is_empty());
-        let ends = layers(&view, &capture(&view, |x, _| (u16::from(x < 6), WHITE)), DepthPrecision::Finest);
+        let ends = layers(&view, &capture(&view, |x, _| (u16::from(x < 6), WHITE)), &Kinds::default(), DepthPrecision::Finest);
         assert_eq!((ends.len(), &ends[0].share[..]), (1, &[16, 8][..]));
-        let nothing = layers(&view, &capture(&view, |_, _| (0, WHITE)), DepthPrecision::Finest);
+        let nothing = layers(&view, &capture(&view, |_, _| (0, WHITE)), &Kinds::default(), DepthPrecision::Finest);
         assert_eq!((nothing.len(), nothing[0].sample_count()), (1, 0), "it says that nothing is seen");
     }
 
@@ -252,7 +259,7 @@ mod tests {
     fn a_texture_goes_by_its_mean_in_linear_light() {
         let view = view();
         let striped = capture(&view, |x, _| (1, if x % 2 == 0 { WHITE } else { [0, 0, 0, 0] }));
-        let layers = layers(&view, &striped, DepthPrecision::Finest);
+        let layers = layers(&view, &striped, &Kinds::default(), DepthPrecision::Finest);
         let quarters = colour_quarters(layers[0].colour[0], layers[0].colour_rest[0]);
         assert_eq!((layers.len(), quarters), (1, [750; 3]), "half of white is 187.5, not 128");
     }
@@ -261,7 +268,7 @@ mod tests {
     fn shares_add_up_however_many_objects_a_pixel_shows() {
         let view = view();
         let many = capture(&view, |x, y| ((1 + x / 4 + x % 4 + 4 * (y % 4)) as u16, [(16 * x) as u8, 9, 9, 0]));
-        let layers = layers(&view, &many, DepthPrecision::Finest);
+        let layers = layers(&view, &many, &Kinds::default(), DepthPrecision::Finest);
         assert_eq!(layers.len(), LAYERS);
         for pixel in 0..2 {
             let shares = layers.iter().map(|image| u32::from(image.share[pixel])).sum::<u32>();

@@ -56,7 +56,16 @@ struct Material {
     roughness: f32,
     transmission: f32,
     ior: f32,
+    // MATERIAL_*; from bit 8 on eight bits a channel, the roots of what is mirrored of light that falls straight on.
     flags: u32,
+    // The share of light from all around that arrives.
+    occlusion: f32,
+    // What is mirrored of light that grazes.
+    grazing: f32,
+    clearcoat: f32,
+    clearcoat_roughness: f32,
+    sheen: vec3f,
+    sheen_roughness: f32,
 }
 
 // The diffuse factor of Burley, Physically-Based Shading at Disney, 2012, §5.3, at roughness 1.

@@ -31,9 +31,10 @@ fn light_off(seen: Seen, material: Material) -> vec3f {
     }
     let lobes = lobes_of(seen.base, material);
     // Of a plain surface what arrives, of a full one what leaves.
-    var light = seen.ambient_share * lighting.ambient;
+    let ambient_share = seen.ambient_share * material.occlusion;
+    var light = ambient_share * lighting.ambient;
     if is_full() {
-        light = seen.ambient_share * light_of_sky(lobes, seen.normal, seen.to_eye);
+        light = light_of_sky(lobes, seen.normal, seen.to_eye, ambient_share);
     }
     for (var index = 0u; index < lighting.light_count; index++) {
         let lamp = lighting.lights[index];

@@ -31,6 +31,9 @@ const FINE_NORMAL: u32 = 1u;
 // Colours: of everything in a view at rest.
 const FINE_COLOUR: u32 = 2u;
 
+const WRAP_REPEAT: u32 = 0u;
+const WRAP_MIRROR: u32 = 1u;
+
 struct SurfaceMaterial {
     // Linear RGBA factor.
     base_colour: vec4f,
@@ -43,9 +46,16 @@ struct SurfaceMaterial {
     fine: u32,
     // What the tilts of its normal map are multiplied by; 0 without one.
     bump_scale: f32,
+    // 0: `code` holds everywhere. Else `codes` tells it, place by place, and this is 1 + how they are wrapped along u + 3 times how along v.
+    varies: u32,
+    // 1 where it is drawn in as many of a pixel's 4 x 4 samples as its alpha says.
+    see_through: u32,
     padding_0: u32,
-    padding_1: u32,
-    padding_2: u32,
+    // Rows of the affine maps from texture coordinates to those of the normal map and of the codes.
+    bumps_from_u: vec4f,
+    bumps_from_v: vec4f,
+    codes_from_u: vec4f,
+    codes_from_v: vec4f,
 }
 
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
@@ -54,6 +64,8 @@ struct SurfaceMaterial {
 @group(2) @binding(1) var base_sampler: sampler;
 @group(2) @binding(2) var normal_texture: texture_2d<f32>;
 @group(2) @binding(3) var normal_sampler: sampler;
+// Indices into the material table of the samples, of a material whose textures say more than its colour.
+@group(2) @binding(4) var codes: texture_2d<u32>;
 
 // Whether fragments below the material's alpha cut-off are dropped.
 override cut_out: bool = false;
@@ -100,7 +112,8 @@ fn corner(vertex: MeshVertex, instance_index: u32, triangle: u32) -> Varying {
     return out;
 }
 
-// How a fragment's place and texture coordinates change a pixel to the right and down. Derivatives need all fragments.
+// How a fragment's place and texture coordinates change a pixel to the right and down, the same for the four fragments of a quad. Derivatives
+// need all fragments.
 struct Slopes {
     dx_position: vec3f,
     dy_position: vec3f,
@@ -109,21 +122,64 @@ struct Slopes {
 }
 
 fn slopes_of(v: Varying) -> Slopes {
-    return Slopes(dpdx(v.position), dpdy(v.position), dpdx(v.uv), dpdy(v.uv));
+    return Slopes(dpdxCoarse(v.position), dpdyCoarse(v.position), dpdxCoarse(v.uv), dpdyCoarse(v.uv));
+}
+
+// Texture coordinates by the rows of an affine map, and what becomes of their differences.
+fn affine_uv(from_u: vec4f, from_v: vec4f, uv: vec2f) -> vec2f {
+    return turned_uv(from_u, from_v, uv) + vec2f(from_u.z, from_v.z);
+}
+
+fn turned_uv(from_u: vec4f, from_v: vec4f, uv: vec2f) -> vec2f {
+    return vec2f(dot(from_u.xy, uv), dot(from_v.xy, uv));
+}
+
+// A texel's place along a side of a texture, as `scene::model::Wrap` has it.
+fn wrapped(place: f32, side: f32, mode: u32) -> i32 {
+    var share = place;
+    if mode == WRAP_REPEAT {
+        share = fract(place);
+    } else if mode == WRAP_MIRROR {
+        share = 1.0 - abs(1.0 - 2.0 * fract(place * 0.5));
+    }
+    return i32(clamp(share * side, 0.0, side - 1.0));
+}
+
+// The index into the material table of the samples: of the texel that lies there, of the level whose texels are about as large as a pixel. It is
+// the same for a quad, as devices may load from one level for all four.
+fn code_of(v: Varying, slopes: Slopes) -> u32 {
+    let material = materials[instances[v.instance].material];
+    if material.varies == 0u {
+        return material.code;
+    }
+    let dx = turned_uv(material.codes_from_u, material.codes_from_v, slopes.dx_uv);
+    let dy = turned_uv(material.codes_from_u, material.codes_from_v, slopes.dy_uv);
+    let size = textureDimensions(codes);
+    let texels = max(length(dx * vec2f(size)), length(dy * vec2f(size)));
+    let level = clamp(i32(round(log2(max(texels, 1.0)))), 0, i32(textureNumLevels(codes)) - 1);
+    // Not asked of the texture: llvmpipe answers for one fragment's level to all that it shades together.
+    let level_size = vec2f(max(size >> vec2u(u32(level)), vec2u(1u)));
+    let uv = affine_uv(material.codes_from_u, material.codes_from_v, v.uv);
+    let wrap = material.varies - 1u;
+    let texel = vec2i(wrapped(uv.x, level_size.x, wrap % 3u), wrapped(uv.y, level_size.y, wrap / 3u));
+    return textureLoad(codes, texel, level).x;
 }
 
 // The normal as the material's normal map tilts it. Tangents are where the texture coordinates grow along the triangle, at right angles to the normal
 // (after Schueler, *Normal mapping without precomputed tangents*, 2006); green tilts towards the upper edge of the map, where v falls.
 fn bumped(v: Varying, slopes: Slopes, normal: vec3f) -> vec3f {
-    let scale = materials[instances[v.instance].material].bump_scale;
-    let turn = slopes.dx_uv.x * slopes.dy_uv.y - slopes.dx_uv.y * slopes.dy_uv.x;
+    let material = materials[instances[v.instance].material];
+    let scale = material.bump_scale;
+    let dx_uv = turned_uv(material.bumps_from_u, material.bumps_from_v, slopes.dx_uv);
+    let dy_uv = turned_uv(material.bumps_from_u, material.bumps_from_v, slopes.dy_uv);
+    let turn = dx_uv.x * dy_uv.y - dx_uv.y * dy_uv.x;
     if scale == 0.0 || turn == 0.0 {
         return normal;
     }
-    let texel = textureSampleGrad(normal_texture, normal_sampler, v.uv, slopes.dx_uv, slopes.dy_uv).xyz;
+    let texel = textureSampleGrad(normal_texture, normal_sampler, affine_uv(material.bumps_from_u, material.bumps_from_v, v.uv), dx_uv, dy_uv).xyz;
     let tilt = 2.0 * texel - 1.0;
-    let along_u = (slopes.dx_position * slopes.dy_uv.y - slopes.dy_position * slopes.dx_uv.y) * sign(turn);
-    let along_v = (slopes.dy_position * slopes.dx_uv.x - slopes.dx_position * slopes.dy_uv.x) * sign(turn);
+    let along_u = (slopes.dx_position * dy_uv.y - slopes.dy_position * dx_uv.y) * sign(turn);
+    let along_v = (slopes.dy_position * dx_uv.x - slopes.dx_position * dy_uv.x) * sign(turn);
     let level = along_u - normal * dot(normal, along_u);
     let squared = dot(level, level);
     if squared == 0.0 {
@@ -153,6 +209,14 @@ struct Surface {
     cut: bool,
 }
 
+// The alpha from which on a sample of a pixel's 4 x 4 is drawn of an object: 1/32 to 31/32, each once. The sixteen places of a pixel are the powers of a number
+// modulo 17 away from each other, and objects have different numbers, so that what covers half of a pixel hides about half of what covers another half.
+fn sample_threshold(sample: vec2u, object: u32) -> f32 {
+    let place = (sample.x & 3u) + 4u * (sample.y & 3u) + 1u;
+    let factor = (object * 5u + 2u) % 16u + 1u;
+    return (f32((place * factor) % 17u) - 0.5) / 16.0;
+}
+
 // The id of a fragment's triangle over the whole scene, 1 and more.
 fn scene_triangle(v: Varying, triangle_of_mesh: u32) -> u32 {
     return instances[v.instance].triangle_base + triangle_of_mesh;
@@ -175,6 +239,10 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     out.object = instance.object;
     out.material = material.code;
     out.fine = material.fine;
-    out.cut = cut_out && base.a < material.alpha_cutoff;
+    var cutoff = material.alpha_cutoff;
+    if material.see_through != 0u {
+        cutoff = sample_threshold(vec2u(v.clip.xy), instance.object);
+    }
+    out.cut = cut_out && base.a < cutoff;
     return out;
 }

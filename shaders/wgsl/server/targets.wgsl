@@ -36,5 +36,6 @@ fn plain_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Imag
         discard;
     }
     surface.normal_world = bumped(v, slopes, surface.normal_world);
+    surface.material = code_of(v, slopes);
     return targets_of(surface);
 }

@@ -23,6 +23,7 @@ fn truth_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Trut
         discard;
     }
     surface.normal_world = bumped(v, slopes, surface.normal_world);
+    surface.material = code_of(v, slopes);
     let seen = Seen(surface.base, surface.normal_world, v.position, -normalize(v.position), 1.0, vec4f(1.0));
     var out: TruthTargets;
     out.ids = vec2u(surface.triangle, surface.object);

@@ -106,6 +106,7 @@ async function main([out, environment, ...paths]) {
     });
     await close().catch((error) => log(`closing the browser: ${error.message}`));
     pairs.push(made);
+    if (process.env.VERBOSE) console.log(lines.join("\n"));
     console.log(`${name}: ${made.failed ?? `${((Date.now() - begin) / 1000).toFixed(1)} s`}`);
   }
   await files.stop();

@@ -12,7 +12,9 @@
 //!
 //! `shown = sRGB(tone(throughput * c))`; `c` is the light of the surface that is met, as everywhere (`common/surface_light.wgsl`), the sky, or
 //! where none shines the light that shows as the background. The throughput is the base colour of each mirror, once, and
-//! that of glass once. There is no Fresnel term and no rough reflection, and what leaves an object does not meet it again.
+//! that of glass once. In the plain look there is no Fresnel term; in the full one mirrors whiten where light grazes, and glass mirrors the sky by
+//! Schlick's approximation, lets in the rest, and shows behind it the background that is seen beside it. There is no rough reflection of what is
+//! near, and what leaves an object does not meet it again. What a pixel mirrors of the sky is as wide as rays of its neighbours are apart.
 //!
 //! **Soft limits** (section 7.1). Where the ray of a single-pole camera grazes the surface, samples end in a jagged edge; there
 //! they fade, and the rest of the ray goes on behind. The papers blend "with greater transparency"; here a sample has its full

@@ -97,7 +97,17 @@ impl ReflectPass {
         use Binding::{FloatTexture, UintTexture, Uniform};
         let pass =
             |path, fragment, bindings: &[Binding]| FullscreenPass::new(gpu, path, fragment, bindings, &[WORDS, WORDS]);
-        let of_rays = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
+        let of_rays = [
+            Uniform,
+            Uniform,
+            Uniform,
+            FloatTexture,
+            UintTexture,
+            FloatTexture,
+            Uniform,
+            FloatTexture,
+            FloatTexture,
+        ];
         let of_bounce = [Uniform, Uniform, Uniform, UintTexture, UintTexture, UintTexture, FloatTexture];
         let gather = ("client/reflect/gather.wgsl", "gather");
         let of_sum = |onto, fragment, format| {
@@ -105,7 +115,7 @@ impl ReflectPass {
         };
         Ok(ReflectPass {
             gpu: gpu.clone(),
-            rays: pass("client/reflect/rays.wgsl", "rays", &of_rays[..6])?,
+            rays: pass("client/reflect/rays.wgsl", "rays", &of_rays[..8])?,
             rays_at_edges: pass("client/reflect/rays.wgsl", "rays_at_edges", &of_rays)?,
             walks: Walks::new(gpu)?,
             bounce: pass("client/reflect/bounce.wgsl", "bounce", &of_bounce)?,
@@ -241,6 +251,8 @@ impl ReflectPass {
             BindingResource::TextureView(&inputs.gbuffer.views.colour),
             BindingResource::TextureView(&inputs.gbuffer.views.normal_ids),
             BindingResource::TextureView(&inputs.gbuffer.views.w),
+            frame.lighting.as_entire_binding(),
+            BindingResource::TextureView(&frame.sky),
         ];
         let mut pass = &self.rays;
         if at_edges {

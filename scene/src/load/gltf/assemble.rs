@@ -25,7 +25,7 @@ use crate::load::motion::Still;
 use crate::load::source::shorten;
 use crate::load::{LoadError, summary};
 use crate::model::Animation;
-use crate::{Instance, Material, Mesh, Scene};
+use crate::{Instance, Material, Mesh, Scene, Texture};
 
 /// Rectangles of a file that are lights: no more count in a picture ([`NodeLight`]s of other kinds come first).
 const PANELS: usize = 16;
@@ -77,7 +77,12 @@ pub(super) fn scene(
     }
     let cameras = light::cameras(document, &visible, &worlds, &mut warnings);
     let mut lights = NodeLight::read(document, &visible, &mut warnings);
-    lights.extend(panels((&meshes, &instances, &sources), &materials.materials, &worlds, &mut warnings));
+    lights.extend(panels(
+        (&meshes, &instances, &sources),
+        (&materials.materials, &materials.textures),
+        &worlds,
+        &mut warnings,
+    ));
     let lights_move = lights.iter().any(|light| moving[light.node]);
     let motion = Motion { hierarchy, clips, skins, sources, deforms, lights, rest };
     let snapshot = motion.snapshot(0.0);
@@ -112,7 +117,7 @@ pub(super) fn scene(
 /// The rectangles that emit light, the strongest first; [`PANELS`] at most.
 fn panels(
     (meshes, instances, sources): (&[Mesh], &[Instance], &[Source]),
-    materials: &[Material],
+    (materials, textures): (&[Material], &[Texture]),
     worlds: &[DAffine3],
     warnings: &mut Warnings,
 ) -> Vec<NodeLight> {
@@ -124,7 +129,7 @@ fn panels(
         Some(NodeLight::panel(
             source.node,
             (rectangle, source.node_from_mesh),
-            (material.emissive, material.double_sided),
+            (material.mean_emissive(textures), material.double_sided),
         ))
     };
     let mut panels: Vec<NodeLight> = instances.iter().zip(sources).filter_map(panel).collect();

@@ -6,10 +6,11 @@
 //! What is not named here is ignored. Names are those of the glTF 2.0 specification, section 5.
 
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde_json::Value;
 
 use crate::load::{LoadError, Warnings};
+use crate::model::Quantity;
 
 /// A whole document. Indices are as in the file, unchecked.
 #[derive(Debug, Default)]
@@ -292,6 +293,7 @@ pub(super) struct Material {
     pub emissive_factor: [f32; 3],
     pub emissive_texture: Option<TextureInfo>,
     pub normal_texture: Option<TextureInfo>,
+    pub occlusion_texture: Option<TextureInfo>,
     pub alpha_mode: Option<String>,
     pub alpha_cutoff: Option<f32>,
     pub double_sided: bool,
@@ -319,6 +321,61 @@ pub(super) struct MaterialExtensions {
     pub ior: Option<Ior>,
     #[serde(rename = "KHR_materials_emissive_strength")]
     pub emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_specular")]
+    pub specular: Option<Specular>,
+    #[serde(rename = "KHR_materials_clearcoat")]
+    pub clearcoat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_sheen")]
+    pub sheen: Option<Sheen>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub specular_glossiness: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_anisotropy")]
+    pub anisotropy: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_iridescence")]
+    pub iridescence: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_dispersion")]
+    pub dispersion: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub diffuse_transmission: Option<IgnoredAny>,
+}
+
+impl MaterialExtensions {
+    /// Those that the material has and that are not drawn.
+    pub fn not_drawn(&self) -> impl Iterator<Item = &'static str> {
+        let named = [
+            ("anisotropy", &self.anisotropy),
+            ("iridescence", &self.iridescence),
+            ("dispersion", &self.dispersion),
+            ("diffuse transmission", &self.diffuse_transmission),
+        ];
+        named.into_iter().filter_map(|(name, found)| found.is_some().then_some(name))
+    }
+}
+
+impl Material {
+    /// The textures that it is drawn with and what they say; `None` of base colours and normals, the first ones.
+    pub fn textures(&self) -> impl Iterator<Item = (Option<Quantity>, &TextureInfo)> {
+        let (pbr, more) = (&self.pbr_metallic_roughness, &self.extensions);
+        let glossy = more.specular_glossiness.as_ref().and_then(|glossy| glossy.diffuse_texture.as_ref());
+        let coat = more.clearcoat.as_ref();
+        let sheen = more.sheen.as_ref();
+        let specular = more.specular.as_ref();
+        let all = [
+            (None, pbr.base_color_texture.as_ref().or(glossy)),
+            (None, self.normal_texture.as_ref()),
+            (Some(Quantity::MetallicRoughness), pbr.metallic_roughness_texture.as_ref()),
+            (Some(Quantity::Occlusion), self.occlusion_texture.as_ref()),
+            (Some(Quantity::Emissive), self.emissive_texture.as_ref()),
+            (Some(Quantity::Transmission), more.transmission.as_ref().and_then(|t| t.transmission_texture.as_ref())),
+            (Some(Quantity::Specular), specular.and_then(|s| s.specular_texture.as_ref())),
+            (Some(Quantity::SpecularColour), specular.and_then(|s| s.specular_color_texture.as_ref())),
+            (Some(Quantity::Clearcoat), coat.and_then(|c| c.clearcoat_texture.as_ref())),
+            (Some(Quantity::ClearcoatRoughness), coat.and_then(|c| c.clearcoat_roughness_texture.as_ref())),
+            (Some(Quantity::Sheen), sheen.and_then(|s| s.sheen_color_texture.as_ref())),
+            (Some(Quantity::SheenRoughness), sheen.and_then(|s| s.sheen_roughness_texture.as_ref())),
+        ];
+        all.into_iter().filter_map(|(quantity, info)| Some((quantity, info?)))
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -329,6 +386,49 @@ pub(super) struct Unlit {}
 pub(super) struct Transmission {
     #[serde(default)]
     pub transmission_factor: f32,
+    pub transmission_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Specular {
+    pub specular_factor: Option<f32>,
+    pub specular_texture: Option<TextureInfo>,
+    pub specular_color_factor: Option<[f32; 3]>,
+    pub specular_color_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Clearcoat {
+    #[serde(default)]
+    pub clearcoat_factor: f32,
+    pub clearcoat_texture: Option<TextureInfo>,
+    #[serde(default)]
+    pub clearcoat_roughness_factor: f32,
+    pub clearcoat_roughness_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Sheen {
+    #[serde(default)]
+    pub sheen_color_factor: [f32; 3],
+    pub sheen_color_texture: Option<TextureInfo>,
+    #[serde(default)]
+    pub sheen_roughness_factor: f32,
+    pub sheen_roughness_texture: Option<TextureInfo>,
+}
+
+/// Of the way that came before `metallicRoughness`.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: Option<[f32; 4]>,
+    pub diffuse_texture: Option<TextureInfo>,
+    pub specular_factor: Option<[f32; 3]>,
+    pub glossiness_factor: Option<f32>,
+    pub specular_glossiness_texture: Option<TextureInfo>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -350,6 +450,8 @@ pub(super) struct TextureInfo {
     pub tex_coord: u32,
     /// Of a normal texture.
     pub scale: Option<f32>,
+    /// Of an occlusion texture.
+    pub strength: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
 }

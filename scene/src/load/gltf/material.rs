@@ -1,17 +1,18 @@
 //! Materials, and the textures that they are drawn with.
 //!
-//! Base colour and normal textures are kept. A metallic-roughness or emissive texture is replaced by its mean, which keeps the
-//! amount of light right on the whole; occlusion textures are left out, and normal textures that lie otherwise than the base colour. Each of
-//! these is a warning.
+//! A mesh has one set of texture coordinates, those of its material's first texture, and every texture of the material says how its own follow from
+//! them. A texture by another set of coordinates is left out, with a warning.
 
 use std::collections::HashMap;
 
+use glam::{Affine2, Mat2, Vec2};
+use image::RgbaImage;
+
 use super::document::{self, Document, Sampler, TextureInfo, TextureTransform};
-use super::images::{Decoded, image_of};
+use super::images::image_of;
 use crate::load::Warnings;
 use crate::load::source::shorten;
-use crate::model::Bumps;
-use crate::model::Wrap;
+use crate::model::{Bumps, Map, Quantity, SAME_UV, UvMap, Wrap};
 use crate::{Material, Texture};
 
 /// A blended material is drawn as a cut-out at this opacity; it is also the default of masked ones (glTF 2.0, 5.19.9).
@@ -31,13 +32,31 @@ impl UvSource {
         UvSource { set: transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord), transform }
     }
 
-    /// Applies `KHR_texture_transform`: scale, then rotation about the image's upper left, then offset.
-    pub fn apply(&self, [u, v]: [f32; 2]) -> [f32; 2] {
-        let Some(transform) = &self.transform else { return [u, v] };
-        let [scale_u, scale_v] = transform.scale.unwrap_or([1.0; 2]);
+    /// `KHR_texture_transform`: scale, then rotation about the image's upper left, then offset.
+    fn map(&self) -> Affine2 {
+        let Some(transform) = &self.transform else { return Affine2::IDENTITY };
         let (sin, cos) = transform.rotation.sin_cos();
-        let (u, v) = (u * scale_u, v * scale_v);
-        [cos * u + sin * v + transform.offset[0], cos * v - sin * u + transform.offset[1]]
+        let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+        let scale = Mat2::from_diagonal(Vec2::from(transform.scale.unwrap_or([1.0; 2])));
+        Affine2 { matrix2: turn * scale, translation: Vec2::from(transform.offset) }
+    }
+
+    /// The coordinates that vertices get, of those in the file.
+    pub fn apply(&self, uv: [f32; 2]) -> [f32; 2] {
+        if self.transform.is_some() { self.map().transform_point2(Vec2::from(uv)).to_array() } else { uv }
+    }
+
+    /// From the coordinates that vertices get to those of `other`; `None` where they do not follow from them.
+    fn to(self, other: UvSource) -> Option<UvMap> {
+        if self == other {
+            return Some(SAME_UV);
+        }
+        let own = self.map();
+        // A texture of which the vertices say one line only tells nothing of the others.
+        let followed = self.set == other.set && own.matrix2.determinant().abs() > f32::EPSILON;
+        let map = followed.then(|| other.map() * own.inverse()).filter(|map| map.is_finite())?;
+        let [x, y] = [map.matrix2.row(0), map.matrix2.row(1)];
+        Some([[x.x, x.y, map.translation.x], [y.x, y.y, map.translation.y]])
     }
 }
 
@@ -52,28 +71,16 @@ pub(super) struct Materials {
 }
 
 /// Makes the scene's materials from the document's and the images that they need.
-pub(super) fn read(document: &Document, images: Vec<Option<Decoded>>, warnings: &mut Warnings) -> Materials {
+pub(super) fn read(document: &Document, images: Vec<Option<RgbaImage>>, warnings: &mut Warnings) -> Materials {
     let mut textures = Textures { document, images, textures: Vec::new(), known: HashMap::new() };
     let mut all = Materials { materials: Vec::new(), textures: Vec::new(), uv_sources: Vec::new() };
     for (index, material) in document.materials.iter().enumerate() {
         let name = material.name.as_deref().map_or(String::new(), |name| format!(" {:?}", shorten(name)));
         let at = format!("materials[{index}]{name}");
-        let info = material.pbr_metallic_roughness.base_color_texture.as_ref();
-        let texture = info.and_then(|info| textures.of(info, "base colour", &at, warnings));
-        let mut uv_source = texture.and(info).map(UvSource::of);
-        let bumps = material.normal_texture.as_ref().and_then(|info| {
-            let own = UvSource::of(info);
-            if *uv_source.get_or_insert(own) != own {
-                warnings
-                    .add(format!("{at}: drawn without its normal texture, which lies otherwise than the base colour"));
-                return None;
-            }
-            let texture = textures.of(info, "normal", &at, warnings)?;
-            Some(Bumps { texture, scale: info.scale.filter(|scale| scale.is_finite()).unwrap_or(1.0) })
-        });
-        let material = material_of(material, texture, &textures, &at, warnings);
-        all.materials.push(Material { bumps, ..material });
-        all.uv_sources.push(uv_source);
+        let mut textured = textured(material, &mut textures, &at, warnings);
+        let numbers = numbers(material, &at, warnings);
+        all.uv_sources.push(textured.uv_source.take());
+        all.materials.push(Material { texture: textured.base, bumps: textured.bumps, maps: textured.maps, ..numbers });
     }
     all.materials.push(Material { metallic: 1.0, ..Material::default() });
     all.uv_sources.push(None);
@@ -81,44 +88,113 @@ pub(super) fn read(document: &Document, images: Vec<Option<Decoded>>, warnings: 
     all
 }
 
-fn material_of(
-    material: &document::Material,
-    texture: Option<u32>,
-    textures: &Textures<'_>,
-    at: &str,
-    warnings: &mut Warnings,
-) -> Material {
-    let pbr = &material.pbr_metallic_roughness;
-    let extensions = &material.extensions;
-    let (mut metallic, mut roughness) = (pbr.metallic_factor.unwrap_or(1.0), pbr.roughness_factor.unwrap_or(1.0));
-    if let Some(info) = &pbr.metallic_roughness_texture {
-        if let Some(mean) = textures.mean(info) {
-            roughness *= mean.raw[1];
-            metallic *= mean.raw[2];
+/// What a material's textures are for.
+#[derive(Default)]
+struct Textured {
+    /// Of the first texture.
+    uv_source: Option<UvSource>,
+    base: Option<u32>,
+    bumps: Option<Bumps>,
+    maps: Vec<Map>,
+}
+
+fn textured(material: &document::Material, textures: &mut Textures<'_>, at: &str, warnings: &mut Warnings) -> Textured {
+    let mut textured = Textured::default();
+    let base = material.pbr_metallic_roughness.base_color_texture.as_ref();
+    let glossy = material.extensions.specular_glossiness.as_ref();
+    let base = base.or(glossy.and_then(|glossy| glossy.diffuse_texture.as_ref()));
+    for (quantity, info) in material.textures() {
+        let is_base = base.is_some_and(|base| std::ptr::eq(base, info));
+        let what = quantity.map_or(if is_base { "base colour" } else { "normal" }, name_of);
+        let Some(texture) = textures.of(info, what, at, warnings) else { continue };
+        let own = UvSource::of(info);
+        let Some(from_uv) = textured.uv_source.get_or_insert(own).to(own) else {
+            warnings.add(format!("{at}: drawn without its {what} texture, which has other coordinates than its first"));
+            continue;
+        };
+        match quantity {
+            None if is_base => textured.base = Some(texture),
+            None => {
+                let scale = info.scale.filter(|scale| scale.is_finite()).unwrap_or(1.0);
+                textured.bumps = Some(Bumps { texture, from_uv, scale });
+            }
+            Some(quantity) => {
+                let strength = info.strength.map_or(1.0, unit);
+                textured.maps.push(Map { quantity, texture, from_uv, strength });
+            }
         }
-        warnings.add(format!("{at}: the metallic-roughness texture is replaced by its mean"));
     }
-    let strength = extensions.emissive_strength.as_ref().and_then(|e| e.emissive_strength).unwrap_or(1.0);
-    let mut emissive = material.emissive_factor.map(|factor| factor * strength);
-    if let Some(info) = &material.emissive_texture {
-        let mean = textures.mean(info).map_or([1.0; 3], |mean| mean.linear);
-        emissive = std::array::from_fn(|channel| emissive[channel] * mean[channel]);
-        warnings.add(format!("{at}: the emissive texture is replaced by its mean"));
+    textured
+}
+
+fn name_of(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::MetallicRoughness => "metallic-roughness",
+        Quantity::Occlusion => "occlusion",
+        Quantity::Emissive => "emissive",
+        Quantity::Transmission => "transmission",
+        Quantity::Specular => "specular",
+        Quantity::SpecularColour => "specular colour",
+        Quantity::Clearcoat => "clear coat",
+        Quantity::ClearcoatRoughness => "clear coat's roughness",
+        Quantity::Sheen => "sheen",
+        Quantity::SheenRoughness => "sheen's roughness",
     }
-    Material {
+}
+
+/// What a material is where no texture says more.
+fn numbers(material: &document::Material, at: &str, warnings: &mut Warnings) -> Material {
+    let (pbr, more) = (&material.pbr_metallic_roughness, &material.extensions);
+    for name in more.not_drawn() {
+        warnings.add(format!("{at}: drawn without its {name}"));
+    }
+    let strength = more.emissive_strength.as_ref().and_then(|e| e.emissive_strength).unwrap_or(1.0);
+    let (clearcoat, sheen, specular) = (more.clearcoat.as_ref(), more.sheen.as_ref(), more.specular.as_ref());
+    let numbers = Material {
         name: material.name.clone().unwrap_or_default(),
         base_colour: pbr.base_color_factor.unwrap_or([1.0; 4]).map(unit),
-        texture,
-        bumps: None,
         alpha_cutoff: cutoff_of(material, at, warnings),
+        see_through: material.alpha_mode.as_deref() == Some("BLEND"),
         double_sided: material.double_sided,
-        emissive: emissive.map(|x| if x.is_finite() { x.max(0.0) } else { 0.0 }),
-        metallic: unit(metallic),
-        roughness: unit(roughness),
-        transmission: unit(extensions.transmission.as_ref().map_or(0.0, |t| t.transmission_factor)),
-        ior: extensions.ior.as_ref().and_then(|ior| ior.ior).filter(|ior| *ior >= 1.0).unwrap_or(1.5),
-        unlit: extensions.unlit.is_some(),
+        emissive: material.emissive_factor.map(|factor| light(factor * strength)),
+        metallic: unit(pbr.metallic_factor.unwrap_or(1.0)),
+        roughness: unit(pbr.roughness_factor.unwrap_or(1.0)),
+        transmission: unit(more.transmission.as_ref().map_or(0.0, |t| t.transmission_factor)),
+        ior: more.ior.as_ref().and_then(|ior| ior.ior).filter(|ior| *ior >= 1.0).unwrap_or(1.5),
+        specular: unit(specular.and_then(|specular| specular.specular_factor).unwrap_or(1.0)),
+        specular_colour: specular.and_then(|specular| specular.specular_color_factor).unwrap_or([1.0; 3]).map(light),
+        clearcoat: unit(clearcoat.map_or(0.0, |coat| coat.clearcoat_factor)),
+        clearcoat_roughness: unit(clearcoat.map_or(0.0, |coat| coat.clearcoat_roughness_factor)),
+        sheen: sheen.map_or([0.0; 3], |sheen| sheen.sheen_color_factor).map(unit),
+        sheen_roughness: unit(sheen.map_or(0.0, |sheen| sheen.sheen_roughness_factor)),
+        unlit: more.unlit.is_some(),
+        ..Material::default()
+    };
+    match &more.specular_glossiness {
+        Some(glossy) if glossy.specular_glossiness_texture.is_some() => {
+            warnings.add(format!("{at}: drawn without its specular-glossiness texture"));
+            from_glossy(glossy, numbers)
+        }
+        Some(glossy) => from_glossy(glossy, numbers),
+        None => numbers,
     }
+}
+
+/// `KHR_materials_pbrSpecularGlossiness` says itself what is mirrored straight on: of no metal, whose index of refraction lets 4 % be mirrored.
+fn from_glossy(glossy: &document::SpecularGlossiness, numbers: Material) -> Material {
+    Material {
+        base_colour: glossy.diffuse_factor.unwrap_or([1.0; 4]).map(unit),
+        metallic: 0.0,
+        roughness: 1.0 - unit(glossy.glossiness_factor.unwrap_or(1.0)),
+        specular_colour: glossy.specular_factor.unwrap_or([1.0; 3]).map(|straight| unit(straight) / 0.04),
+        ior: 1.5,
+        ..numbers
+    }
+}
+
+/// Finite, and not below 0.
+fn light(x: f32) -> f32 {
+    if x.is_finite() { x.max(0.0) } else { 0.0 }
 }
 
 /// Within 0 to 1.
@@ -131,7 +207,7 @@ fn cutoff_of(material: &document::Material, at: &str, warnings: &mut Warnings) -
         None | Some("OPAQUE") => None,
         Some("MASK") => Some(material.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF)),
         Some("BLEND") => {
-            warnings.add(format!("{at}: alpha blending is drawn as a cut-out at {DEFAULT_CUTOFF}"));
+            warnings.add(format!("{at}: alpha blending is drawn as a cut-out at {DEFAULT_CUTOFF} while the view moves"));
             Some(DEFAULT_CUTOFF)
         }
         Some(mode) => {
@@ -143,7 +219,7 @@ fn cutoff_of(material: &document::Material, at: &str, warnings: &mut Warnings) -
 
 struct Textures<'a> {
     document: &'a Document,
-    images: Vec<Option<Decoded>>,
+    images: Vec<Option<RgbaImage>>,
     textures: Vec<Texture>,
     /// By image and sampler, so that equal textures are stored once.
     known: HashMap<(usize, Option<usize>), u32>,
@@ -153,7 +229,7 @@ impl Textures<'_> {
     /// The scene's texture for what a material needs one for; `None` with a warning where there is no image.
     fn of(&mut self, info: &TextureInfo, what: &str, at: &str, warnings: &mut Warnings) -> Option<u32> {
         let image = image_of(self.document, Some(info));
-        let found = image.filter(|&image| self.images[image].as_ref().is_some_and(|decoded| decoded.pixels.is_some()));
+        let found = image.filter(|&image| self.images[image].is_some());
         let Some(image) = found else {
             warnings.add(format!("{at}: drawn without its {what} texture, textures[{}] has no image", info.index));
             return None;
@@ -162,7 +238,7 @@ impl Textures<'_> {
         if let Some(&known) = self.known.get(&(image, sampler)) {
             return Some(known);
         }
-        let pixels = self.images[image].as_ref().and_then(|decoded| decoded.pixels.as_ref())?;
+        let pixels = self.images[image].as_ref()?;
         let default = Sampler::default();
         let settings = match sampler {
             Some(index) => self.document.samplers.get(index).unwrap_or_else(|| {
@@ -181,10 +257,6 @@ impl Textures<'_> {
         });
         self.known.insert((image, sampler), index);
         Some(index)
-    }
-
-    fn mean(&self, info: &TextureInfo) -> Option<super::images::Mean> {
-        self.images[image_of(self.document, Some(info))?].as_ref()?.mean
     }
 }
 

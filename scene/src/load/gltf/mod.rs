@@ -6,7 +6,8 @@
 //! an instance of each primitive of each node; [`motion`] evaluates it over time ([`clip`], [`deform`]).
 //!
 //! Extensions: EXT_mesh_gpu_instancing, EXT_meshopt_compression, EXT_texture_webp, KHR_draco_mesh_compression ([`draco`]),
-//! KHR_lights_punctual, KHR_materials_emissive_strength, KHR_materials_ior, KHR_materials_transmission,
+//! KHR_lights_punctual, KHR_materials_clearcoat, KHR_materials_emissive_strength, KHR_materials_ior, KHR_materials_pbrSpecularGlossiness,
+//! KHR_materials_sheen, KHR_materials_specular, KHR_materials_transmission,
 //! KHR_materials_unlit, KHR_mesh_quantization, KHR_texture_basisu, KHR_texture_transform.
 //!
 //! Lights with an area: a point or spot light whose `extras` hold `"radius": R` is a disc, one with `"size": [W, H]` a rectangle, in metres, in the
@@ -57,8 +58,12 @@ const SUPPORTED_EXTENSIONS: &[&str] = &[
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",

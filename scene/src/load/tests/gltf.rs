@@ -8,6 +8,7 @@ use serde_json::json;
 use super::build::{Builder, TRIANGLE};
 use super::{assert_near, first_triangle, load_gltf, refusal};
 use crate::Scene;
+use crate::model::{Quantity, UvMap};
 
 fn triangle_with(change: impl FnOnce(&mut Builder)) -> Scene {
     let mut builder = Builder::of_positions(&TRIANGLE);
@@ -389,4 +390,84 @@ fn a_room_seen_from_inside_is_walked_in_and_a_box_is_turned() {
     assert!(box_of(10.0, true).walk);
     assert!(!box_of(10.0, false).walk);
     assert!(!box_of(1.0, true).walk, "too small to walk in");
+}
+
+/// A document of one triangle with texture coordinates and a material; a texture of one grey texel, 51.
+fn with_material(material: serde_json::Value) -> Scene {
+    let mut builder = Builder::of_positions(&TRIANGLE);
+    let uvs = builder.floats(&[1.0, 0.0, 0.0, 1.0, 0.5, 0.5], "VEC2");
+    builder.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+    builder.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    builder.json["materials"] = json!([material]);
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_pixel(1, 1, image::Rgba([51, 51, 51, 255])).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let view = builder.view(&png.into_inner());
+    builder.json["images"] = json!([{"bufferView": view, "mimeType": "image/png"}]);
+    builder.json["textures"] = json!([{"source": 0}]);
+    load_gltf(&builder.glb()).unwrap()
+}
+
+#[test]
+fn every_texture_of_a_material_lies_where_its_transform_says() {
+    let with = |offset: [f32; 2], scale: [f32; 2], rotation: f32| {
+        json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": offset, "scale": scale, "rotation": rotation}}})
+    };
+    let scene = with_material(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": with([0.5, 0.25], [2.0, 4.0], 0.0)},
+        "normalTexture": {"index": 0, "scale": 0.5},
+        "occlusionTexture": {"index": 0, "strength": 0.75},
+        "emissiveTexture": with([0.0, 1.0], [3.0, 1.0], std::f32::consts::FRAC_PI_2),
+    }));
+    let uvs: Vec<[f32; 2]> = scene.meshes[0].vertices.iter().map(|vertex| vertex.uv).collect();
+    assert_eq!(uvs, [[2.5, 0.25], [0.5, 4.25], [1.5, 2.25]]);
+    let material = &scene.materials[0];
+    let through = |map: UvMap, [u, v]: [f32; 2]| map.map(|[x, y, offset]| x * u + y * v + offset);
+    let bumps = material.bumps.expect("a normal map");
+    assert_eq!((through(bumps.from_uv, uvs[0]), through(bumps.from_uv, uvs[1])), ([1.0, 0.0], [0.0, 1.0]));
+    assert_eq!(bumps.scale, 0.5);
+    let [occlusion, emissive] = material.maps[..] else { panic!("two maps: {:?}", material.maps) };
+    assert_eq!((occlusion.quantity, occlusion.strength), (Quantity::Occlusion, 0.75));
+    assert_eq!(through(occlusion.from_uv, uvs[2]), [0.5, 0.5]);
+    // (u, v) scaled to (3 u, v), turned to (v, -3 u), moved to (v, 1 - 3 u).
+    let [u, v] = through(emissive.from_uv, uvs[2]);
+    assert!((u - 0.5).abs() < 1e-6 && (v + 0.5).abs() < 1e-6, "{u} {v}");
+}
+
+#[test]
+fn a_texture_by_other_coordinates_is_named_and_left_out() {
+    let scene = with_material(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        "occlusionTexture": {"index": 0, "texCoord": 1},
+    }));
+    assert!(scene.materials[0].maps.is_empty() && scene.materials[0].texture.is_some());
+    assert!(scene.warnings.iter().any(|warning| warning.contains("drawn without its occlusion texture")), "{:?}", scene.warnings);
+}
+
+#[test]
+fn extensions_of_materials_mean_what_they_say() {
+    let scene = with_material(json!({"extensions": {
+        "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1.0, 0.5, 0.25]},
+        "KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25, "clearcoatTexture": {"index": 0}},
+        "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.25, 0.0], "sheenRoughnessFactor": 0.5},
+        "KHR_materials_iridescence": {"iridescenceFactor": 1.0},
+    }}));
+    let material = &scene.materials[0];
+    assert_eq!((material.specular, material.specular_colour), (0.5, [1.0, 0.5, 0.25]));
+    assert_eq!((material.clearcoat, material.clearcoat_roughness), (0.75, 0.25));
+    assert_eq!((material.sheen, material.sheen_roughness), ([0.5, 0.25, 0.0], 0.5));
+    assert_eq!(material.maps.iter().map(|map| map.quantity).collect::<Vec<_>>(), [Quantity::Clearcoat]);
+    assert!(scene.warnings.iter().any(|warning| warning.contains("without its iridescence")), "{:?}", scene.warnings);
+    assert_eq!(material.smoothest(&scene.textures), 0.25, "of the coat");
+    assert!((scene.textures[0].low(1) - 0.2).abs() < 1e-6);
+    assert!((scene.textures[0].mean(false)[0] - 0.2).abs() < 1e-6 && (scene.textures[0].mean(true)[0] - 0.033_105).abs() < 1e-5);
+}
+
+#[test]
+fn glossy_materials_mirror_what_they_say() {
+    let scene = with_material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.5, 0.25, 0.125, 1.0], "specularFactor": [0.2, 0.4, 0.8], "glossinessFactor": 0.75,
+    }}}));
+    let material = &scene.materials[0];
+    assert_eq!((material.base_colour, material.metallic, material.roughness), ([0.5, 0.25, 0.125, 1.0], 0.0, 0.25));
+    assert!(material.specular_colour.iter().zip([5.0, 10.0, 20.0]).all(|(a, b)| (a - b).abs() < 1e-4));
 }

@@ -25,11 +25,30 @@ fn surface_light(found: Found, material: Material, position: vec3f, direction: v
     return light_off(Seen(base, normal, position, -direction, 1.0, vec4f(1.0)), material);
 }
 
-// The ray ends before the background, or in the sky where one shines.
-fn in_background(ray: PixelRay) -> PixelRay {
+// How far a ray's direction is from those of the pixels on two sides, of the nearer one: beyond an edge lies something else.
+fn turn(ray: PixelRay, pixel: vec2i, step: vec2i) -> f32 {
+    var least = 2.0;
+    for (var side = -1; side <= 1; side += 2) {
+        let at = clamp(pixel + side * step, vec2i(0), vec2i(textureDimensions(first)) - 1);
+        let other = ray_from_texels(textureLoad(first, at, 0), textureLoad(second, at, 0));
+        if other.state == ray.state && any(at != pixel) {
+            least = min(least, distance(other.direction, ray.direction));
+        }
+    }
+    return select(least, 0.0, least == 2.0);
+}
+
+// The roughness whose lobe is about as wide as what a pixel shows: a box as wide as the turn to the next pixel has a standard deviation of 0.29 of it, and a
+// lobe of about its alpha.
+fn spread_roughness(ray: PixelRay, pixel: vec2i) -> f32 {
+    return sqrt(0.29 * max(turn(ray, pixel, vec2i(1, 0)), turn(ray, pixel, vec2i(0, 1))));
+}
+
+// The ray ends before the background, or in the sky where one shines and no glass was passed.
+fn in_background(ray: PixelRay, roughness: f32) -> PixelRay {
     var done = ray;
-    if is_full() {
-        done.light += ray.throughput * sky_mirrored(ray.direction, 0.0);
+    if is_full() && ray.through == 0u {
+        done.light += ray.throughput * sky_mirrored(ray.direction, roughness);
     } else {
         done.light += ray.throughput * light_from_shown(linear_from_srgb(lighting.background), lighting.tone);
     }
@@ -70,7 +89,7 @@ fn off_surface(ray: PixelRay, found: Found, position: vec3f) -> PixelRay {
     return next;
 }
 
-fn ray_after(ray: PixelRay, found: Found) -> PixelRay {
+fn ray_after(ray: PixelRay, found: Found, pixel: vec2i) -> PixelRay {
     if !ray_is_followed(ray) {
         return ray;
     }
@@ -84,10 +103,10 @@ fn ray_after(ray: PixelRay, found: Found) -> PixelRay {
         // Nobody has shown where the glass ends there: it goes straight on.
         next.state = RAY_OUTSIDE;
     } else {
-        return in_background(ray);
+        return in_background(ray, spread_roughness(ray, pixel));
     }
     if ray_is_followed(next) && round.is_last != 0u {
-        return in_background(next);
+        return in_background(next, spread_roughness(ray, pixel));
     }
     return next;
 }
@@ -96,5 +115,5 @@ fn ray_after(ray: PixelRay, found: Found) -> PixelRay {
 fn bounce(@builtin(position) position: vec4f) -> RayTexels {
     let pixel = vec2i(position.xy);
     let ray = ray_from_texels(textureLoad(first, pixel, 0), textureLoad(second, pixel, 0));
-    return ray_texels(ray_after(ray, found_from_texel(textureLoad(met, pixel, 0))));
+    return ray_texels(ray_after(ray, found_from_texel(textureLoad(met, pixel, 0)), pixel));
 }

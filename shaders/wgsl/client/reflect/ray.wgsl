@@ -17,6 +17,8 @@ struct PixelRay {
     material: u32,
     // One more than the object that it left or is in; 0 for none.
     object: u32,
+    // 1 once it has passed glass: what it ends in is seen as what lies beside the glass.
+    through: u32,
     // Relative to the output eye, metres, world axes.
     origin: vec3f,
     // Unit length.
@@ -28,7 +30,7 @@ struct PixelRay {
 }
 
 struct RayTexels {
-    // The bits of the origin; from bit 0 of the last word: state (2), bounces (2), material (8), object (17).
+    // The bits of the origin; from bit 0 of the last word: state (2), bounces (2), material (8), object (17), through (1).
     @location(0) first: vec4u,
     // The direction, an octahedral code of 16 + 16 bits; throughput and light, halves.
     @location(1) second: vec4u,
@@ -38,7 +40,7 @@ struct RayTexels {
 const HALF_MAX = 65504.0;
 
 fn ray_without_reflector() -> PixelRay {
-    return PixelRay(RAY_NONE, 0u, 0u, 0u, vec3f(0.0), vec3f(0.0, 0.0, 1.0), vec3f(0.0), vec3f(0.0));
+    return PixelRay(RAY_NONE, 0u, 0u, 0u, 0u, vec3f(0.0), vec3f(0.0, 0.0, 1.0), vec3f(0.0), vec3f(0.0));
 }
 
 fn ray_is_followed(ray: PixelRay) -> bool {
@@ -48,7 +50,7 @@ fn ray_is_followed(ray: PixelRay) -> bool {
 fn ray_texels(ray: PixelRay) -> RayTexels {
     let throughput = min(ray.throughput, vec3f(HALF_MAX));
     let light = min(ray.light, vec3f(HALF_MAX));
-    let word = ray.state | (ray.bounces << 2u) | (ray.material << 4u) | (ray.object << 12u);
+    let word = ray.state | (ray.bounces << 2u) | (ray.material << 4u) | (ray.object << 12u) | (ray.through << 29u);
     return RayTexels(
         vec4u(bitcast<vec3u>(ray.origin), word),
         vec4u(
@@ -68,7 +70,8 @@ fn ray_from_texels(first: vec4u, second: vec4u) -> PixelRay {
         first.w & 3u,
         (first.w >> 2u) & 3u,
         (first.w >> 4u) & 0xffu,
-        first.w >> 12u,
+        (first.w >> 12u) & 0x1ffffu,
+        first.w >> 29u,
         bitcast<vec3f>(first.xyz),
         octahedral_normal_fine(second.x),
         vec3f(throughput_xy, both.x),

@@ -1,7 +1,8 @@
-// The rays that mirrors and glass in the picture send out. Without Fresnel: a mirror sends all light on and glass lets all
-// of it in, each times its base colour.
+// The rays that mirrors and glass in the picture send out. In the plain look without Fresnel: a mirror sends all light on and glass lets all
+// of it in, each times its base colour. In the full look mirrors whiten where light grazes, and glass mirrors the sky by as much as it lets in less.
 #import "client/fullscreen.wgsl"
 #import "camera/pinhole.wgsl"
+#import "common/surface_light.wgsl"
 #import "client/reflect/ray.wgsl"
 #import "client/reflect/reflector.wgsl"
 
@@ -11,8 +12,10 @@
 @group(0) @binding(3) var colour: texture_2d<f32>;
 @group(0) @binding(4) var normal_ids: texture_2d<u32>;
 @group(0) @binding(5) var w: texture_2d<f32>;
+@group(0) @binding(6) var<uniform> lighting: Lighting;
+@group(0) @binding(7) var sky: texture_2d<f32>;
 // Of `composite.wgsl`.
-@group(0) @binding(6) var edges: texture_2d<f32>;
+@group(0) @binding(8) var edges: texture_2d<f32>;
 
 // Cosine of how far a normal may turn from one pixel to the next: 15 degrees. Beyond, there is an edge.
 const NORMAL_TURN_COS = 0.966;
@@ -73,13 +76,24 @@ fn ray_of_pixel(position: vec2f) -> PixelRay {
         return ray;
     }
     let normal = facing_normal(normal_beside(pixel, ids, round.offset_px), arriving);
+    let rise = pow(1.0 - clamp(dot(normal, -arriving), 0.0, 1.0), 5.0);
     if is_mirror(material) {
+        if is_full() {
+            ray.throughput = mix(ray.throughput, vec3f(1.0), rise);
+        }
         ray.state = RAY_OUTSIDE;
         ray.bounces -= 1u;
         ray.direction = reflect(arriving, normal);
     } else if is_glass(material) {
         ray.state = RAY_INSIDE;
         ray.material = code;
+        ray.through = 1u;
+        if is_full() {
+            let lobes = lobes_of(ray.throughput, material);
+            let mirrored = mix(lobes.straight, vec3f(lobes.grazing), rise);
+            ray.light = mirrored * sky_mirrored(reflect(arriving, normal), material.roughness);
+            ray.throughput *= 1.0 - mirrored;
+        }
         ray.direction = refract(arriving, normal, 1.0 / max(material.ior, 1.0));
     }
     return ray;

@@ -1,0 +1,128 @@
+//! Materials that differ from place to place, and what is seen through.
+
+mod common;
+
+use camera::Pinhole;
+use common::*;
+use glam::{DAffine3, DVec3};
+use protocol::{DepthImage, Look};
+use scene::model::{Map, Quantity, SAME_UV, UvMap};
+use scene::{Material, Scene};
+use vantage_server::config::Config;
+use vantage_server::discretize::{Capture, DepthPrecision, Discretization};
+use vantage_server::imager::{GpuImager, Imager};
+use vantage_server::render::{Detail, Kinds, SceneRenderer};
+use vantage_server::rest::parts;
+
+const SIZE_PX: u32 = 64;
+
+/// A square that fills the view, whose texture is rough and no metal to the left, smooth and metal to the right; the share of light that
+/// arrives is 1 above and 0.2 below.
+fn varied(from_uv: UvMap) -> Scene {
+    let map = |quantity, texture| Map { quantity, texture, from_uv, strength: 1.0 };
+    let material = Material {
+        metallic: 1.0,
+        roughness: 0.5,
+        maps: vec![map(Quantity::MetallicRoughness, 0), map(Quantity::Occlusion, 1)],
+        ..Material::default()
+    };
+    let mut scene = scene(vec![square(3, 0)], vec![material], &[(0, DAffine3::IDENTITY)]);
+    let texel = |x: u32| if x == 0 { [0, 255, 0, 255] } else { [0, 51, 255, 255] };
+    scene.textures = vec![
+        texture(2, 1, true, |x, _| texel(x)),
+        texture(4, 4, true, |_, y| [if y < 2 { 255 } else { 51 }, 0, 0, 255]),
+    ];
+    scene
+}
+
+fn capture(scene: &Scene, camera: &Pinhole, look: Look) -> (Capture, Vec<protocol::Material>) {
+    let mut renderer = SceneRenderer::for_look(&gpu(), scene, look).expect("the scene uploads");
+    renderer.update(&scene.at(0.0), camera.world_from_eye.translation).expect("same scene");
+    let capture = captures(&renderer, &[*camera], Discretization::Conventional).remove(0);
+    (capture, renderer.materials().to_vec())
+}
+
+#[test]
+fn samples_name_what_the_textures_say_there() {
+    let camera = looking_back(DVec3::new(0.0, 0.0, 0.9), SIZE_PX);
+    // Half as fine, so that the right half is beyond the edge; and as it is.
+    for (from_uv, metal_from) in [(SAME_UV, 0.5), ([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 0.25)] {
+        let (capture, table) = capture(&varied(from_uv), &camera, Look::Full);
+        for (index, ids) in capture.ids.iter().enumerate() {
+            assert!(ids[0] != 0, "the square fills the view");
+            let (x, y) = ((index as u32 % SIZE_PX) as f32 + 0.5, (index as u32 / SIZE_PX) as f32 + 0.5);
+            let (u, v) = (0.5 + 0.9 * (x / 64.0 - 0.5), 0.5 + 0.9 * (y / 64.0 - 0.5));
+            if (u - metal_from).abs() < 0.02 || (v - 0.5).abs() < 0.02 {
+                continue;
+            }
+            let found = table[usize::from(capture.colour[index][3])];
+            let (metallic, roughness) = if u < metal_from { (0.0, 0.5) } else { (1.0, 0.101) };
+            let occlusion = if v < 0.5 { 1.0 } else { 0.2 };
+            let off = [found.metallic - metallic, found.roughness - roughness, found.occlusion - occlusion];
+            assert!(off.iter().all(|off| off.abs() < 0.02), "{found:?} at {u}, {v}");
+        }
+    }
+}
+
+#[test]
+fn from_afar_a_texture_is_its_mean() {
+    // Sixteen times along each side, so six of them a pixel.
+    let often = varied([[16.0, 0.0, 0.0], [0.0, 16.0, 0.0]]);
+    let (capture, table) = capture(&often, &looking_back(DVec3::new(0.0, 0.0, 12.0), SIZE_PX), Look::Full);
+    let seen = (SIZE_PX / 2 * SIZE_PX + SIZE_PX / 2) as usize;
+    let found = table[usize::from(capture.colour[seen][3])];
+    assert!((found.metallic - 0.5).abs() < 0.05 && (found.occlusion - 0.6).abs() < 0.05, "{found:?}");
+}
+
+#[test]
+fn a_look_without_materials_has_one_code() {
+    let camera = looking_back(DVec3::new(0.0, 0.0, 0.9), SIZE_PX);
+    let (capture, table) = capture(&varied(SAME_UV), &camera, Look::Plain);
+    assert!(table.len() == 1 && capture.colour.iter().all(|colour| colour[3] == 0));
+    assert!((table[0].roughness - 0.3).abs() < 0.01 && (table[0].occlusion - 0.6).abs() < 0.01, "{:?}", table[0]);
+}
+
+/// The images of what a viewer sees at rest, pixel by pixel in parts.
+fn at_rest(scene: &Scene) -> Vec<DepthImage> {
+    let view = looking_back(DVec3::new(0.0, 0.0, 0.9), 8);
+    let mut imager = GpuImager::new(&gpu(), scene, &Config::default()).expect("the scene uploads");
+    let fine = imager.own_view(&scene.at(0.0), &parts::fine(&view), Detail::Parts).expect("it draws").remove(0);
+    parts::layers(&view, &fine, &Kinds::default(), DepthPrecision::Finest)
+}
+
+/// Panes of an opacity before a blue wall.
+fn panes(count: usize, opacity: f32) -> Scene {
+    let pane = Material { alpha_cutoff: Some(0.5), see_through: true, ..coloured([1.0, 0.0, 0.0, opacity]) };
+    let wall = DAffine3::from_translation(DVec3::new(0.0, 0.0, -0.5)) * DAffine3::from_scale(DVec3::splat(5.0));
+    let at = |number: usize| DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.1 * number as f64));
+    let placed: Vec<_> = std::iter::once((1, wall)).chain((0..count).map(|number| (0, at(number)))).collect();
+    scene(vec![square(1, 0), square(1, 1)], vec![pane, coloured([0.0, 0.0, 1.0, 1.0])], &placed)
+}
+
+#[test]
+fn what_is_blended_covers_its_share_of_each_pixel() {
+    for (opacity, expected) in [(0.25, 4), (0.5, 8), (0.9, 14)] {
+        let layers = at_rest(&panes(1, opacity));
+        let shares = |object: u16| -> Vec<u8> {
+            let of = |image: &DepthImage| {
+                image.object.iter().zip(image.share.clone()).filter(|(o, _)| **o == object).map(|(_, share)| share).collect::<Vec<_>>()
+            };
+            layers.iter().flat_map(of).collect()
+        };
+        assert_eq!(shares(1), [expected; 64], "of an opacity of {opacity}");
+        assert_eq!(shares(0), [16 - expected; 64], "the wall behind it");
+    }
+}
+
+#[test]
+fn a_pane_behind_a_pane_covers_a_share_of_what_is_left() {
+    let layers = at_rest(&panes(2, 0.5));
+    let wall: u32 = layers
+        .iter()
+        .flat_map(|image| image.object.iter().zip(&image.share))
+        .filter(|(object, _)| **object == 0)
+        .map(|(_, share)| u32::from(*share))
+        .sum();
+    // A quarter of sixteen, of 64 pixels; the sixteen places of two panes are one order each.
+    assert!(wall.abs_diff(4 * 64) <= 64, "{wall} of 1024 places show the wall");
+}
