@@ -12,7 +12,7 @@
 //! scale; in shadow it shows 0.36.
 //!
 //! **The full look** ([`Look::Full`]) is lit from all around by an environment, and by the scene's own lights where it has any; a scene to walk
-//! in that has none keeps the key light of the rig, for its shadows, unless somebody chose its environment. Beside lights the environment is dimmed to `SKY_BESIDE_LIGHTS`, and
+//! in that has none keeps the key light of the rig, for its shadows, unless somebody chose its environment. Beside lights the studio is dimmed to `SKY_BESIDE_LIGHTS`, and
 //! the lights' typical irradiance is `FULL_IRRADIANCE`: a white wall that faces them then shows its colour, by a tone that keeps colours.
 //!
 //! **Background.** A pale sky over scenes to walk in that have a sun (any directional light), else a dark grey; the flat
@@ -133,7 +133,7 @@ impl SceneLook {
             true if self.walk && !chosen => scaled(default_rig(), to_full),
             true => Lighting::default(),
         };
-        let sky = if lighting.lights.is_empty() { 1.0 } else { SKY_BESIDE_LIGHTS };
+        let sky = if lighting.lights.is_empty() || chosen { 1.0 } else { SKY_BESIDE_LIGHTS };
         Lighting { ambient: [0.0; 3], sky: sky * exposure, tone, background: self.background, ..lighting }
     }
 }
