@@ -1,9 +1,11 @@
 //! A scene ready to be measured: loaded, on the GPU, with its truth.
 
+use std::sync::Arc;
+
 use camera::Pinhole;
 use glam::DVec3;
 use gpu::Gpu;
-use protocol::{Lighting, Look};
+use protocol::{Lighting, Look, Sky};
 use scene::{Scene, Snapshot};
 use server::look::SceneLook;
 use server::render::SceneRenderer;
@@ -73,6 +75,11 @@ impl Stage {
     /// The scene as shown.
     pub fn snapshot(&self) -> &Snapshot {
         &self.shown
+    }
+
+    /// Light from all around, of a full look.
+    pub fn sky(&self) -> Option<&Arc<Sky>> {
+        self.look.sky()
     }
 
     /// The full scene from a camera, one sample at each pixel's centre.

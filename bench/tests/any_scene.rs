@@ -34,6 +34,7 @@ fn arguments(topic: &str) -> &'static [&'static str] {
     match topic {
         "sampling" => &["--image-size", "64", "--frames", "3", "--no-convergence"],
         "reconstruction" => &["--eyes", "2", "--only-bars"],
+        "materials" => &["--eyes", "2"],
         "novel-views" => &["--frames", "3", "--image-size", "64", "--no-sweeps", "--ffmpeg", "/nowhere/ffmpeg"],
         "impostors" => &["--poses", "2", "--only-errors"],
         "shadows" => &["--points", "2", "--method", "maps", "--no-growth"],

@@ -92,7 +92,8 @@ fn white_surfaces_leave_nothing_out_of_even_light() {
 
 #[test]
 fn coats_and_fibres_leave_nothing_out_of_even_light() {
-    let coated = |clearcoat_roughness| Material { clearcoat: 1.0, clearcoat_roughness, roughness: 0.6, ..Material::default() };
+    let coated =
+        |clearcoat_roughness| Material { clearcoat: 1.0, clearcoat_roughness, roughness: 0.6, ..Material::default() };
     let fibrous = |sheen_roughness| Material { sheen: [1.0; 3], sheen_roughness, ..Material::default() };
     for material in [coated(0.0), coated(0.5), fibrous(0.3), fibrous(1.0)] {
         let light = shown(255, material, sky(1.0, |_| true), under(0.5, Tone::Cut));
@@ -113,7 +114,9 @@ fn a_metal_in_part_is_a_mix_of_both() {
 
 #[test]
 fn light_from_around_arrives_as_far_as_the_form_lets_it() {
-    let light = |occlusion| shown(255, Material { occlusion, ..Material::default() }, sky(1.0, |_| true), under(0.8, Tone::Cut))[MIDDLE];
+    let light = |occlusion| {
+        shown(255, Material { occlusion, ..Material::default() }, sky(1.0, |_| true), under(0.8, Tone::Cut))[MIDDLE]
+    };
     assert!((light(0.5) - 0.4).abs() < 0.02, "{}", light(0.5));
     assert!(light(0.0) < 0.01, "{}", light(0.0));
     // A smooth mirror mirrors what lies before it even in a hollow.

@@ -279,6 +279,22 @@ mod tests {
             tone,
             lights
         );
-        assert_layout!(MaterialUniform, shade, "Material", emissive, metallic, roughness, transmission, ior, flags, occlusion, grazing, clearcoat, clearcoat_roughness, sheen, sheen_roughness);
+        assert_layout!(
+            MaterialUniform,
+            shade,
+            "Material",
+            emissive,
+            metallic,
+            roughness,
+            transmission,
+            ior,
+            flags,
+            occlusion,
+            grazing,
+            clearcoat,
+            clearcoat_roughness,
+            sheen,
+            sheen_roughness
+        );
     }
 }

@@ -219,8 +219,11 @@ fn a_normal_map_tilts_along_its_texture_coordinates() {
     let gpu = gpu();
     // 0.48 to the right and 0.36 to the upper edge of the map, 0.8 along the normal.
     let code = |tilt: f32| ((tilt + 1.0) / 2.0 * 255.0).round() as u8;
-    let bumpy =
-        |scale| Material { bumps: Some(Bumps { texture: 0, from_uv: SAME_UV, scale }), double_sided: true, ..Material::default() };
+    let bumpy = |scale| Material {
+        bumps: Some(Bumps { texture: 0, from_uv: SAME_UV, scale }),
+        double_sided: true,
+        ..Material::default()
+    };
     let turned = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
     let cases = [
         (1.0, DAffine3::IDENTITY, Vec3::new(0.48, 0.36, 0.8)),

@@ -105,7 +105,13 @@ fn what_is_blended_covers_its_share_of_each_pixel() {
         let layers = at_rest(&panes(1, opacity));
         let shares = |object: u16| -> Vec<u8> {
             let of = |image: &DepthImage| {
-                image.object.iter().zip(image.share.clone()).filter(|(o, _)| **o == object).map(|(_, share)| share).collect::<Vec<_>>()
+                image
+                    .object
+                    .iter()
+                    .zip(image.share.clone())
+                    .filter(|(o, _)| **o == object)
+                    .map(|(_, share)| share)
+                    .collect::<Vec<_>>()
             };
             layers.iter().flat_map(of).collect()
         };

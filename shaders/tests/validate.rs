@@ -26,9 +26,19 @@ fn every_file_is_valid() {
             Err(error) => errors.push(error),
         }
         let text = vantage_shaders::source(entry).expect("validated");
-        checked.extend(vantage_shaders::ALL.iter().map(|(path, _)| *path).filter(|path| text.contains(&format!("// ---- {path}\n"))));
+        checked.extend(
+            vantage_shaders::ALL
+                .iter()
+                .map(|(path, _)| *path)
+                .filter(|path| text.contains(&format!("// ---- {path}\n"))),
+        );
     }
-    errors.extend(vantage_shaders::ALL.iter().filter(|(path, _)| !checked.contains(path)).map(|(path, _)| format!("nothing imports {path}")));
+    errors.extend(
+        vantage_shaders::ALL
+            .iter()
+            .filter(|(path, _)| !checked.contains(path))
+            .map(|(path, _)| format!("nothing imports {path}")),
+    );
     assert!(checked.len() >= 4, "the build script embedded nothing");
     assert!(errors.is_empty(), "{}", errors.join("\n"));
 }

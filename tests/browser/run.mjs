@@ -11,6 +11,7 @@ import { mkdir } from 'node:fs/promises';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
+import { withMaterials } from './lib/models.mjs';
 import { brightness, canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, still, until } from './lib/state.mjs';
@@ -62,6 +63,21 @@ async function pictures(at, scene, wishes, suffices) {
   }
   await server.stop();
   return taken;
+}
+
+/** What a viewer at rest sees of a file from 5.5 m before it, under an environment, its light as it is. */
+async function materialsAtRest(at, scene, environment) {
+  const more = ['--image-size', '256', '--images', '2', '--environment', environment, '--tone', 'none'];
+  const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more });
+  try {
+    const page = await smallPage(at, `${server.origin}/?renderer=${at.renderer}&antialias=on&eye=0,0,5.5&target=0,0,0&fov=39.966`);
+    await until(page, 'the view at rest', (now) => now.at_rest);
+    const picture = await still(page, join(shots, `${at.renderer}-10-materials.png`));
+    await page.close();
+    return picture;
+  } finally {
+    await server.stop();
+  }
 }
 
 function darkens(before, after) {
@@ -244,6 +260,22 @@ function tests(renderer) {
         await page.close();
         await server.stop();
       }
+    }],
+    ['shows materials of a file, and what lies behind a pane', async () => {
+      const { data, width, height } = await withMaterials(({ scene, environment }) => materialsAtRest(at, scene, environment));
+      // Of a place in metres: the view is 4 m high, seen from 5.5 m away.
+      const at_m = (x, y) => {
+        const pixel = (Math.round(height / 2 - y * height / 4) * width + Math.round(width / 2 + x * height / 4)) * 4;
+        return [...data.subarray(pixel, pixel + 3)];
+      };
+      const [leansUp, leansDown] = [at_m(-0.85, -0.6), at_m(-0.35, -0.6)];
+      assert.ok(leansUp[1] > leansDown[1] + 40, `a normal map: ${leansUp} and ${leansDown}`);
+      const [smooth, rough] = [at_m(0.35, 0.8), at_m(0.85, 0.8)];
+      assert.ok(smooth[1] > rough[1] + 25 && rough[1] > 60, `a smooth and a rough metal: ${smooth} and ${rough}`);
+      const [shines, dark] = [at_m(0.35, -0.6), at_m(0.85, -0.6)];
+      assert.ok(shines[0] > 170 && shines[0] > dark[0] + 100 && Math.abs(shines[1] - dark[1]) < 25, `an emissive texture: ${shines} and ${dark}`);
+      const pane = at_m(-0.6, 0.6);
+      assert.ok(pane.every((value, channel) => Math.abs(value - [188, 0, 188][channel]) <= 6), `a pane before blue: ${pane}`);
     }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))

@@ -64,6 +64,13 @@ const RUNS: &[NamedRun] = &[
     run("all-stages", "timing", &[]),
 
     run("codec", "codec", &[]),
+    run("materials", "materials", &[]),
+    run("materials", "materials --scene", &[
+        "$VANTAGE_ASSETS/scenes/gltf/FlightHelmet/FlightHelmet.gltf",
+        "$VANTAGE_ASSETS/scenes/gltf/ToyCar/ToyCar.gltf",
+        "$VANTAGE_ASSETS/scenes/gltf/ClearCoatTest.glb",
+        "$VANTAGE_ASSETS/scenes/gltf/chess-board-draco.glb",
+    ]),
 
     run("peers", "novel-views --protocol quasar-2025 --no-sweeps --no-video --anticipation off --scene",
         &["pillars", "interior", "city"]),

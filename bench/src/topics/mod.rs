@@ -3,6 +3,7 @@
 pub mod codec;
 pub mod impostors;
 pub mod light_images;
+pub mod materials;
 pub mod novel_views;
 pub mod occlusion;
 pub mod reconstruction;
@@ -20,6 +21,7 @@ pub const ALL: &[&dyn Topic] = &[
     &sent_once::SentOnce,
     &timing::Timing,
     &codec::Codec,
+    &materials::Materials,
     &impostors::Impostors,
     &shadows::Shadows,
     &light_images::LightImages,

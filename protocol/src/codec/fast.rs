@@ -300,12 +300,7 @@ impl End for Counting<'_> {
 /// Writes frequencies as decisions; gives the symbols, and what does not fit one.
 ///
 /// Materials go along with objects, or where they are `told_apart`, by another coder.
-pub(super) fn write(
-    image: &DepthImage,
-    steps: ColourSteps,
-    told_apart: bool,
-    bits: &mut BitWriter,
-) -> [Vec<u8>; 2] {
+pub(super) fn write(image: &DepthImage, steps: ColourSteps, told_apart: bool, bits: &mut BitWriter) -> [Vec<u8>; 2] {
     let counts = vec![[0; 256]; CONTEXTS].into_boxed_slice().try_into().expect("one of each context");
     let coded = Vec::with_capacity(image.sample_count());
     let mut counting = Counting { image, steps, told_apart, rank: 0, coded, counts, literals: Writer::default() };

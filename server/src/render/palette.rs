@@ -386,13 +386,24 @@ struct Cuts {
 enum Node {
     /// Members by their numbers, along what they differ most and from where on; and the sum of the squares of how far they are from their mean, over
     /// the number of all members.
-    Part { members: Vec<u32>, axis: usize, middle: f32, error: f32, code: u8 },
-    Cut { axis: usize, middle: f32, sides: [usize; 2] },
+    Part {
+        members: Vec<u32>,
+        axis: usize,
+        middle: f32,
+        error: f32,
+        code: u8,
+    },
+    Cut {
+        axis: usize,
+        middle: f32,
+        sides: [usize; 2],
+    },
 }
 
 impl Cuts {
     fn new(members: Vec<Material>) -> Cuts {
-        let members: Vec<(Material, Place)> = members.into_iter().map(|material| (material, place(&material))).collect();
+        let members: Vec<(Material, Place)> =
+            members.into_iter().map(|material| (material, place(&material))).collect();
         let mut cuts = Cuts { members, nodes: Vec::new() };
         let all = cuts.part((0..cuts.members.len() as u32).collect());
         cuts.nodes.push(all);
@@ -416,7 +427,9 @@ impl Cuts {
     fn worst_part(&self) -> Option<(usize, f32)> {
         let error = |(index, node): (usize, &Node)| match node {
             // Finely enough told, if not of many members.
-            Node::Part { members, error, .. } if *error * self.members.len() as f32 > FINE_ENOUGH * FINE_ENOUGH * members.len() as f32 => {
+            Node::Part { members, error, .. }
+                if *error * self.members.len() as f32 > FINE_ENOUGH * FINE_ENOUGH * members.len() as f32 =>
+            {
                 Some((index, *error))
             }
             _ => None,
@@ -480,7 +493,7 @@ mod tests {
         assert!(kinds.are_one(3, 4) && kinds.are_one(5, 7) && kinds.are_one(2, 2));
         assert!(!kinds.are_one(4, 5) && !kinds.are_one(1, 2) && !kinds.are_one(2, 3));
         assert_eq!(kinds.mean(&[5, 7]), 6);
-        assert_eq!(kinds.mean(&[5, 5, 7]), 5);
+        assert_eq!(kinds.mean(&[5, 5, 5, 5, 7]), 5, "0.26 of 0.1, 0.5 and 0.9");
         assert_eq!(kinds.mean(&[3, 4, 4, 4]), 4);
         assert_eq!(kinds.mean(&[2, 2]), 2);
     }

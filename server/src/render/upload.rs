@@ -142,7 +142,11 @@ fn check(gpu: &Gpu, scene: &Scene, geometry: &Geometry) -> Result<(), RenderErro
 }
 
 impl SceneRenderer {
-    pub(super) fn upload(gpu: &Gpu, scene: &Scene, (native, varied): (bool, bool)) -> Result<SceneRenderer, RenderError> {
+    pub(super) fn upload(
+        gpu: &Gpu,
+        scene: &Scene,
+        (native, varied): (bool, bool),
+    ) -> Result<SceneRenderer, RenderError> {
         let geometry = Geometry::new(scene);
         check(gpu, scene, &geometry)?;
         let layouts = Layouts::new(gpu, native);
@@ -207,7 +211,8 @@ fn textures_of(scene: &Scene, material: u32) -> Textures {
 
 /// Those that differ, in the order in which they are drawn.
 fn distinct_textures(scene: &Scene) -> Vec<Textures> {
-    let distinct: BTreeSet<Textures> = (0..scene.materials.len() as u32).map(|material| textures_of(scene, material)).collect();
+    let distinct: BTreeSet<Textures> =
+        (0..scene.materials.len() as u32).map(|material| textures_of(scene, material)).collect();
     distinct.into_iter().collect()
 }
 
@@ -244,8 +249,11 @@ fn texture_groups(
             [wgpu::BindingResource::TextureView(view), wgpu::BindingResource::Sampler(sampler)]
         });
         let codes = wgpu::BindingResource::TextureView(codes.as_ref().unwrap_or(&no_codes));
-        let entries: Vec<_> =
-            resources.chain([codes]).zip(0..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }).collect();
+        let entries: Vec<_> = resources
+            .chain([codes])
+            .zip(0..)
+            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("textures"),
             layout: &layouts.texture,

@@ -249,7 +249,8 @@ mod tests {
         let view = view();
         let whole = layers(&view, &capture(&view, |_, _| (1, WHITE)), &Kinds::default(), DepthPrecision::Finest);
         assert!(whole.len() == 1 && whole[0].share.is_empty());
-        let ends = layers(&view, &capture(&view, |x, _| (u16::from(x < 6), WHITE)), &Kinds::default(), DepthPrecision::Finest);
+        let ends =
+            layers(&view, &capture(&view, |x, _| (u16::from(x < 6), WHITE)), &Kinds::default(), DepthPrecision::Finest);
         assert_eq!((ends.len(), &ends[0].share[..]), (1, &[16, 8][..]));
         let nothing = layers(&view, &capture(&view, |_, _| (0, WHITE)), &Kinds::default(), DepthPrecision::Finest);
         assert_eq!((nothing.len(), nothing[0].sample_count()), (1, 0), "it says that nothing is seen");

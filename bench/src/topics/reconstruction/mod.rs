@@ -11,7 +11,7 @@
 
 mod baselines;
 pub(crate) mod cover;
-mod eyes;
+pub(crate) mod eyes;
 mod found;
 mod method;
 mod output;

@@ -97,17 +97,8 @@ impl ReflectPass {
         use Binding::{FloatTexture, UintTexture, Uniform};
         let pass =
             |path, fragment, bindings: &[Binding]| FullscreenPass::new(gpu, path, fragment, bindings, &[WORDS, WORDS]);
-        let of_rays = [
-            Uniform,
-            Uniform,
-            Uniform,
-            FloatTexture,
-            UintTexture,
-            FloatTexture,
-            Uniform,
-            FloatTexture,
-            FloatTexture,
-        ];
+        let of_rays =
+            [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, Uniform, FloatTexture, FloatTexture];
         let of_bounce = [Uniform, Uniform, Uniform, UintTexture, UintTexture, UintTexture, FloatTexture];
         let gather = ("client/reflect/gather.wgsl", "gather");
         let of_sum = |onto, fragment, format| {

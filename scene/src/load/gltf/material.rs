@@ -207,7 +207,8 @@ fn cutoff_of(material: &document::Material, at: &str, warnings: &mut Warnings) -
         None | Some("OPAQUE") => None,
         Some("MASK") => Some(material.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF)),
         Some("BLEND") => {
-            warnings.add(format!("{at}: alpha blending is drawn as a cut-out at {DEFAULT_CUTOFF} while the view moves"));
+            warnings
+                .add(format!("{at}: alpha blending is drawn as a cut-out at {DEFAULT_CUTOFF} while the view moves"));
             Some(DEFAULT_CUTOFF)
         }
         Some(mode) => {

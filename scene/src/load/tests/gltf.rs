@@ -400,7 +400,9 @@ fn with_material(material: serde_json::Value) -> Scene {
     builder.json["meshes"][0]["primitives"][0]["material"] = json!(0);
     builder.json["materials"] = json!([material]);
     let mut png = std::io::Cursor::new(Vec::new());
-    image::RgbaImage::from_pixel(1, 1, image::Rgba([51, 51, 51, 255])).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    image::RgbaImage::from_pixel(1, 1, image::Rgba([51, 51, 51, 255]))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .unwrap();
     let view = builder.view(&png.into_inner());
     builder.json["images"] = json!([{"bufferView": view, "mimeType": "image/png"}]);
     builder.json["textures"] = json!([{"source": 0}]);
@@ -409,9 +411,7 @@ fn with_material(material: serde_json::Value) -> Scene {
 
 #[test]
 fn every_texture_of_a_material_lies_where_its_transform_says() {
-    let with = |offset: [f32; 2], scale: [f32; 2], rotation: f32| {
-        json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": offset, "scale": scale, "rotation": rotation}}})
-    };
+    let with = |offset: [f32; 2], scale: [f32; 2], rotation: f32| json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": offset, "scale": scale, "rotation": rotation}}});
     let scene = with_material(json!({
         "pbrMetallicRoughness": {"baseColorTexture": with([0.5, 0.25], [2.0, 4.0], 0.0)},
         "normalTexture": {"index": 0, "scale": 0.5},
@@ -440,7 +440,11 @@ fn a_texture_by_other_coordinates_is_named_and_left_out() {
         "occlusionTexture": {"index": 0, "texCoord": 1},
     }));
     assert!(scene.materials[0].maps.is_empty() && scene.materials[0].texture.is_some());
-    assert!(scene.warnings.iter().any(|warning| warning.contains("drawn without its occlusion texture")), "{:?}", scene.warnings);
+    assert!(
+        scene.warnings.iter().any(|warning| warning.contains("drawn without its occlusion texture")),
+        "{:?}",
+        scene.warnings
+    );
 }
 
 #[test]
@@ -459,7 +463,10 @@ fn extensions_of_materials_mean_what_they_say() {
     assert!(scene.warnings.iter().any(|warning| warning.contains("without its iridescence")), "{:?}", scene.warnings);
     assert_eq!(material.smoothest(&scene.textures), 0.25, "of the coat");
     assert!((scene.textures[0].low(1) - 0.2).abs() < 1e-6);
-    assert!((scene.textures[0].mean(false)[0] - 0.2).abs() < 1e-6 && (scene.textures[0].mean(true)[0] - 0.033_105).abs() < 1e-5);
+    assert!(
+        (scene.textures[0].mean(false)[0] - 0.2).abs() < 1e-6
+            && (scene.textures[0].mean(true)[0] - 0.033_105).abs() < 1e-5
+    );
 }
 
 #[test]
