@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use scene::Scene;
 use scene::model::{Map, Quantity, Texture, UvMap, Wrap};
 
-use super::texture::{self, Content, Level};
+use super::texture::{self, CodeLevel, Content, Level};
 
 /// Parts whose members are, in the mean of squares, this near to their entry are not cut. In numbers of which 1 is all that there is: a step
 /// of a hundredth of roughness is not seen, and one of a fortieth in few places.
@@ -198,14 +198,6 @@ pub(crate) struct CodeMap {
     pub wrap: [Wrap; 2],
     /// Which there are.
     pub codes: Range<usize>,
-}
-
-/// A level of a [`CodeMap`]: a byte a texel, rows from the top.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct CodeLevel {
-    pub width_px: u32,
-    pub height_px: u32,
-    pub codes: Vec<u8>,
 }
 
 /// See the module.

@@ -6,8 +6,6 @@ use std::sync::LazyLock;
 use gpu::Gpu;
 use scene::model::{Texture, Wrap};
 
-use super::palette::CodeLevel;
-
 /// What a texture holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Content {
@@ -23,6 +21,14 @@ pub(crate) struct Level {
     pub width_px: u32,
     pub height_px: u32,
     pub rgba: Vec<u8>,
+}
+
+/// One level of codes into the table of materials: a byte a texel, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CodeLevel {
+    pub width_px: u32,
+    pub height_px: u32,
+    pub codes: Vec<u8>,
 }
 
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {

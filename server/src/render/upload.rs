@@ -10,9 +10,9 @@ use scene::{Bounds, Scene, Vertex};
 use wgpu::util::DeviceExt;
 
 use super::materials::{SurfaceMaterial, Tables};
-use super::palette::{CodeLevel, CodeMap};
+use super::palette::CodeMap;
 use super::pipelines::scene_group;
-use super::texture::Content;
+use super::texture::{CodeLevel, Content};
 use super::{Batch, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, rgba, texture};
 
 /// Where a mesh, or the copy of a deforming instance, begins in the buffers.
