@@ -82,6 +82,19 @@ fn a_look_without_materials_has_one_code() {
     assert!((table[0].roughness - 0.3).abs() < 0.01 && (table[0].occlusion - 0.6).abs() < 0.01, "{:?}", table[0]);
 }
 
+#[test]
+fn more_materials_than_codes_are_shown_on_the_whole() {
+    let mut crowd = varied(SAME_UV);
+    let (mesh, material) = (crowd.meshes[0].clone(), crowd.materials[0].clone());
+    for number in 1..300_u32 {
+        crowd.meshes.push(scene::Mesh { material: number, ..mesh.clone() });
+        crowd.materials.push(Material { ior: 1.0 + number as f32 / 100.0, ..material.clone() });
+    }
+    let (capture, table) = capture(&crowd, &looking_back(DVec3::new(0.0, 0.0, 0.9), SIZE_PX), Look::Full);
+    assert_eq!(table.len(), 256);
+    assert!(capture.ids.iter().all(|ids| ids[0] != 0));
+}
+
 /// The images of what a viewer sees at rest, pixel by pixel in parts.
 fn at_rest(scene: &Scene) -> Vec<DepthImage> {
     let view = looking_back(DVec3::new(0.0, 0.0, 0.9), 8);

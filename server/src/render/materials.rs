@@ -76,7 +76,13 @@ pub(crate) fn tables(scene: &Scene, varied: bool) -> Tables {
     if dropped > 0 {
         tracing::warn!("{dropped} materials past the first {most} are shown as the nearest");
     }
-    let wanted: Vec<usize> = (0..scene.materials.len()).filter(|&index| is_varied(&scene.materials[index])).collect();
+    let mut wanted: Vec<usize> =
+        (0..scene.materials.len()).filter(|&index| is_varied(&scene.materials[index])).collect();
+    let room = MaterialUniform::TABLE_LEN - table.len();
+    if wanted.len() > room {
+        tracing::warn!("{} materials past the first {room} that vary are shown as on the whole", wanted.len() - room);
+        wanted.truncate(room);
+    }
     let Palette { entries, code_maps, kinds } = Palette::new(scene, &wanted, table.len());
     table.extend(entries);
     let surface = |(index, material): (usize, &scene::Material)| {

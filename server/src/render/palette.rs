@@ -26,8 +26,10 @@ use super::texture::{self, CodeLevel, Content, Level};
 const FINE_ENOUGH: f32 = 0.02;
 /// Texels that entries are made of at most, strewn over the finest level; those of coarse levels, which hold means, come on top.
 const MAX_MEMBERS: usize = 1 << 14;
-/// Sides of textures of codes at most.
+/// Sides of textures of codes at most, and texels of all of them together.
 const MAX_SIDE_PX: u32 = 2048;
+/// See [`MAX_SIDE_PX`].
+const MAX_TEXELS: usize = 1 << 28;
 
 /// A material as a point: what differs much is far away. 0 to 1 each.
 pub(crate) type Place = [f32; 17];
@@ -210,12 +212,15 @@ pub(crate) struct Palette {
 }
 
 impl Palette {
-    /// Of the materials of a scene whose numbers are `varying`; the first code is `first`.
+    /// Of the materials of a scene whose numbers are `varying`, at most as many as there are codes from `first` on, the first one.
     pub fn new(scene: &Scene, varying: &[usize], first: usize) -> Palette {
-        let sources: Vec<Source> =
-            varying.par_iter().map(|&index| Source::new(&scene.materials[index], &scene.textures)).collect();
-        let mut cuts: Vec<Cuts> = sources.iter().map(Source::cuts).collect();
-        let room = MaterialUniform::TABLE_LEN.saturating_sub(first).max(cuts.len());
+        let room = MaterialUniform::TABLE_LEN - first;
+        assert!(varying.len() <= room, "a code each");
+        let share = MAX_TEXELS / varying.len().max(1);
+        let max_side_px = MAX_SIDE_PX.min(1 << (share.ilog2() / 2));
+        // Levels of textures are large: no more of them are there than threads.
+        let source = |index: usize| Source::new(&scene.materials[index], &scene.textures, max_side_px);
+        let mut cuts: Vec<Cuts> = varying.par_iter().map(|&index| source(index).cuts()).collect();
         for _ in cuts.len()..room {
             let worst = cuts.iter_mut().max_by(|a, b| a.worst().total_cmp(&b.worst()));
             let Some(worst) = worst.filter(|cuts| cuts.worst() > 0.0) else { break };
@@ -227,11 +232,11 @@ impl Palette {
             entries.extend(cuts.number(next));
             ranges.push(next..first + entries.len());
         }
-        let maps: Vec<CodeMap> = sources
+        let maps: Vec<CodeMap> = varying
             .par_iter()
             .zip(&cuts)
             .zip(&ranges)
-            .map(|((source, cuts), codes)| source.code_map(cuts, codes.clone()))
+            .map(|((&index, cuts), codes)| source(index).code_map(cuts, codes.clone()))
             .collect();
         let mut code_maps = vec![None; scene.materials.len()];
         varying.iter().zip(maps).for_each(|(&index, map)| code_maps[index] = Some(map));
@@ -260,7 +265,7 @@ fn affine(map: UvMap) -> Affine2 {
 }
 
 impl<'a> Source<'a> {
-    fn new(material: &'a scene::Material, textures: &[Texture]) -> Source<'a> {
+    fn new(material: &'a scene::Material, textures: &[Texture], max_side_px: u32) -> Source<'a> {
         let first = affine(material.maps[0].from_uv);
         let map = |map: &Map| {
             let texture = &textures[map.texture as usize];
@@ -273,7 +278,7 @@ impl<'a> Source<'a> {
         };
         let maps: Vec<SourceMap> = material.maps.iter().map(map).collect();
         let side = |of: fn(&Level) -> u32| {
-            maps.iter().map(|map| of(&map.levels[0])).max().map_or(1, |side| side.clamp(1, MAX_SIDE_PX))
+            maps.iter().map(|map| of(&map.levels[0])).max().map_or(1, |side| side.clamp(1, max_side_px))
         };
         let size_px = [side(|level| level.width_px), side(|level| level.height_px)];
         Source { material, maps, size_px }
