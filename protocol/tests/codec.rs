@@ -126,6 +126,28 @@ fn odd_sizes_empty_images_and_single_samples_come_back() {
 }
 
 #[test]
+fn materials_that_vary_within_objects_come_back_for_what_they_vary_by() {
+    for keep in [|_, _| true, fragments] {
+        let plain = cast((640, 400), keep);
+        let mut varied = plain.clone();
+        let places: Vec<(u32, u32)> = plain.mask.occupied().collect();
+        for (material, (x, y)) in varied.material.iter_mut().zip(places) {
+            // Two bits of noise on a slope.
+            *material = (40 + x / 8 + (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(2_246_822_519)) / 7 % 4) as u8;
+        }
+        for profile in [Profile::Fast, Profile::Dense] {
+            let bytes = |image: &DepthImage| {
+                encode_patch(&patch(1, image.clone()), Coding { profile, colour: ColourSteps::Lossless }).len()
+            };
+            let bits = 8.0 * (bytes(&varied) - bytes(&plain)) as f64 / varied.sample_count() as f64;
+            eprintln!("{profile:?}: {bits} bits a sample");
+            assert!(bits > 2.0 && bits < 3.5, "{profile:?}: {bits} bits a sample");
+        }
+        round_trip(&patch(1, varied));
+    }
+}
+
+#[test]
 fn constant_planes_are_not_sent() {
     let mut image = cast((128, 128), |_, _| true);
     let textured = encode_patch(&patch(1, image.clone()), Coding::default()).len();
