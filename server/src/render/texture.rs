@@ -151,26 +151,12 @@ pub(crate) fn upload(
     let limit_px = gpu.device.limits().max_texture_dimension_2d;
     let skipped = levels.iter().take_while(|level| level.width_px > limit_px || level.height_px > limit_px).count();
     let levels = &levels[skipped..];
-    let size =
-        |level: &Level| wgpu::Extent3d { width: level.width_px, height: level.height_px, depth_or_array_layers: 1 };
-    let gpu_texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("texture"),
-        size: size(&levels[0]),
-        mip_level_count: levels.len() as u32,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: match content {
-            Content::Colours(_) => wgpu::TextureFormat::Rgba8UnormSrgb,
-            Content::Numbers => wgpu::TextureFormat::Rgba8Unorm,
-        },
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    for (mip_level, level) in levels.iter().enumerate() {
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(level.width_px * 4), rows_per_image: None };
-        gpu.queue.write_texture(target(&gpu_texture, mip_level), &level.rgba, layout, size(level));
-    }
+    let format = match content {
+        Content::Colours(_) => wgpu::TextureFormat::Rgba8UnormSrgb,
+        Content::Numbers => wgpu::TextureFormat::Rgba8Unorm,
+    };
+    let rows: Vec<_> = levels.iter().map(|level| (level.width_px, level.height_px, level.rgba.as_slice())).collect();
+    let view = with_levels(gpu, "texture", format, &rows);
     let mag_filter = if texture.nearest { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("texture"),
@@ -181,38 +167,44 @@ pub(crate) fn upload(
         mipmap_filter: wgpu::MipmapFilterMode::Linear,
         ..Default::default()
     });
-    (gpu_texture.create_view(&wgpu::TextureViewDescriptor::default()), sampler)
+    (view, sampler)
 }
 
 /// Uploads codes into the table of materials, see [`super::palette`]. As [`upload`] does, without a sampler: codes have no means.
 pub(crate) fn upload_codes(gpu: &Gpu, levels: &[CodeLevel]) -> wgpu::TextureView {
-    let size =
-        |level: &CodeLevel| wgpu::Extent3d { width: level.width_px, height: level.height_px, depth_or_array_layers: 1 };
+    let rows: Vec<_> = levels.iter().map(|level| (level.width_px, level.height_px, level.codes.as_slice())).collect();
+    with_levels(gpu, "codes of materials", wgpu::TextureFormat::R8Uint, &rows)
+}
+
+/// A texture of levels: width, height and rows of each.
+fn with_levels(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, levels: &[(u32, u32, &[u8])]) -> wgpu::TextureView {
+    let size = |(width, height): (u32, u32)| wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    let (width_px, height_px, _) = levels[0];
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("codes of materials"),
-        size: size(&levels[0]),
+        label: Some(label),
+        size: size((width_px, height_px)),
         mip_level_count: levels.len() as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::R8Uint,
+        format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    for (mip_level, level) in levels.iter().enumerate() {
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(level.width_px), rows_per_image: None };
-        gpu.queue.write_texture(target(&texture, mip_level), &level.codes, layout, size(level));
+    for (&(width_px, height_px, rows), mip_level) in levels.iter().zip(0..) {
+        let target = wgpu::TexelCopyTextureInfo {
+            texture: &texture,
+            mip_level,
+            origin: wgpu::Origin3d::ZERO,
+            aspect: wgpu::TextureAspect::All,
+        };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(rows.len() as u32 / height_px),
+            rows_per_image: None,
+        };
+        gpu.queue.write_texture(target, rows, layout, size((width_px, height_px)));
     }
     texture.create_view(&wgpu::TextureViewDescriptor::default())
-}
-
-fn target(texture: &wgpu::Texture, mip_level: usize) -> wgpu::TexelCopyTextureInfo<'_> {
-    wgpu::TexelCopyTextureInfo {
-        texture,
-        mip_level: mip_level as u32,
-        origin: wgpu::Origin3d::ZERO,
-        aspect: wgpu::TextureAspect::All,
-    }
 }
 
 fn address_mode(wrap: Wrap) -> wgpu::AddressMode {
