@@ -104,8 +104,14 @@ pub struct LightingUniform {
     pub sky_first_level: u32,
     /// 0 exponential, 1 neutral, 2 ACES, 3 none.
     pub tone: u32,
+    /// What all light is multiplied by before the tone.
+    pub exposure: f32,
+    /// How much of what hides ambient light counts, 0 to 1.
+    pub occlusion_strength: f32,
+    /// How much of what hides single lights counts, 0 to 1.
+    pub shadow_strength: f32,
     /// Unused.
-    pub padding: u32,
+    pub padding: [f32; 2],
     /// At most [`Lighting::MAX_LIGHTS`].
     pub lights: [LightUniform; Lighting::MAX_LIGHTS],
 }
@@ -131,7 +137,10 @@ impl LightingUniform {
                 Tone::Aces => 2,
                 Tone::Cut => 3,
             },
-            padding: 0,
+            exposure: 1.0,
+            occlusion_strength: 1.0,
+            shadow_strength: 1.0,
+            padding: [0.0; 2],
             lights,
         }
     }

@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 18;
+pub const VERSION: u16 = 19;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -106,6 +106,8 @@ pub enum ClientMessage {
         /// Seconds.
         to_s: f64,
     },
+    /// From now on it draws this.
+    Draws(Draws),
 }
 
 /// From the server. `Update` is bulk: it is coded by the codec and travels in fragments.

@@ -207,6 +207,7 @@ pub fn client_message_kind(bytes: &[u8]) -> Option<&'static str> {
         ClientMessage::Restart => "restart",
         ClientMessage::Ping(_) => "ping",
         ClientMessage::Advance { .. } => "advance",
+        ClientMessage::Draws(_) => "draws",
     })
 }
 

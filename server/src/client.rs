@@ -66,6 +66,13 @@ impl Default for Client {
 }
 
 impl Client {
+    /// What it draws from now on. Where that is something else, the server looks again at what it lacks for it.
+    pub fn set_draws(&mut self, draws: Draws) {
+        if std::mem::replace(&mut self.draws, draws) != draws {
+            self.focus.iter_mut().for_each(|focus| focus.settled = false);
+        }
+    }
+
     /// The client's copy is broken: the next update starts anew.
     pub fn start_anew(&mut self) {
         self.account.start_anew();

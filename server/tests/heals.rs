@@ -140,6 +140,7 @@ impl Pair {
                 }
                 ServerEvent::Opened
                 | ServerEvent::View(_)
+                | ServerEvent::Draws
                 | ServerEvent::Acked { .. }
                 | ServerEvent::Advance { .. } => {}
             }

@@ -41,12 +41,17 @@ function mortalWorkers() {
   };
 }
 
+/** What is off where an address says nothing of it: whether frames come in time with it, no test shall hang on. */
+const OFF = { shadows: 'none', occlusion: 'none' };
+
 /** A further page of the browser at an address: a small one, as here each pixel of mirrors and soft shadows takes long. */
 async function smallPage({ page: first, log }, address) {
   const page = await first.context().newPage();
   await page.setViewportSize({ width: 400, height: 250 });
   page.on('console', (message) => log(`console ${message.type()}: ${message.text()}`));
-  await page.goto(address, { waitUntil: 'load', timeout: PATIENCE_MS });
+  const url = new URL(address);
+  Object.entries(OFF).forEach(([name, value]) => url.searchParams.has(name) || url.searchParams.set(name, value));
+  await page.goto(url.href, { waitUntil: 'load', timeout: PATIENCE_MS });
   return page;
 }
 
@@ -117,6 +122,22 @@ function tests(renderer) {
       assert.equal(await panel(at.page, 'scene'), SCENE);
       assert.ok(await at.page.locator('#loading').isHidden());
       assert.ok(await at.page.locator('#status').isHidden());
+    }],
+    ['decides by its frames whether shadows and occlusion are drawn', async () => {
+      const { effects } = await until(at.page, 'a decision', (now) => now.effects.every((effect) => effect !== 'not yet'));
+      console.log(`        shadows ${effects[0]}, occlusion ${effects[1]}`);
+      await sleep(600);
+      assert.deepEqual([await panel(at.page, 'shadows'), await panel(at.page, 'occlusion')], effects);
+    }],
+    ['is as bright as the address says', async () => {
+      const [plain, bright] = await Promise.all(['', '&exposure=1.5'].map(async (wish) => {
+        const page = await smallPage(at, `${at.server.origin}/?renderer=${renderer}${wish}`);
+        await until(page, 'a picture', (now) => now.picture);
+        const picture = await still(page, join(shots, `${renderer}-1-exposure${wish.replace(/\W/g, '-')}.png`));
+        await page.close();
+        return picture;
+      }));
+      assert.ok(brightness(bright) - brightness(plain) > 10, `brightness goes from ${brightness(plain)} to ${brightness(bright)}`);
     }],
     ['decodes in a worker', async () => {
       const state = await until(at.page, 'updates', (now) => now.updates > 0);

@@ -6,10 +6,11 @@ use std::rc::Rc;
 
 use camera::Rigid;
 use client::draw::antialiasing::Antialias;
+use client::draw::effects::InTime;
 use client::draw::frame;
 use client::draw::occlusion::{self, Occlusion};
 use client::draw::picture::PictureOptions;
-use client::draw::shadow::{self, Shadows, SoftProgress};
+use client::draw::shadow::{self, Shadows};
 use client::draw::soft::{self, Choice, Pace};
 use client::receive::viewer::{SocketCommand, Viewer};
 use client::show::begin;
@@ -146,19 +147,25 @@ fn wishes() -> Result<Wishes, String> {
         Some("off") => Antialias::Off,
         Some(other) => return Err(format!("?antialias={other}: use on or off")),
     };
-    let occlusion = match query.get("occlusion").as_deref() {
-        None => Occlusion::None,
-        Some("plain") => Occlusion::Plain,
-        Some("graph") => Occlusion::Graph,
-        Some(other) => return Err(format!("?occlusion={other}: use plain or graph")),
+    let (occlusion, occlusion_in_time) = match query.get("occlusion").as_deref() {
+        None => (Occlusion::Graph, true),
+        Some("none") => (Occlusion::None, false),
+        Some("plain") => (Occlusion::Plain, false),
+        Some("graph") => (Occlusion::Graph, false),
+        Some(other) => return Err(format!("?occlusion={other}: use none, plain or graph")),
     };
-    let occlusion = occlusion::Settings { occlusion, ..occlusion::Settings::default() };
-    let shadows = match query.get("shadows").as_deref() {
-        None => Shadows::None,
-        Some("maps") => Shadows::Maps,
-        Some("soft") => Shadows::Soft,
-        Some(other) => return Err(format!("?shadows={other}: use maps or soft")),
+    let mut occlusion = occlusion::Settings { occlusion, ..occlusion::Settings::default() };
+    if occlusion_in_time {
+        occlusion.taps = occlusion::Settings::IN_TIME_TAPS;
+    }
+    let (shadows, shadows_in_time) = match query.get("shadows").as_deref() {
+        None => (Shadows::Soft, true),
+        Some("none") => (Shadows::None, false),
+        Some("maps") => (Shadows::Maps, false),
+        Some("soft") => (Shadows::Soft, false),
+        Some(other) => return Err(format!("?shadows={other}: use none, maps or soft")),
     };
+    let in_time = InTime { shadows: shadows_in_time, occlusion: occlusion_in_time };
     let mut shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
     shadow.soft.pace = query.get("soft-pace").map_or(Ok(Pace::Measured), |pace| pace.parse())?;
     shadow.soft.choice = query.get("soft-method").map_or(Ok(Choice::Measured), |choice| choice.parse())?;
@@ -177,8 +184,10 @@ fn wishes() -> Result<Wishes, String> {
             format!("{scheme}://{}/ws{token}", part(location.host())?)
         }
     };
-    let frame = frame::Options { antialias, ..frame::Options::default() };
-    let picture = PictureOptions { frame, occlusion, shadow, ..PictureOptions::default() };
+    let stops = query.get("exposure").map_or(Ok(0.0), |stops| begin::stops(&stops));
+    let exposure = stops.map_err(|why| format!("?exposure={why}"))?.exp2();
+    let frame = frame::Options { antialias, exposure, ..frame::Options::default() };
+    let picture = PictureOptions { frame, occlusion, shadow, in_time, ..PictureOptions::default() };
     let start = begin::pose(query.get("eye").as_deref(), query.get("target").as_deref())?;
     let fov_y_rad = query.get("fov").map_or(Ok(FOV_Y_RAD), |degrees| begin::fov_y_rad(&degrees))?;
     Ok(Wishes { url, renderer, picture, camera: query.get("camera"), start, fov_y_rad })
@@ -371,7 +380,10 @@ impl App {
         }
         self.drawn.stale |= screen.picture.move_objects(&self.viewer.poses_at(now_s));
         let pose = self.controls.as_ref().map(Controls::pose);
-        let goes_on = screen.picture.soft_progress().is_some_and(SoftProgress::goes_on);
+        if let Some(welcome) = self.viewer.welcome() {
+            screen.picture.fit_to(welcome);
+        }
+        let goes_on = self.drawn.picture && screen.picture.goes_on();
         if !self.drawn.stale && !goes_on && pose == self.drawn.pose {
             // Counting the last picture's pixels ends only when the device is asked.
             screen.gpu.poll();
@@ -384,6 +396,7 @@ impl App {
             self.drawn.pose = pose;
             self.drawn.stale = false;
         }
+        self.viewer.set_draws(screen.picture.draws(), now_s);
         Ok(())
     }
 
@@ -425,6 +438,7 @@ impl App {
         let soft = self.screen.as_ref().and_then(|screen| screen.picture.soft_progress());
         self.page.show_stats(&stats, renderer);
         self.page.show_soft(soft);
+        self.page.show_effects(self.screen.as_ref().map(|screen| screen.picture.effects()));
         self.page.show_mode(self.controls.as_ref().map(Controls::mode));
         self.page.show_status(&self.status(now_s));
         self.page.show_progress(self.viewer.progress(), self.viewer.is_open());
@@ -452,6 +466,7 @@ pub fn snapshot() -> String {
         "updates": stats.updates,
         "impostors": app.screen.as_ref().map(|screen| screen.picture.impostors()),
         "soft_points": soft.map(|soft| [soft.points, soft.of]),
+        "effects": app.screen.as_ref().map(|screen| screen.picture.effects().map(|drawn| drawn.to_string())),
         "soft_method": soft.and_then(|soft| soft.method).map(|method| method.to_string()),
         "light_images": light_images(app.viewer.held()),
         "uncovered": app.drawn.uncovered,

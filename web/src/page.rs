@@ -1,5 +1,6 @@
 //! The page's elements around the canvas: figures, progress, status.
 
+use client::draw::effects::Drawn;
 use client::draw::shadow::SoftProgress;
 use client::receive::stats::Stats;
 use client::receive::viewer::Progress;
@@ -48,6 +49,8 @@ pub struct Page {
     /// Two, shown together.
     soft: [HtmlElement; 2],
     soft_points: HtmlElement,
+    shadows: HtmlElement,
+    occlusion: HtmlElement,
     renderer: HtmlElement,
     status: HtmlElement,
     loading: HtmlElement,
@@ -70,6 +73,8 @@ impl Page {
             uncovered: element("uncovered")?,
             soft: [element("soft-name")?, element("soft")?],
             soft_points: element("soft-points")?,
+            shadows: element("shadows")?,
+            occlusion: element("occlusion")?,
             renderer: element("renderer")?,
             status: element("status")?,
             loading: element("loading")?,
@@ -99,6 +104,14 @@ impl Page {
         self.soft.iter().for_each(|element| element.set_hidden(progress.is_none()));
         if let Some(progress) = progress {
             set_text(&self.soft_points, &progress.to_string());
+        }
+    }
+
+    /// Shows what became of shadows and of ambient occlusion.
+    pub fn show_effects(&self, effects: Option<[Drawn; 2]>) {
+        if let Some([shadows, occlusion]) = effects {
+            set_text(&self.shadows, &shadows.to_string());
+            set_text(&self.occlusion, &occlusion.to_string());
         }
     }
 

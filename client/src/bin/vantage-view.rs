@@ -5,11 +5,13 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use client::draw::antialiasing::Antialias;
+use client::draw::effects::InTime;
 use client::draw::frame;
 use client::draw::occlusion::{self, Occlusion};
 use client::draw::picture::PictureOptions;
 use client::draw::shadow::{self, Shadows};
 use client::draw::soft;
+use client::show::begin;
 use client::show::headless::{self, HeadlessError, Way};
 use client::show::window::{self, Renderer, WindowError};
 use gpu::GpuError;
@@ -60,15 +62,18 @@ struct Arguments {
     /// window]
     #[arg(long, value_enum)]
     antialias: Option<AntialiasName>,
-    /// Darken what little ambient light reaches
-    #[arg(long, value_enum, default_value_t)]
-    occlusion: OcclusionName,
-    /// How far away what takes ambient light may be, in metres
+    /// Darken what little ambient light reaches [default: graph, as long as frames come in time; none without a window]
+    #[arg(long, value_enum)]
+    occlusion: Option<OcclusionName>,
+    /// With --occlusion: how far away what takes ambient light may be, in metres
     #[arg(long, value_name = "M", default_value_t = occlusion::Settings::default().reach_m)]
     occlusion_reach: f64,
-    /// Keep light from what something held stands before
-    #[arg(long, value_enum, default_value_t)]
-    shadows: ShadowsName,
+    /// Keep light from what something held stands before [default: soft, as long as frames come in time; none without a window]
+    #[arg(long, value_enum)]
+    shadows: Option<ShadowsName>,
+    /// Stops of exposure beside the server's: each doubles all light
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = begin::stops)]
+    exposure: f32,
     /// For soft shadows a light is N x N points
     #[arg(long, value_name = "N", default_value_t = soft::Settings::default().points,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(soft::Settings::MAX_POINTS)))]
@@ -149,10 +154,9 @@ enum AntialiasName {
     Off,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum OcclusionName {
     /// Not at all.
-    #[default]
     None,
     /// By what the view itself shows.
     Plain,
@@ -160,10 +164,9 @@ enum OcclusionName {
     Graph,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum ShadowsName {
     /// Every light arrives everywhere.
-    #[default]
     None,
     /// By maps of what each light sees, for the strongest four.
     Maps,
@@ -192,25 +195,34 @@ impl Arguments {
             fill: !self.no_fill,
             antialias: self.antialias(),
             mark_uncovered: self.mark_uncovered,
+            exposure: self.exposure.exp2(),
             ..frame::Options::default()
         };
+        let in_time = InTime {
+            shadows: self.shadows.is_none() && !self.headless,
+            occlusion: self.occlusion.is_none() && !self.headless,
+        };
         let occlusion = match self.occlusion {
-            OcclusionName::None => Occlusion::None,
-            OcclusionName::Plain => Occlusion::Plain,
-            OcclusionName::Graph => Occlusion::Graph,
+            None if in_time.occlusion => Occlusion::Graph,
+            None | Some(OcclusionName::None) => Occlusion::None,
+            Some(OcclusionName::Plain) => Occlusion::Plain,
+            Some(OcclusionName::Graph) => Occlusion::Graph,
         };
         let reach_m = self.occlusion_reach.max(0.0);
-        let occlusion = occlusion::Settings { occlusion, reach_m, ..Default::default() };
+        let taps = if in_time.occlusion { occlusion::Settings::IN_TIME_TAPS } else { occlusion::Settings::default().taps };
+        let occlusion = occlusion::Settings { occlusion, reach_m, taps };
         let shadows = match self.shadows {
-            ShadowsName::None => Shadows::None,
-            ShadowsName::Maps => Shadows::Maps,
-            ShadowsName::Soft => Shadows::Soft,
+            None if in_time.shadows => Shadows::Soft,
+            None | Some(ShadowsName::None) => Shadows::None,
+            Some(ShadowsName::Maps) => Shadows::Maps,
+            Some(ShadowsName::Soft) => Shadows::Soft,
         };
         let choice = if self.headless { soft::Choice::default() } else { soft::Choice::Measured };
         let choice = self.soft_method.unwrap_or(choice);
         let pace = self.soft_pace.unwrap_or(if self.headless { soft::Pace::All } else { soft::Pace::Measured });
         let soft = soft::Settings { choice, pace, points: self.soft_points, ..soft::Settings::default() };
-        PictureOptions { corners, frame, occlusion, shadow: shadow::Settings { shadows, soft, ..Default::default() } }
+        let shadow = shadow::Settings { shadows, soft, ..Default::default() };
+        PictureOptions { corners, frame, occlusion, shadow, in_time }
     }
 
     fn budget_bytes(&self) -> u64 {

@@ -9,6 +9,7 @@ use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use crate::draw::antialiasing::{Antialias, FrameTimes};
 use crate::draw::coverage::{self, Coverage};
+use crate::draw::effects::Strengths;
 use crate::draw::fill::{FillPass, LEVELS, Pyramid};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::draw::held_pass::HeldPass;
@@ -29,7 +30,7 @@ use crate::receive::follow::Follow;
 pub(crate) const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them";
 
 /// How a frame is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Fill holes of a few pixels from around them, the farther surface first.
     pub fill: bool,
@@ -44,6 +45,10 @@ pub struct Options {
     pub smoothing: Smoothing,
     /// How mirrors and glass are drawn, where there are impostors.
     pub reflect: Settings,
+    /// What all light is multiplied by before it is shown.
+    pub exposure: f32,
+    /// How much of what hides light counts, where occlusion or shadows are drawn.
+    pub strengths: Strengths,
 }
 
 /// Magenta, sRGB-encoded: no scene's own colour.
@@ -58,6 +63,8 @@ impl Default for Options {
             coverage_in_alpha: false,
             smoothing: Smoothing::default(),
             reflect: Settings::default(),
+            exposure: 1.0,
+            strengths: Strengths::default(),
         }
     }
 }
@@ -228,6 +235,7 @@ impl FrameRenderer {
         let shares = Shares {
             ambient: self.occlusion.as_ref().and_then(OcclusionRenderer::measured),
             lights: self.shadows.as_ref().and_then(ShadowRenderer::shares),
+            strengths: options.strengths,
         };
         if !shares.is_all() {
             self.light.prepare_occluded().expect(EMBEDDED);
@@ -238,8 +246,9 @@ impl FrameRenderer {
             if layers > 1 {
                 at_rest.encode(encoder, &targets.gbuffer, layer);
             }
-            self.light.encode(encoder, (&targets.gbuffer, shares), held, (&drawn, is_at_rest), &targets.lit);
-            reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options.reflect);
+            let surfaces = (&targets.gbuffer, shares);
+            self.light.encode(encoder, surfaces, held, (&drawn, is_at_rest), options.exposure, &targets.lit);
+            reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options);
             if layers > 0 {
                 let made = || PartsPass::new(&self.gpu, self.output_format).expect(EMBEDDED);
                 let parts = self.parts.get_or_insert_with(made);
@@ -346,7 +355,7 @@ fn reflect(
     Shown { surfaces, held, impostors, .. }: Shown<'_>,
     camera: &Pinhole,
     targets: &Targets,
-    settings: Settings,
+    Options { reflect: settings, exposure, .. }: Options,
 ) {
     let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some());
     let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
@@ -357,7 +366,7 @@ fn reflect(
     };
     let pass = pass.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
     let inputs =
-        ReflectInputs { gbuffer: &targets.gbuffer, held, poses_now: surfaces.poses_now(), camera, impostors, settings };
+        ReflectInputs { gbuffer: &targets.gbuffer, held, poses_now: surfaces.poses_now(), camera, exposure, impostors, settings };
     pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
 }
 

@@ -1,12 +1,14 @@
 //! From the G-buffer to lit surfaces, by the scene's own lights and materials.
 
 use camera::Pinhole;
+use glam::DVec3;
 use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform, SkyTexture};
 use protocol::Held;
 use surface::GBuffer;
 use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, TextureFormat};
 
+use crate::draw::effects::Strengths;
 use crate::draw::fullscreen::{Binding, FullscreenPass, uniform};
 use crate::draw::lit::Lit;
 use crate::draw::shares::Shares;
@@ -52,12 +54,15 @@ impl LightPass {
         (gbuffer, shares): (&GBuffer, Shares<'_>),
         held: &Held,
         (camera, at_rest): (&Pinhole, bool),
+        exposure: f32,
         lit: &Lit,
     ) {
         let eye_world = camera.world_from_eye.translation;
-        let mut lighting = match &held.lighting {
-            Some(lighting) => LightingUniform::new(lighting, held.sky.as_deref(), eye_world),
-            None => bytemuck::Zeroable::zeroed(),
+        let Strengths { occlusion, shadows } = shares.strengths;
+        let mut lighting = LightingUniform {
+            occlusion_strength: occlusion,
+            shadow_strength: shadows,
+            ..lighting_of(held, eye_world, exposure)
         };
         let occluded = self.occluded.as_ref().filter(|_| !shares.is_all());
         if let (Some(of_lights), true) = (&shares.lights, occluded.is_some()) {
@@ -91,6 +96,12 @@ impl LightPass {
         }
         pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
     }
+}
+
+/// The lighting of what is held, as seen from an eye; all of it is multiplied by `exposure` before the tone.
+pub(crate) fn lighting_of(held: &Held, eye_world: DVec3, exposure: f32) -> LightingUniform {
+    let of = |lighting| LightingUniform::new(lighting, held.sky.as_deref(), eye_world);
+    LightingUniform { exposure, ..held.lighting.as_ref().map_or_else(bytemuck::Zeroable::zeroed, of) }
 }
 
 impl Occluded {

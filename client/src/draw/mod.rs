@@ -4,6 +4,7 @@
 //! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
 //! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
 //!   [`light_images`]: what casts soft shadows.
+//! - [`effects`]: which of both are drawn, by how long frames take.
 //! - [`antialiasing`]: whether outlines are smooth while the view changes.
 //! - [`camera_image`]: the image of a camera that was asked for by its name, in place of all else.
 //! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
@@ -11,6 +12,7 @@
 pub mod antialiasing;
 pub mod camera_image;
 mod coverage;
+pub mod effects;
 mod fill;
 pub mod frame;
 mod fullscreen;

@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use camera::Pinhole;
 use glam::DAffine3;
 use gpu::Gpu;
-use protocol::message::Draws;
+use protocol::message::{self, Draws, Welcome};
 use protocol::{Held, Update};
 use surface::{CornerRules, Corners, HeldSurfaces, SurfaceError};
 use thiserror::Error;
 use web_time::Instant;
 
 use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
+use crate::draw::effects::{Drawn, Effects, InTime};
 use crate::draw::frame::{self, FrameRenderer};
 use crate::draw::impostors::Impostors;
 use crate::draw::light_images::LightImages;
@@ -32,14 +33,25 @@ pub struct PictureOptions {
     pub occlusion: occlusion::Settings,
     /// How shadows are drawn; not at all by default.
     pub shadow: shadow::Settings,
+    /// Which of both are drawn only as long as frames come in time with them.
+    pub in_time: InTime,
 }
 
 impl PictureOptions {
-    /// What a server may send for it.
+    /// What a server may send for it, as long as nothing is drawn that has to come in time.
     pub fn draws(&self) -> Draws {
-        let occlusion_reach_m = if self.occlusion.occlusion == Occlusion::Graph { self.occlusion.reach_m } else { 0.0 };
-        let antialiased = self.frame.antialias.is_wanted();
-        Draws { shadows: self.shadow.shadows.into(), antialiased, occlusion_reach_m }
+        self.draws_with(InTime::default())
+    }
+
+    /// The same, and for those that come in time.
+    fn draws_with(&self, kept: InTime) -> Draws {
+        let occludes = self.occlusion.occlusion == Occlusion::Graph && (kept.occlusion || !self.in_time.occlusion);
+        let casts = kept.shadows || !self.in_time.shadows;
+        Draws {
+            shadows: if casts { self.shadow.shadows.into() } else { message::Shadows::None },
+            antialiased: self.frame.antialias.is_wanted(),
+            occlusion_reach_m: if occludes { self.occlusion.reach_m } else { 0.0 },
+        }
     }
 }
 
@@ -84,6 +96,9 @@ pub struct Picture {
     format: wgpu::TextureFormat,
     renderer: FrameRenderer,
     options: PictureOptions,
+    effects: Effects,
+    /// Of those that have to come in time, what the renderer is set to draw.
+    drawn: InTime,
     build_ms: f64,
 }
 
@@ -91,21 +106,27 @@ impl Picture {
     /// For targets of `format`.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, options: PictureOptions) -> Result<Picture, PictureError> {
         let mut renderer = FrameRenderer::new(gpu, format)?;
-        if options.occlusion.occlusion != Occlusion::None {
+        let InTime { shadows, occlusion } = options.in_time;
+        if options.occlusion.occlusion != Occlusion::None && !occlusion {
             renderer.set_occlusion(options.occlusion)?;
         }
-        renderer.set_shadows(options.shadow);
+        if !shadows {
+            renderer.set_shadows(options.shadow);
+        }
+        let draws = options.draws();
         Ok(Picture {
             gpu: gpu.clone(),
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
             impostors: Impostors::new(gpu),
-            lights: options.shadow.casts().then(|| LightImages::new(gpu, options.corners)),
-            occluders: (options.draws().occlusion_reach_m > 0.0).then(|| occlusion::occluders(gpu, options.corners)),
+            lights: (draws.shadows != message::Shadows::None).then(|| LightImages::new(gpu, options.corners)),
+            occluders: (draws.occlusion_reach_m > 0.0).then(|| occlusion::occluders(gpu, options.corners)),
             rest: RestView::new(gpu),
             camera_image: CameraImage::new(gpu),
             camera_image_pass: None,
             format,
             renderer,
+            effects: Effects::new(options.in_time),
+            drawn: InTime::default(),
             options,
             build_ms: 0.0,
         })
@@ -131,13 +152,60 @@ impl Picture {
         if self.camera_image.is_there() {
             return self.draw_camera_image(held, (camera.width_px, camera.height_px), output);
         }
+        self.follow_effects(held);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
         let (occluders, rest) = (self.occluders.as_ref(), Some(&self.rest));
         let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, rest };
-        self.renderer.draw(&mut encoder, shown, camera, output, self.options.frame);
+        let options = frame::Options { strengths: self.effects.strengths(), ..self.options.frame };
+        self.renderer.draw(&mut encoder, shown, camera, output, options);
         self.gpu.queue.submit([encoder.finish()]);
         self.renderer.submitted();
+        self.effects.submitted(&self.gpu);
+    }
+
+    /// Switches on or off what is drawn as long as it comes in time.
+    fn follow_effects(&mut self, held: &Held) {
+        self.effects.step(Instant::now());
+        let (drawn, corners) = (self.effects.drawn(), self.options.corners);
+        let before = std::mem::replace(&mut self.drawn, drawn);
+        if drawn.shadows != before.shadows {
+            let off = shadow::Settings::default();
+            self.renderer.set_shadows(if drawn.shadows { self.options.shadow } else { off });
+            self.lights = drawn.shadows.then(|| LightImages::new(&self.gpu, corners));
+            self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
+        }
+        if drawn.occlusion != before.occlusion {
+            let off = occlusion::Settings::default();
+            let settings = if drawn.occlusion { self.options.occlusion } else { off };
+            self.renderer.set_occlusion(settings).expect(frame::EMBEDDED);
+            let occludes = drawn.occlusion && settings.occlusion == Occlusion::Graph;
+            self.occluders = occludes.then(|| occlusion::occluders(&self.gpu, corners));
+            self.occluders.iter_mut().for_each(|occluders| occluders.rebuild(held));
+        }
+    }
+
+    /// What a server may send for what is drawn now.
+    pub fn draws(&self) -> Draws {
+        self.options.draws_with(self.effects.kept())
+    }
+
+    /// Fits occlusion that has to come in time to what a server shows: a place that people walk in, or an object that they turn.
+    pub fn fit_to(&mut self, welcome: &Welcome) {
+        if self.options.in_time.occlusion && !self.drawn.occlusion {
+            self.options.occlusion.reach_m = occlusion::reach_m(welcome);
+        }
+    }
+
+    /// What became of shadows and of ambient occlusion.
+    pub fn effects(&self) -> [Drawn; 2] {
+        let asked = |is: bool| if is { Drawn::Always } else { Drawn::Never };
+        let PictureOptions { occlusion, shadow, .. } = self.options;
+        let [shadows, ambient] = self.effects.told();
+        [
+            shadows.unwrap_or(asked(shadow.casts())),
+            ambient.unwrap_or(asked(occlusion.occlusion != Occlusion::None)),
+        ]
     }
 
     /// Draws, waiting for each stage: slower as a whole than [`Picture::draw`], but each stage's time is known.
@@ -177,8 +245,8 @@ impl Picture {
         let made = || CameraImagePass::new(&self.gpu, self.format).expect(frame::EMBEDDED);
         let pass = self.camera_image_pass.get_or_insert_with(made);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame::Options { mark_uncovered, coverage_in_alpha, .. } = self.options.frame;
-        let showing = Showing { size_px, mark: mark_uncovered.then_some(frame::MARK), coverage_in_alpha };
+        let frame::Options { mark_uncovered, coverage_in_alpha, exposure, .. } = self.options.frame;
+        let showing = Showing { size_px, mark: mark_uncovered.then_some(frame::MARK), coverage_in_alpha, exposure };
         pass.encode(&mut encoder, (&self.camera_image, held), showing, output);
         self.gpu.queue.submit([encoder.finish()]);
         pass.submitted();
@@ -204,8 +272,12 @@ impl Picture {
         self.rest.shows_all_of(camera)
     }
 
-    /// How far soft shadows got in the last picture; while they [go on](SoftProgress::goes_on) the next one shows more, though nothing
-    /// moves. `None` where no light casts any.
+    /// Whether the next picture may show more than the last one, though nothing moves.
+    pub fn goes_on(&self) -> bool {
+        self.soft_progress().is_some_and(SoftProgress::goes_on) || self.effects.go_on()
+    }
+
+    /// How far soft shadows got in the last picture. `None` where no light casts any.
     pub fn soft_progress(&self) -> Option<SoftProgress> {
         self.renderer.soft_progress()
     }

@@ -1,5 +1,6 @@
 //! How much light arrives, where not all of it does.
 
+use crate::draw::effects::Strengths;
 use crate::draw::fullscreen::Target;
 
 /// How much light arrives at each pixel, where not all of it does.
@@ -9,6 +10,8 @@ pub(crate) struct Shares<'a> {
     pub(crate) ambient: Option<&'a Target>,
     /// Of single lights.
     pub(crate) lights: Option<LightShares<'a>>,
+    /// How much of what hides them counts.
+    pub(crate) strengths: Strengths,
 }
 
 impl Shares<'_> {

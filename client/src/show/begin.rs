@@ -6,6 +6,9 @@ use glam::DVec3;
 /// Vertical fields of view that pictures keep their shapes in, in degrees.
 const FOV_DEG: std::ops::RangeInclusive<f64> = 1.0..=150.0;
 
+/// Exposures that leave something to be seen: from a picture in which white is black to one in which a thousandth is white.
+const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
+
 /// `world_from_eye` of an eye at the point `eye` that looks at the point `target`; `None` without both.
 pub fn pose(eye: Option<&str>, target: Option<&str>) -> Result<Option<Rigid>, String> {
     let (eye, target) = match (eye, target) {
@@ -24,6 +27,13 @@ pub fn fov_y_rad(degrees: &str) -> Result<f64, String> {
     let number = degrees.parse().ok().filter(|number| FOV_DEG.contains(number));
     let (least, most) = (FOV_DEG.start(), FOV_DEG.end());
     number.map(f64::to_radians).ok_or_else(|| format!("?fov={degrees}: use {least} to {most} degrees"))
+}
+
+/// A number of stops of exposure.
+pub fn stops(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|stops| STOPS.contains(stops));
+    let (least, most) = (STOPS.start(), STOPS.end());
+    number.ok_or_else(|| format!("{text} is no exposure: use {least} to {most} stops"))
 }
 
 fn point(name: &str, text: &str) -> Result<DVec3, String> {
@@ -57,6 +67,10 @@ mod tests {
         ] {
             let said = pose(eye, target).unwrap_err();
             assert!(said.contains(word), "{said}");
+        }
+        assert_eq!(stops("-1.5"), Ok(-1.5));
+        for wrong in ["11", "NaN", "bright", ""] {
+            assert!(stops(wrong).unwrap_err().contains("stops"), "{wrong}");
         }
         for degrees in ["0", "180", "wide"] {
             assert!(fov_y_rad(degrees).unwrap_err().starts_with(&format!("?fov={degrees}:")));

@@ -329,6 +329,14 @@ impl ClientSession {
         }
     }
 
+    /// What is drawn changed.
+    pub fn set_draws(&mut self, draws: Draws, now_s: f64) {
+        if draws != self.config.draws {
+            self.config.draws = draws;
+            self.send(ClientMessage::Draws(draws), now_s);
+        }
+    }
+
     /// Where the eye is now, and how it moves. Sent only when that changed, and at most 60 times a second: the newest wins.
     pub fn set_pose(&mut self, world_from_eye: Rigid, motion: Motion, now_s: f64) {
         let same = |pose: &EyePose| pose.world_from_eye == world_from_eye && pose.motion == motion;

@@ -73,6 +73,8 @@ pub enum ServerEvent {
     Opened,
     /// The client's output changed, see [`ServerSession::view`].
     View(ViewSize),
+    /// The client draws something else from now on, see [`ServerSession::draws`].
+    Draws,
     /// A new pose, see [`ServerSession::pose`].
     Pose,
     /// The client holds an update.
@@ -312,6 +314,10 @@ impl ServerSession {
                 }
             }
             ClientMessage::Restart => self.restart(now_s)?,
+            ClientMessage::Draws(draws) => {
+                self.draws = draws;
+                self.events.push_back(ServerEvent::Draws);
+            }
             ClientMessage::Ping(number) => self.say(ServerMessage::Pong(number), now_s),
             ClientMessage::Hello { .. } | ClientMessage::Advance { .. } => unreachable!("taken on receipt"),
         }

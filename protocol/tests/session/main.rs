@@ -13,7 +13,7 @@ use common::{cast, patch};
 use glam::DVec3;
 use network::{Link, LinkModel};
 use vantage_protocol::codec::Coding;
-use vantage_protocol::message::{Clock, VERSION, ViewSize, Welcome};
+use vantage_protocol::message::{Clock, Draws, Shadows, VERSION, ViewSize, Welcome};
 use vantage_protocol::session::{
     ClientConfig, ClientEvent, ClientSession, SendError, ServerConfig, ServerEvent, ServerSession,
 };
@@ -201,6 +201,19 @@ fn poses_go_up_updates_come_down_and_are_acknowledged() {
     let age_s = pair.now_s - pair.server.pose().unwrap().received_at_s;
     assert!(age_s < 0.55, "the last pose came through, {age_s} s ago");
     assert_eq!(pair.server.in_flight_and_window_bytes().0, 0);
+}
+
+#[test]
+fn who_draws_something_else_says_so_once() {
+    let mut pair = Pair::new("rtt=50ms");
+    (0..200).for_each(|_| pair.step(0.001));
+    let draws = Draws { shadows: Shadows::Soft, ..Draws::default() };
+    let before = pair.messages[0];
+    for _ in 0..3 {
+        pair.client.set_draws(draws, pair.now_s);
+    }
+    (0..100).for_each(|_| pair.step(0.001));
+    assert_eq!((pair.server.draws(), pair.messages[0] - before), (draws, 1));
 }
 
 #[test]

@@ -259,6 +259,10 @@ impl Connection<'_> {
                 }
             }
             ServerEvent::View(view) => viewer.view = view,
+            ServerEvent::Draws => {
+                let draws = self.session.draws();
+                self.client.iter_mut().for_each(|client| client.set_draws(draws));
+            }
             ServerEvent::Pose => {
                 if let Some(pose) = self.session.pose() {
                     viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, pose.motion, pose.received_at_s);
@@ -325,6 +329,7 @@ impl Connection<'_> {
                 }
             }
         }
+        client.set_draws(self.session.draws());
         self.client = Some(client);
     }
 

@@ -26,5 +26,7 @@ fn light_occluded(@builtin(position) position: vec4f) -> Lit {
     let pixel = vec2i(position.xy);
     let ambient_pixel = min(pixel, vec2i(textureDimensions(ambient_shares)) - 1);
     let light_pixel = min(pixel, vec2i(textureDimensions(light_shares)) - 1);
-    return lit(position.xy, textureLoad(ambient_shares, ambient_pixel, 0).x, textureLoad(light_shares, light_pixel, 0));
+    let ambient_share = mix(1.0, textureLoad(ambient_shares, ambient_pixel, 0).x, lighting.occlusion_strength);
+    let light_share = mix(vec4f(1.0), textureLoad(light_shares, light_pixel, 0), lighting.shadow_strength);
+    return lit(position.xy, ambient_share, light_share);
 }

@@ -46,7 +46,13 @@ struct Lighting {
     // The first level that the sky's picture holds.
     sky_first_level: u32,
     tone: u32,
-    padding_0: u32,
+    // What all light is multiplied by before the tone.
+    exposure: f32,
+    // How much of what hides ambient light, and single lights, counts.
+    occlusion_strength: f32,
+    shadow_strength: f32,
+    padding_0: f32,
+    padding_1: f32,
     lights: array<Light, MAX_LIGHTS>,
 }
 

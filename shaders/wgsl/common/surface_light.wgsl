@@ -27,7 +27,7 @@ fn light_off(seen: Seen, material: Material) -> vec3f {
         if is_full() {
             return seen.base;
         }
-        return light_from_shown(seen.base, lighting.tone);
+        return light_from_shown(seen.base, lighting.tone) / lighting.exposure;
     }
     let lobes = lobes_of(seen.base, material);
     // Of a plain surface what arrives, of a full one what leaves.
@@ -57,5 +57,5 @@ fn shown_off(seen: Seen, material: Material) -> vec3f {
     if (material.flags & MATERIAL_UNLIT) != 0u && !is_full() {
         return srgb_from_linear(seen.base);
     }
-    return shown_from_light(light_off(seen, material), lighting.tone);
+    return shown_from_light(lighting.exposure * light_off(seen, material), lighting.tone);
 }

@@ -50,7 +50,7 @@ async function ours(context, { file, environment, camera, path, log }) {
   const page = await context.newPage();
   try {
     const { eye, target, fov_y_deg: fov } = camera;
-    await page.goto(`${server.origin}/?renderer=${RENDERER}&antialias=on&eye=${eye}&target=${target}&fov=${fov}`, { timeout: PATIENCE_MS });
+    await page.goto(`${server.origin}/?renderer=${RENDERER}&antialias=on&shadows=none&occlusion=none&eye=${eye}&target=${target}&fov=${fov}`, { timeout: PATIENCE_MS });
     // Until then it shows what was sampled for other views; a look at a heavy model takes the server longer than any stillness tells.
     await until(page, 'the view at rest', (now) => now.at_rest, REST_MS);
     await still(page, path);

@@ -2,13 +2,14 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
-use gpu::{Gpu, LightingUniform, MaterialUniform, SkyTexture};
+use gpu::{Gpu, MaterialUniform, SkyTexture};
 use protocol::Held;
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use super::{CameraImage, Image, MAX_CENTRES};
 use crate::draw::coverage::{self, Coverage};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::draw::light::lighting_of;
 use crate::draw::lit::Lit;
 
 /// `Letterbox` of `client/letterbox.wgsl`.
@@ -33,6 +34,8 @@ pub(crate) struct Showing {
     pub mark: Option<[u8; 3]>,
     /// As [`crate::draw::frame::Options::coverage_in_alpha`].
     pub coverage_in_alpha: bool,
+    /// As [`crate::draw::frame::Options::exposure`].
+    pub exposure: f32,
 }
 
 /// See the module.
@@ -78,7 +81,7 @@ impl CameraImagePass {
         let targets = self.targets.take().filter(|targets| size_of(targets) == image.size_px);
         let made = || (Lit::new(&self.gpu, image.size_px), coverage::tiles(&self.gpu, image.size_px));
         let (lit, tiles) = targets.unwrap_or_else(made);
-        self.light(encoder, image, held, &lit);
+        self.light(encoder, image, (held, showing.exposure), &lit);
         let letterbox = letterbox(image.size_px, held, showing, self.output_format.is_srgb());
         let letterbox = uniform(&self.gpu, "letterbox", bytemuck::bytes_of(&letterbox));
         let inputs = [letterbox.as_entire_binding(), BindingResource::TextureView(&lit.colour.view)];
@@ -97,12 +100,8 @@ impl CameraImagePass {
         self.coverage.share()
     }
 
-    fn light(&mut self, encoder: &mut wgpu::CommandEncoder, image: &Image, held: &Held, lit: &Lit) {
-        let lighting = held
-            .lighting
-            .as_ref()
-            .map(|lighting| LightingUniform::new(lighting, held.sky.as_deref(), image.anchor_world));
-        let lighting = lighting.unwrap_or_else(Zeroable::zeroed);
+    fn light(&mut self, encoder: &mut wgpu::CommandEncoder, image: &Image, (held, exposure): (&Held, f32), lit: &Lit) {
+        let lighting = lighting_of(held, image.anchor_world, exposure);
         let mut centres = [Vec4::ZERO; MAX_CENTRES];
         centres[..image.centres.len()].copy_from_slice(&image.centres);
         let mut materials = MaterialUniform::table(&held.materials);
@@ -162,7 +161,7 @@ mod tests {
     fn an_image_fits_whole_in_the_middle() {
         let held = Held::default();
         let shown = |image_px, size_px| {
-            let showing = Showing { size_px, mark: None, coverage_in_alpha: false };
+            let showing = Showing { size_px, mark: None, coverage_in_alpha: false, exposure: 1.0 };
             let uniform = letterbox(image_px, &held, showing, false);
             (uniform.first_px, uniform.texels_per_px)
         };

@@ -24,8 +24,10 @@ mod camera;
 mod pass;
 
 use ::camera::{Bounds, Pinhole};
+use glam::DVec3;
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
 use protocol::Purpose;
+use protocol::message::Welcome;
 use surface::{CornerRules, Corners, GBuffer, HeldSurfaces, PointBuffer, PointPass, SurfaceError};
 use wgpu::{BindingResource, TextureFormat};
 
@@ -59,10 +61,24 @@ pub struct Settings {
     pub taps: u32,
 }
 
+impl Settings {
+    /// Where occlusion has to come in time: six each way, as the paper's small setting.
+    pub const IN_TIME_TAPS: u32 = 36;
+}
+
 impl Default for Settings {
     fn default() -> Settings {
         Settings { occlusion: Occlusion::None, reach_m: 0.5, taps: 128 }
     }
+}
+
+/// How far occluders count by default in what a server shows: half a metre for who walks in it, a twentieth of the size of what is turned.
+pub fn reach_m(welcome: &Welcome) -> f64 {
+    if welcome.walk {
+        return Settings::default().reach_m;
+    }
+    let [min, max] = [welcome.bounds_min_world, welcome.bounds_max_world].map(DVec3::from);
+    min.distance(max) * OBJECT_REACH
 }
 
 /// Measures occlusion of the surfaces in a G-buffer. What a z-buffer needs is made when it is first asked for.
@@ -100,6 +116,9 @@ struct Targets {
     /// Smoothed along surfaces.
     occlusion: Target,
 }
+
+/// Of the size of an object that is turned.
+const OBJECT_REACH: f64 = 0.05;
 
 /// Holds what only occludes; nothing yet.
 pub fn occluders(gpu: &Gpu, corners: Corners) -> HeldSurfaces {

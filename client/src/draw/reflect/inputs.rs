@@ -16,6 +16,8 @@ pub(crate) struct ReflectInputs<'a> {
     pub held: &'a Held,
     pub poses_now: &'a BTreeMap<u16, DAffine3>,
     pub camera: &'a Pinhole,
+    /// What all light is multiplied by before it is shown.
+    pub exposure: f32,
     pub impostors: &'a Impostors,
     pub settings: Settings,
 }

@@ -1,7 +1,7 @@
 //! The passes of a picture with reflectors: rays; and in rounds, walks in all impostors and what the rays do there; the composite.
 
 use camera::Pinhole;
-use gpu::{Gpu, LightingUniform, MaterialUniform, PinholeUniform, SkyTexture};
+use gpu::{Gpu, MaterialUniform, PinholeUniform, SkyTexture};
 use protocol::Held;
 use shaders::ShaderError;
 use wgpu::{BindingResource, CommandEncoder, TextureFormat, TextureView};
@@ -12,6 +12,7 @@ use super::walks::{Followed, WORDS, WalkTargets, Walks};
 use super::{Bounces, EdgeRays, Reflectors, Settings, fades};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Onto, Target, begin, uniform};
 use crate::draw::impostors::{ImpostorKind, Placed};
+use crate::draw::light::lighting_of;
 use crate::draw::lit::Lit;
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -76,12 +77,9 @@ struct Frame {
 }
 
 impl Frame {
-    fn new(gpu: &Gpu, held: &Held, camera: &Pinhole, sky: &mut SkyTexture) -> Frame {
+    fn new(gpu: &Gpu, held: &Held, (camera, exposure): (&Pinhole, f32), sky: &mut SkyTexture) -> Frame {
         let eye_world = camera.world_from_eye.translation;
-        let lighting = match &held.lighting {
-            Some(lighting) => LightingUniform::new(lighting, held.sky.as_deref(), eye_world),
-            None => bytemuck::Zeroable::zeroed(),
-        };
+        let lighting = lighting_of(held, eye_world, exposure);
         let table = MaterialUniform::table(&held.materials);
         Frame {
             camera: uniform(gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world))),
@@ -169,7 +167,7 @@ impl ReflectPass {
         targets: &Targets,
         lit: &Lit,
     ) -> Result<(), ShaderError> {
-        let frame = Frame::new(&self.gpu, inputs.held, inputs.camera, &mut self.sky);
+        let frame = Frame::new(&self.gpu, inputs.held, (inputs.camera, inputs.exposure), &mut self.sky);
         targets.walks.begin(encoder);
         let sum = BindingResource::TextureView(&targets.sum.view);
         let rays = match inputs.settings.edges {

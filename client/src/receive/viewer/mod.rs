@@ -143,6 +143,12 @@ impl Viewer {
         Viewer { draws, ..self }
     }
 
+    /// What is drawn, and so wanted, from now on.
+    pub fn set_draws(&mut self, draws: Draws, now_s: f64) {
+        self.draws = draws;
+        self.session.iter_mut().for_each(|session| session.set_draws(draws, now_s));
+    }
+
     /// The camera whose image is asked for by its name, from the next session on; `None` for what the viewer's own eye sees.
     pub fn with_camera(self, camera: Option<String>) -> Viewer {
         Viewer { camera, ..self }

@@ -6,6 +6,7 @@ use wgpu::TextureFormat;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use crate::draw::effects::Drawn;
 use crate::draw::frame;
 use crate::draw::shadow::SoftProgress;
 use crate::receive::stats::Stats;
@@ -21,6 +22,8 @@ pub(super) struct Panel<'a> {
     pub adapter: &'a str,
     pub mode: Option<Mode>,
     pub soft: Option<SoftProgress>,
+    /// Of shadows and of ambient occlusion.
+    pub effects: [Drawn; 2],
 }
 
 /// What came of showing it.
@@ -169,9 +172,12 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
                     stats.uncovered_share.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0)),
                 );
                 row("Decoding", format!("{:.1} ms", stats.ms.decode));
+                let [shadows, occlusion] = panel.effects;
+                row("Shadows", shadows.to_string());
                 if let Some(soft) = panel.soft {
                     row("Soft shadows", soft.to_string());
                 }
+                row("Occlusion", occlusion.to_string());
                 row("Adapter", panel.adapter.to_owned());
             });
             ui.separator();

@@ -5,7 +5,6 @@ use protocol::message::ViewSize;
 use super::options::{Options, WindowError};
 use super::overlay::{self, Overlay};
 use super::screen::Screen;
-use crate::draw::shadow::SoftProgress;
 use crate::receive::pump::Pump;
 use crate::receive::viewer::Viewer;
 use crate::show::controls::Controls;
@@ -74,18 +73,22 @@ impl Running<'_> {
             progress: self.viewer.progress(),
             adapter: &self.screen.gpu.caps.name,
             soft: self.screen.picture.soft_progress(),
+            effects: self.screen.picture.effects(),
             mode: self.controls.as_ref().map(Controls::mode),
         };
         let asked = self.overlay.run(&self.screen.window, panel, self.screen.picture.options_mut());
         if let (Some(mode), Some(controls)) = (asked.mode, &mut self.controls) {
             controls.set_mode(mode);
         }
+        if let Some(welcome) = self.viewer.welcome() {
+            self.screen.picture.fit_to(welcome);
+        }
         let shown = self.screen.show(&self.viewer, pose, options.fov_y_rad, &mut self.overlay)?;
         if shown {
             self.viewer.drawn(self.pump.now_s(), None, None);
         }
-        let goes_on = self.screen.picture.soft_progress().is_some_and(SoftProgress::goes_on);
-        if moving || changed || goes_on || asked.repaint {
+        self.viewer.set_draws(self.screen.picture.draws(), self.pump.now_s());
+        if moving || changed || self.screen.picture.goes_on() || asked.repaint {
             self.screen.window.request_redraw();
         }
         Ok(())

@@ -50,7 +50,8 @@ fn in_background(ray: PixelRay, roughness: f32) -> PixelRay {
     if is_full() && ray.through == 0u {
         done.light += ray.throughput * sky_mirrored(ray.direction, roughness);
     } else {
-        done.light += ray.throughput * light_from_shown(linear_from_srgb(lighting.background), lighting.tone);
+        let shown = linear_from_srgb(lighting.background);
+        done.light += ray.throughput * light_from_shown(shown, lighting.tone) / lighting.exposure;
     }
     done.state = RAY_DONE;
     return done;

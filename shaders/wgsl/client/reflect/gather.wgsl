@@ -15,5 +15,5 @@ fn gather(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if ray.state == RAY_NONE {
         discard;
     }
-    return vec4f(toned(ray.light, lighting.tone), 1.0);
+    return vec4f(toned(lighting.exposure * ray.light, lighting.tone), 1.0);
 }
