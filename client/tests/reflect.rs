@@ -212,6 +212,7 @@ fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
         impostors: Some(&impostors),
         lights: None,
         occluders: None,
+        layers: None,
         rest: None,
     };
     frame.draw(&mut encoder, shown, &view, &target, options);

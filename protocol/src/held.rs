@@ -44,6 +44,19 @@ pub enum Purpose {
     Camera,
     /// What keeps ambient light off what the eye sees, without having been seen by it: it is neither shown nor reflected, and casts no shadow.
     Occluders,
+    /// What the eye sees through, where it is blended: of layer `.0`, below [`Purpose::LAYERS`]. Samples say how much they hide ([`DepthImage::share`](crate::DepthImage::share)).
+    /// Each layer is drawn by itself, from its front alone, and blended with what lies behind it.
+    Layer(u8),
+}
+
+impl Purpose {
+    /// How many layers there may be: of two groups of objects their front faces and their back faces.
+    pub const LAYERS: u8 = 4;
+
+    /// Whether it is a surface that an eye sees from anywhere.
+    pub fn is_for_eyes(self) -> bool {
+        matches!(self, Purpose::Eye | Purpose::Layer(_))
+    }
 }
 
 /// Where an object was when a patch captured it, or is now. Objects that never move are left out everywhere.

@@ -222,14 +222,15 @@ pub struct DepthImage {
     pub object: Vec<u16>,
     /// Indices into the material table.
     pub material: Vec<u8>,
-    /// How much of its pixel each sample covers, 1 to [`DepthImage::WHOLE`]; empty where each covers all of its own. Only images of views
-    /// at rest have any ([`crate::Purpose::Rest`]): what else a pixel shows is in other images of the same camera.
+    /// How much of its pixel each sample covers, 1 to [`DepthImage::WHOLE`]; empty where each covers all of its own. Images of views
+    /// at rest have some ([`crate::Purpose::Rest`]): what else a pixel shows is in other images of the same camera. In those of
+    /// layers it is how much a sample hides of what lies behind it ([`crate::Purpose::Layer`]).
     pub share: Vec<u8>,
 }
 
 impl DepthImage {
-    /// The share of a sample that covers all of its pixel: as many as samples were taken of the pixel, 4 x 4.
-    pub const WHOLE: u8 = 16;
+    /// The share of a sample that covers all of its pixel, or hides all: finer steps of a gradient are not told from each other.
+    pub const WHOLE: u8 = 64;
 
     /// How many samples the image holds.
     pub fn sample_count(&self) -> usize {

@@ -413,6 +413,9 @@ pub trait Animation: Send + Sync {
     }
 }
 
+/// From this alpha on, of 255, hardly a step of a dark colour shines through.
+const HIDES_ALL: u8 = 253;
+
 impl Scene {
     /// The scene at `time_s` in seconds.
     pub fn at(&self, time_s: f64) -> Snapshot {
@@ -422,6 +425,18 @@ impl Scene {
     /// [`Snapshot::world_from_mesh`] at `time_s`, without anything else of the snapshot; of what deforms it may be any place.
     pub fn places(&self, time_s: f64) -> Vec<DAffine3> {
         self.animation.places(self, time_s)
+    }
+
+    /// Whether a material is blended and anything of it is seen through: files say of much that it is blended which hides all.
+    pub fn is_blended(&self, material: usize) -> bool {
+        let Material { see_through: true, alpha_cutoff: Some(_), base_colour, texture, .. } = &self.materials[material] else {
+            return false;
+        };
+        let texels = texture.and_then(|texture| self.textures.get(texture as usize)).map(|texture| &texture.rgba);
+        let of_texture = || texels.is_some_and(|rgba| rgba.as_chunks::<4>().0.iter().any(|texel| texel[3] < HIDES_ALL));
+        let meshes = || self.meshes.iter().filter(|mesh| mesh.material as usize == material);
+        let of_vertices = || meshes().any(|mesh| mesh.vertices.iter().any(|vertex| vertex.colour[3] < HIDES_ALL));
+        base_colour[3] < f32::from(HIDES_ALL) / f32::from(u8::MAX) || of_texture() || of_vertices()
     }
 
     /// Whether anything moves or deforms, a light included.

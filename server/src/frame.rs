@@ -2,6 +2,7 @@
 
 mod ahead;
 mod camera_image;
+mod layers;
 mod next;
 
 use std::ops::Range;
@@ -32,7 +33,7 @@ use crate::occluders;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::render::{Detail, triangle_bases};
+use crate::render::{Blended, Detail, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
@@ -249,6 +250,7 @@ impl Stage {
             client.account.forget()?;
         }
         self.send_reliefs(plan, snapshot, now, client, viewer)?;
+        self.imager.blend(Blended::LeftOut);
         let account = &mut client.account;
         if anew {
             let views = self.set_views(plan, snapshot)?;
@@ -262,9 +264,10 @@ impl Stage {
             // All at once: what they show does not depend on the account, and each wait for the GPU has a cost of its own.
             let mut captures = self.imager.captures(snapshot, &plan.views, Discretization::Conventional)?;
             for (index, capture) in captures.iter_mut().enumerate() {
-                self.look_from(index, capture, plan, now, account)?;
+                self.look_from(index, capture, plan, (Purpose::Eye, now), account)?;
             }
         }
+        self.send_layers(plan, snapshot, now, client)?;
         if !self.begins_coarsely(client) {
             self.send_impostors(plan, snapshot, now, client)?;
         }
@@ -353,7 +356,7 @@ impl Stage {
         index: usize,
         capture: &mut Capture,
         plan: &Plan,
-        now: &Surroundings<'_>,
+        (purpose, now): (Purpose, &Surroundings<'_>),
         account: &mut Account,
     ) -> Result<(), StageError> {
         let is_passing = plan.reason.is_passing();
@@ -361,12 +364,12 @@ impl Stage {
             AccountRules { outlines_stand_in: is_passing, refines: index < plan.refining, ..self.account_rules };
         let trims = !is_passing || account.looks().is_multiple_of(rules.trim_every);
         let revision = Revision {
-            purpose: Purpose::Eye,
+            purpose,
             rules,
             peers: &plan.views,
             trims,
             // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
-            supersedes: is_passing && rules.refines && trims,
+            supersedes: purpose == Purpose::Eye && is_passing && rules.refines && trims,
             looks_again: !is_passing,
             is_seen: true,
             least_px: if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 },

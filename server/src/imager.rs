@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use camera::{Camera, Pinhole};
+use camera::{Bounds, Camera, Pinhole};
 use glam::DVec3;
 use gpu::Gpu;
 use protocol::{DepthImage, Lighting, Mask, Material, Purpose, Sky};
@@ -17,7 +17,7 @@ use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer, En
 use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
-use crate::render::{Detail, Faces, Kinds, RenderError, SceneRenderer};
+use crate::render::{Blended, Detail, Faces, Kinds, Layer, RenderError, SceneRenderer};
 
 /// Why no images could be made.
 #[derive(Debug, Error)]
@@ -80,6 +80,19 @@ pub trait Imager: Send {
 
     /// Leaves objects out of [`Imager::captures`] from now on.
     fn leave_out(&mut self, _: BTreeSet<u16>) {}
+
+    /// The layers that what is blended is sent in.
+    fn layers(&self) -> Vec<Layer> {
+        Vec::new()
+    }
+
+    /// A box around all that is in a layer, in world space; `None` where nothing is.
+    fn layer_bounds(&mut self, _: &Snapshot, _: Layer) -> Result<Option<Bounds>, ImagerError> {
+        Ok(None)
+    }
+
+    /// Draws what is blended so in [`Imager::captures`] from now on.
+    fn blend(&mut self, _: Blended) {}
 
     /// A picture for rays, of what is there now; `None` where this imager draws none.
     fn impostor(&mut self, _: &Snapshot, _: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
@@ -178,6 +191,8 @@ impl Imager for GpuImager {
     fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, detail: Detail) -> Result<Vec<Capture>, ImagerError> {
         // What reliefs show to an eye that moves is seen as it is.
         self.renderer.leave_out(BTreeSet::new());
+        // Layers lie over pixels that do not come in parts.
+        self.renderer.blend(if detail == Detail::Parts { Blended::CutOut } else { Blended::LeftOut });
         self.renderer.keep(detail);
         let captures = self.captures(snapshot, &[*view], Discretization::Conventional);
         self.renderer.keep(Detail::Motion);
@@ -200,8 +215,23 @@ impl Imager for GpuImager {
         self.renderer.leave_out(objects);
     }
 
+    fn layers(&self) -> Vec<Layer> {
+        self.renderer.layers().to_vec()
+    }
+
+    fn layer_bounds(&mut self, snapshot: &Snapshot, layer: Layer) -> Result<Option<Bounds>, ImagerError> {
+        let anchor = self.placed.map_or(DVec3::ZERO, |(_, anchor)| anchor);
+        self.place(snapshot, anchor)?;
+        Ok(self.renderer.layer_bounds(layer))
+    }
+
+    fn blend(&mut self, blended: Blended) {
+        self.renderer.blend(blended);
+    }
+
     fn impostor(&mut self, snapshot: &Snapshot, shot: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
         self.place(snapshot, shot.camera.eye_world())?;
+        self.renderer.blend(Blended::CutOut);
         let drawer = match &mut self.impostors {
             Some(drawer) => drawer,
             None => self.impostors.insert(ImpostorDrawer::new(&self.renderer)?),
@@ -223,6 +253,7 @@ impl Imager for GpuImager {
         let everything = Drawn::AllBut(Vec::new());
         let shot = Shot { camera, drawn: &everything, faces: Faces::Front, is_tinted: true };
         self.renderer.leave_out(BTreeSet::new());
+        self.renderer.blend(Blended::CutOut);
         self.renderer.keep(Detail::Fine);
         let image = self.impostor(snapshot, &shot);
         self.renderer.keep(Detail::Motion);

@@ -47,7 +47,7 @@ pub fn revise(
     let mut copy = imager.copy_view(account, purpose, &view)?;
     let peers = account.captured_by(revision.peers);
     let judge = |account: &Account, copy: &AddressView, capture: &Capture| {
-        let comparison = Comparison::new(capture, copy, account, &peers, revision.rules);
+        let comparison = Comparison::new(capture, (purpose, copy), account, &peers, revision.rules);
         let false_cover = if revision.trims { comparison.false_cover() } else { Vec::new() };
         let mut lacking = comparison.lacking();
         if lacking.missing as f64 <= revision.least_px {

@@ -58,7 +58,7 @@ fn a_nearer_view_supersedes_what_it_sees_whole_and_shows_the_same_without_it() {
     let copy = imager.copy_view(&account, Purpose::Eye, &near).expect("a view");
     let rules = AccountRules { outlines_stand_in: true, ..AccountRules::default() };
     let peers = BTreeSet::new();
-    let comparison = Comparison::new(&captures[1], &copy, &account, &peers, rules);
+    let comparison = Comparison::new(&captures[1], (Purpose::Eye, &copy), &account, &peers, rules);
     let superseded = account.superseded(&comparison, &Lacking::nothing(&captures[1]));
 
     assert!(superseded.iter().all(|(patch, ..)| *patch == PatchId(1)), "the finer patch stays");

@@ -6,7 +6,7 @@ use wgpu::{Extent3d, TextureFormat, TextureUsages, TextureView};
 pub struct GBuffer {
     /// Width and height in pixels.
     pub size_px: (u32, u32),
-    /// [`GBuffer::COLOUR`]: base colour as sRGB bytes; alpha 1 where there is a surface, else 0.
+    /// [`GBuffer::COLOUR`]: base colour as sRGB bytes; alpha is how much the surface hides, 1 unless it is seen through, and 0 where there is none.
     pub colour: wgpu::Texture,
     /// [`GBuffer::NORMAL_IDS`]: x an octahedral normal (16 + 16 bits, world space now), y the object, from bit 16 the
     /// material, and from bit 24 what the colour's bytes leave off ([`protocol::image::colour_quarters`]), which only views at rest have. Bit 31: the

@@ -196,7 +196,7 @@ impl HeldSurfaces {
 
     /// Whether it is what eyes look at, and not what lights do.
     pub(crate) fn is_for_eyes(&self) -> bool {
-        self.purpose == Purpose::Eye
+        self.purpose.is_for_eyes()
     }
 
     /// How many quads [`crate::SurfacePass`] draws for a view.
@@ -258,8 +258,12 @@ impl HeldSurfaces {
         }
     }
 
-    /// Whether a patch shows nothing from behind: all of its surfaces have one side, and none may have been mirrored since.
+    /// Whether a patch shows nothing from behind: all of its surfaces have one side, and none may have been mirrored since. What is blended has
+    /// a layer for its other side.
     pub(crate) fn is_one_sided(&self, patch: &PatchSurface) -> bool {
+        if matches!(self.purpose, Purpose::Layer(_)) {
+            return true;
+        }
         let has_one_side = |code: &u8| self.double_sided.get(usize::from(*code)) == Some(&false);
         patch.objects.is_empty() && patch.materials.iter().all(has_one_side)
     }

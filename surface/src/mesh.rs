@@ -36,7 +36,7 @@ pub struct Vertex {
     pub pixel: u32,
     /// What the codes of both normals leave off ([`protocol::image::octahedral_rest`]): of the quad's in the lowest byte, of the
     /// corner's in the next one. The third is the quad's level: it covers `2^level` pixels a side, from its pixel on. The highest is
-    /// 1 where the corner's surface says that it ends there.
+    /// 1 where the corner's surface says that it ends there, and from its second bit on how much the quad hides ([`DepthImage::share`]), 0 for all.
     pub normal_rests_level_end: u32,
 }
 
@@ -58,6 +58,8 @@ pub enum ProvokingVertex {
 
 /// Of [`Vertex::normal_rests_level_end`].
 pub(crate) const END: u32 = 1 << 24;
+/// Where the share that a quad hides begins in it.
+const SHARE_BIT: u32 = 25;
 
 /// Indices of a quad: two triangles.
 pub(crate) const QUAD_INDICES: usize = 6;
@@ -239,6 +241,7 @@ impl<'a> Builder<'a> {
         let mover = self.patch.objects.iter().position(|pose| pose.object == object).map_or(0, |index| index + 1);
         let (x, y) = self.pixels[sample];
         let rest = image.normal_rest.get(sample).copied();
+        let share = image.share.get(sample).map_or(0, |&share| u32::from(share % DepthImage::WHOLE));
         // A mean of normals without rests is worth none.
         let mean_rest = rest.map_or(0, |_| protocol::image::octahedral_rest(mean.normal));
         Vertex {
@@ -250,7 +253,7 @@ impl<'a> Builder<'a> {
             corner_colour_trim: packed(mean.colour(), self.trims.get(sample).copied().unwrap_or(0)),
             corner_normal_mover: u32::from(u16::from_le_bytes(mean.normal())) | (mover as u32) << 16,
             pixel: x | y << 16,
-            normal_rests_level_end: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8,
+            normal_rests_level_end: u32::from(rest.unwrap_or(0)) | u32::from(mean_rest) << 8 | share << SHARE_BIT,
         }
     }
 

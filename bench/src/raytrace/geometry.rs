@@ -23,6 +23,11 @@ impl Ray {
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }
+
+    /// The distance of a point on the ray.
+    pub fn t_of(&self, p: DVec3) -> f64 {
+        (p - self.origin).dot(self.direction) / self.direction.length_squared()
+    }
 }
 
 /// Which triangles a ray may hit.

@@ -85,6 +85,8 @@ pub struct TracedPicture {
     pub reflected_object: Vec<Option<u16>>,
     /// How often the ray was mirrored or passed through glass.
     pub bounces: Vec<u8>,
+    /// How many blended surfaces it was seen through, see [`Effects::blending`].
+    pub seen_through: Vec<u8>,
     /// The first hit.
     pub first: Vec<Option<SurfacePoint>>,
 }
@@ -137,6 +139,7 @@ impl RayTruth {
             first_object: pixels.iter().map(|(arrived, _)| arrived.first.map(|surface| surface.object)).collect(),
             reflected_object: pixels.iter().map(|(arrived, _)| arrived.reflected_object).collect(),
             bounces: pixels.iter().map(|(arrived, _)| arrived.bounces).collect(),
+            seen_through: pixels.iter().map(|(arrived, _)| arrived.seen_through).collect(),
             first: pixels.iter().map(|(arrived, _)| arrived.first.map(point)).collect(),
         }
     }

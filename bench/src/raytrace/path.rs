@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::effects::Effects;
 use super::geometry::{Among, Query, Ray};
-use super::light::Lights;
+use super::light::{Lights, light_shown_as, linear_from_light};
 use super::surface::{Kind, Surface, Surfaces};
 
 /// Total reflections within glass; a ray that meets another one ends at the background.
@@ -21,6 +21,8 @@ pub(super) struct Arrived {
     pub reflected_object: Option<u16>,
     /// How often it was reflected or passed through glass.
     pub bounces: u8,
+    /// How many surfaces were seen through where they are blended.
+    pub seen_through: u8,
 }
 
 /// A ray that leaves a surface.
@@ -34,18 +36,28 @@ struct Leaving {
 pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ray: Ray, t_least: f64) -> Arrived {
     let mut query = Query { among: Among::Shown, without: None, leaves: None, t_range: [t_least, f64::INFINITY] };
     let (mut ray, mut tint) = (ray, DVec3::ONE);
-    let mut arrived = Arrived { light: lights.background, first: None, reflected_object: None, bounces: 0 };
+    // What was seen through, from the nearest on: how much it hides, and what it shows.
+    let mut through: Vec<(f64, DVec3)> = Vec::new();
+    let mut arrived = Arrived { light: lights.background, first: None, reflected_object: None, bounces: 0, seen_through: 0 };
     loop {
-        let Some(surface) = surfaces.first(&ray, &query) else {
-            arrived.light = tint * lights.background;
+        let blending = effects.blending && arrived.bounces == 0;
+        let Some(surface) = surfaces.first_of(&ray, &query, blending) else {
+            arrived.light = behind(&through, tint * lights.background);
             arrived.reflected_object = None;
             return arrived;
         };
         arrived.first = arrived.first.or(Some(surface));
+        if blending && surface.hides < 1.0 {
+            through.push((surface.hides, linear_from_light(surfaces.lit(&surface, ray.direction, lights, effects.shadows))));
+            query.t_range[0] = ray.t_of(surface.p) + surfaces.geometry.skip_m / ray.direction.length();
+            arrived.seen_through = arrived.seen_through.saturating_add(1);
+            continue;
+        }
         arrived.reflected_object = (arrived.bounces > 0).then_some(surface.object);
         let kind = surfaces.kind(&surface);
         if kind == Kind::Plain || !effects.reflections || arrived.bounces >= effects.max_bounces {
-            arrived.light = tint * surfaces.lit(&surface, ray.direction, lights, effects.shadows);
+            let light = tint * surfaces.lit(&surface, ray.direction, lights, effects.shadows);
+            arrived.light = behind(&through, light);
             return arrived;
         }
         arrived.bounces += 1;
@@ -56,7 +68,7 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
             _ => Some(leaving(&surface, reflected(direction, &surface))),
         };
         let Some(leaving) = leaving else {
-            arrived.light = tint * lights.background;
+            arrived.light = behind(&through, tint * lights.background);
             arrived.reflected_object = None;
             return arrived;
         };
@@ -65,6 +77,15 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
         query.without = (!effects.self_reflection).then_some(surface.object);
         query.t_range[0] = surfaces.geometry.skip_m;
     }
+}
+
+/// The light that is shown where light lies behind what is seen through: shown colours are mixed, in linear light.
+fn behind(through: &[(f64, DVec3)], light: DVec3) -> DVec3 {
+    if through.is_empty() {
+        return light;
+    }
+    let shown = through.iter().rev().fold(linear_from_light(light), |below, (hides, shown)| below.lerp(*shown, *hides));
+    light_shown_as(shown)
 }
 
 fn leaving(surface: &Surface, direction: DVec3) -> Leaving {

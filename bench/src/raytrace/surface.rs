@@ -38,6 +38,8 @@ pub(super) struct Surface {
     pub geometric: DVec3,
     /// Linear RGB.
     pub base: DVec3,
+    /// Of what is blended, how much it hides; else 1.
+    pub hides: f64,
     pub object: u16,
     pub material: u32,
     pub facet: u32,
@@ -66,11 +68,17 @@ impl Surfaces {
         }
     }
 
-    /// The nearest surface along a ray.
+    /// The nearest surface along a ray; what is blended is cut out.
     pub fn first(&self, ray: &Ray, query: &Query) -> Option<Surface> {
+        self.first_of(ray, query, false)
+    }
+
+    /// The nearest surface along a ray; with `blending` also where what is blended hides little.
+    pub fn first_of(&self, ray: &Ray, query: &Query, blending: bool) -> Option<Surface> {
         let is_cut = |hit: &Hit| {
             let (_, corners) = self.geometry.facet(hit);
-            let cutoff = self.materials[corners.material as usize].alpha_cutoff;
+            let material = &self.materials[corners.material as usize];
+            let cutoff = material.alpha_cutoff.filter(|_| !(blending && material.see_through));
             cutoff.is_some_and(|cutoff| self.base(corners, hit.weights).w < f64::from(cutoff))
         };
         let hit = self.geometry.first_hit(ray, query, is_cut)?;
@@ -82,12 +90,14 @@ impl Surfaces {
         let outward = facet.outward().normalize_or_zero();
         let from_behind = outward.dot(ray.direction) > 0.0;
         let turned = |normal: DVec3, turn: bool| if turn { -normal } else { normal };
+        let base = self.base(corners, hit.weights);
         let shading = Corners::mix(&corners.normals_world, hit.weights).normalize_or(outward);
         Surface {
             p: ray.at(hit.t),
             shading: turned(shading, facet.double_sided && from_behind),
             geometric: turned(outward, from_behind),
-            base: self.base(corners, hit.weights).truncate(),
+            base: base.truncate(),
+            hides: if self.materials[corners.material as usize].see_through { base.w.clamp(0.0, 1.0) } else { 1.0 },
             object: facet.object,
             material: corners.material,
             facet: hit.facet,

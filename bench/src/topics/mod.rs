@@ -2,6 +2,7 @@
 
 pub mod codec;
 pub mod impostors;
+pub mod layers;
 pub mod light_images;
 pub mod materials;
 pub mod novel_views;
@@ -22,6 +23,7 @@ pub const ALL: &[&dyn Topic] = &[
     &timing::Timing,
     &codec::Codec,
     &materials::Materials,
+    &layers::Layers,
     &impostors::Impostors,
     &shadows::Shadows,
     &light_images::LightImages,

@@ -13,6 +13,7 @@ use crate::draw::effects::Strengths;
 use crate::draw::fill::{FillPass, LEVELS, Pyramid};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::draw::held_pass::HeldPass;
+use crate::draw::layers::{LayersPass, Under};
 use crate::draw::light::LightPass;
 use crate::draw::lit::Lit;
 use crate::draw::occlusion::{self, OcclusionRenderer};
@@ -102,6 +103,8 @@ pub struct FrameRenderer {
     reflect: Option<ReflectPass>,
     fill: FillPass,
     present: FullscreenPass,
+    /// Made when a layer first shows something.
+    through: Option<Through>,
     /// Made when a view at rest first comes in parts.
     parts: Option<PartsPass>,
     coverage: Coverage,
@@ -110,6 +113,13 @@ pub struct FrameRenderer {
     samples: u32,
     times: FrameTimes,
     output_format: TextureFormat,
+}
+
+/// What it takes to see through what is blended.
+#[derive(Debug)]
+struct Through {
+    layers: LayersPass,
+    present: FullscreenPass,
 }
 
 #[derive(Debug)]
@@ -123,9 +133,6 @@ struct Targets {
 impl FrameRenderer {
     /// For targets of `output_format`, which may be one that encodes sRGB itself or one that does not.
     pub fn new(gpu: &Gpu, output_format: TextureFormat) -> Result<FrameRenderer, SurfaceError> {
-        use Binding::{FloatTexture, Uniform};
-        let mut bindings = vec![Uniform, FloatTexture];
-        bindings.extend([FloatTexture; 2 * LEVELS]);
         Ok(FrameRenderer {
             gpu: gpu.clone(),
             held: HeldPass::new(gpu)?,
@@ -134,7 +141,8 @@ impl FrameRenderer {
             light: LightPass::new(gpu)?,
             reflect: None,
             fill: FillPass::new(gpu)?,
-            present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &bindings, &[output_format])?,
+            present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &present_bindings(), &[output_format])?,
+            through: None,
             parts: None,
             coverage: Coverage::new(gpu)?,
             targets: None,
@@ -206,7 +214,7 @@ impl FrameRenderer {
         if !at_rest.are_all() {
             self.held.encode(encoder, shown, &drawn, options.smoothing, &targets.gbuffer);
         }
-        if drawn == *camera {
+        if drawn == *camera && !(at_rest.are_in_parts() && shown.is_seen_through() && !at_rest.are_all()) {
             at_rest.encode(encoder, &targets.gbuffer, 0);
         }
         self.targets = Some(targets);
@@ -260,7 +268,10 @@ impl FrameRenderer {
         let present = self.present_uniform(held, options, self.samples);
         match &self.parts {
             Some(parts) if layers > 0 => parts.show(encoder, &present, output),
-            _ => self.show(encoder, &targets, &present, output, options.fill),
+            _ => {
+                let is_through = self.see_through(encoder, shown, &drawn, &targets, options);
+                self.show(encoder, &targets, (&present, is_through), output, options.fill);
+            }
         }
         self.coverage.encode(&self.gpu, encoder, &targets.lit, &targets.tiles);
         self.targets = Some(targets);
@@ -288,6 +299,11 @@ impl FrameRenderer {
     /// Whether anything was ever reflected, and so pipelines for it exist.
     pub fn reflects(&self) -> bool {
         self.reflect.is_some()
+    }
+
+    /// Whether anything was ever seen through, and so pipelines for it exist.
+    pub fn sees_through(&self) -> bool {
+        self.through.is_some()
     }
 
     /// Whether shadows are switched on and a light ever cast since, and so pipelines for them exist.
@@ -330,11 +346,29 @@ impl FrameRenderer {
         uniform(&self.gpu, "present", bytemuck::bytes_of(&present))
     }
 
+    /// Draws what is blended with the picture, if anything is.
+    fn see_through(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: Shown<'_>,
+        camera: &Pinhole,
+        targets: &Targets,
+        options: Options,
+    ) -> bool {
+        let Some(layers) = shown.layers.filter(|_| shown.is_seen_through()) else { return false };
+        let made = || Through::new(&self.gpu, self.output_format).expect(EMBEDDED);
+        let through = self.through.get_or_insert_with(made);
+        let Options { smoothing, exposure, .. } = options;
+        let under = Under { held: shown.held, camera, gbuffer: &targets.gbuffer, smoothing, exposure };
+        through.layers.encode(encoder, layers, &mut self.light, &under);
+        true
+    }
+
     fn show(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         targets: &Targets,
-        present: &wgpu::Buffer,
+        (present, is_through): (&wgpu::Buffer, bool),
         output: &TextureView,
         fill: bool,
     ) {
@@ -343,8 +377,31 @@ impl FrameRenderer {
         }
         let mut inputs = vec![present.as_entire_binding(), BindingResource::TextureView(&targets.lit.colour.view)];
         inputs.extend(targets.pyramid.views());
-        self.present.encode(encoder, &inputs, &[output]);
+        let through = self.through.as_ref().filter(|_| is_through);
+        match through.and_then(|through| Some((&through.present, through.layers.over()?))) {
+            Some((present, over)) => {
+                inputs.push(BindingResource::TextureView(over));
+                present.encode(encoder, &inputs, &[output]);
+            }
+            None => self.present.encode(encoder, &inputs, &[output]),
+        }
     }
+}
+
+impl Through {
+    fn new(gpu: &Gpu, output: TextureFormat) -> Result<Through, SurfaceError> {
+        let mut bindings = present_bindings();
+        bindings.push(Binding::FloatTexture);
+        let present = FullscreenPass::new(gpu, "client/present.wgsl", "show_through", &bindings, &[output])?;
+        Ok(Through { layers: LayersPass::new(gpu)?, present })
+    }
+}
+
+/// Of `show` of `client/present.wgsl`.
+fn present_bindings() -> Vec<Binding> {
+    let mut bindings = vec![Binding::Uniform, Binding::FloatTexture];
+    bindings.extend([Binding::FloatTexture; 2 * LEVELS]);
+    bindings
 }
 
 /// Draws nothing, and makes nothing, where there are no impostors or no material reflects.

@@ -5,7 +5,7 @@ use wgpu::TextureFormat;
 
 use crate::draw::fullscreen::Target;
 
-/// sRGB bytes, alpha 1 where there is a surface, and their inverse depth.
+/// sRGB bytes, in alpha how much the surface hides, above 0 where there is one, and their inverse depth.
 #[derive(Debug)]
 pub(crate) struct Lit {
     pub(crate) colour: Target,

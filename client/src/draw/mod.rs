@@ -7,6 +7,7 @@
 //! - [`effects`]: which of both are drawn, by how long frames take.
 //! - [`antialiasing`]: whether outlines are smooth while the view changes.
 //! - [`camera_image`]: the image of a camera that was asked for by its name, in place of all else.
+//! - [`layers`]: what the eye sees through, blended with what lies behind it.
 //! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
 
 pub mod antialiasing;
@@ -18,6 +19,7 @@ pub mod frame;
 mod fullscreen;
 mod held_pass;
 pub mod impostors;
+pub mod layers;
 mod light;
 pub mod light_images;
 mod lit;

@@ -15,6 +15,7 @@ use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
 use crate::draw::effects::{Drawn, Effects, InTime};
 use crate::draw::frame::{self, FrameRenderer};
 use crate::draw::impostors::Impostors;
+use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
 use crate::draw::occlusion::{self, Occlusion};
 use crate::draw::rest::RestView;
@@ -89,6 +90,7 @@ pub struct Picture {
     lights: Option<LightImages>,
     /// `None` where what the eye never saw occludes nothing.
     occluders: Option<HeldSurfaces>,
+    layers: Layers,
     rest: RestView,
     camera_image: CameraImage,
     /// Made when an image of a camera first comes.
@@ -120,6 +122,7 @@ impl Picture {
             impostors: Impostors::new(gpu),
             lights: (draws.shadows != message::Shadows::None).then(|| LightImages::new(gpu, options.corners)),
             occluders: (draws.occlusion_reach_m > 0.0).then(|| occlusion::occluders(gpu, options.corners)),
+            layers: Layers::new(gpu, options.corners),
             rest: RestView::new(gpu),
             camera_image: CameraImage::new(gpu),
             camera_image_pass: None,
@@ -144,7 +147,8 @@ impl Picture {
         self.surfaces.set_poses(world_from_objects);
         self.lights.iter_mut().for_each(|lights| lights.move_objects(world_from_objects));
         self.occluders.iter_mut().for_each(|occluders| occluders.set_poses(world_from_objects));
-        self.surfaces.revision() != before
+        let layers_moved = self.layers.move_objects(world_from_objects);
+        layers_moved || self.surfaces.revision() != before
     }
 
     /// Draws and submits; does not wait. Where the image of a camera is held, that is the picture, and of `camera` only the size counts.
@@ -155,8 +159,8 @@ impl Picture {
         self.follow_effects(held);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
-        let (occluders, rest) = (self.occluders.as_ref(), Some(&self.rest));
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, rest };
+        let (occluders, layers, rest) = (self.occluders.as_ref(), Some(&self.layers), Some(&self.rest));
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, layers, rest };
         let options = frame::Options { strengths: self.effects.strengths(), ..self.options.frame };
         self.renderer.draw(&mut encoder, shown, camera, output, options);
         self.gpu.queue.submit([encoder.finish()]);
@@ -226,8 +230,8 @@ impl Picture {
         let begin = Instant::now();
         let mut first = encoder();
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
-        let (occluders, rest) = (self.occluders.as_ref(), Some(&self.rest));
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, rest };
+        let (occluders, layers, rest) = (self.occluders.as_ref(), Some(&self.layers), Some(&self.rest));
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, layers, rest };
         self.renderer.draw_surfaces(&mut first, shown, camera, self.options.frame);
         self.gpu.queue.submit([first.finish()]);
         self.gpu.wait_idle()?;
@@ -258,6 +262,7 @@ impl Picture {
         self.impostors.rebuild(held);
         self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
         self.occluders.iter_mut().for_each(|occluders| occluders.rebuild(held));
+        self.layers.rebuild(held);
         self.rest.rebuild(held);
         self.camera_image.rebuild(held);
     }
@@ -303,6 +308,7 @@ impl Follow for Picture {
         self.impostors.follow(held, update, anew);
         self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew));
         self.occluders.iter_mut().for_each(|occluders| occluders.follow(held, update, anew));
+        self.layers.follow(held, update, anew);
         self.rest.follow(held, update, anew);
         self.camera_image.follow(held, update, anew);
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;

@@ -148,9 +148,14 @@ impl RowsOf<'_> {
         !rows.is_empty() && seamless >= self.height_px
     }
 
+    /// Whether they show what is blended too, as parts of pixels.
+    pub(crate) fn are_in_parts(&self) -> bool {
+        self.rows.iter().any(|placed| placed.rows.has_shares)
+    }
+
     /// How many images show pixels in parts; 0 where every pixel is whole, or rows are missing.
     pub(crate) fn parts(&self) -> usize {
-        let in_parts = self.are_all() && self.rows.iter().any(|placed| placed.rows.has_shares);
+        let in_parts = self.are_all() && self.are_in_parts();
         let layers = self.rows.iter().map(|placed| placed.layer + 1).max().unwrap_or(0);
         if in_parts { layers } else { 0 }
     }

@@ -4,7 +4,7 @@ use crate::draw::effects::Strengths;
 use crate::draw::fullscreen::Target;
 
 /// How much light arrives at each pixel, where not all of it does.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Shares<'a> {
     /// Of the ambient light.
     pub(crate) ambient: Option<&'a Target>,

@@ -5,6 +5,7 @@ use protocol::Held;
 use surface::HeldSurfaces;
 
 use crate::draw::impostors::Impostors;
+use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
 use crate::draw::rest::{RestView, RowsOf};
 
@@ -22,11 +23,18 @@ pub struct Shown<'a> {
     pub lights: Option<&'a LightImages>,
     /// What occludes, beside all that is held as surfaces.
     pub occluders: Option<&'a HeldSurfaces>,
+    /// What is blended with it.
+    pub layers: Option<&'a Layers>,
     /// What is shown in place of all else as long as the camera is that of a viewer at rest.
     pub rest: Option<&'a RestView>,
 }
 
 impl<'a> Shown<'a> {
+    /// Whether anything is blended.
+    pub(crate) fn is_seen_through(&self) -> bool {
+        self.layers.is_some_and(|layers| layers.surfaces().len() > 0)
+    }
+
     /// What is there of a camera's view at rest.
     pub(crate) fn rows_of(&self, camera: &Pinhole) -> RowsOf<'a> {
         self.rest.map(|rest| rest.rows_of(camera)).unwrap_or_default()
@@ -35,6 +43,6 @@ impl<'a> Shown<'a> {
 
 impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     fn from((surfaces, held): (&'a HeldSurfaces, &'a Held)) -> Shown<'a> {
-        Shown { surfaces, held, impostors: None, lights: None, occluders: None, rest: None }
+        Shown { surfaces, held, impostors: None, lights: None, occluders: None, layers: None, rest: None }
     }
 }

@@ -40,6 +40,7 @@ pub(crate) fn write(patch: &Patch, out: &mut Writer) {
         Purpose::Rest => (6, 0),
         Purpose::Camera => (7, 0),
         Purpose::Occluders => (8, 0),
+        Purpose::Layer(layer) => (9, layer.into()),
     };
     out.u8(tag);
     out.u16(index);
@@ -83,6 +84,7 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
         6 => Purpose::Rest,
         7 => Purpose::Camera,
         8 => Purpose::Occluders,
+        9 if index < Purpose::LAYERS.into() => Purpose::Layer(index as u8),
         _ => return Err(CodecError::Damaged("purpose")),
     };
     let capture_time_s = bytes.f64()?;

@@ -427,7 +427,7 @@ fn check_patch(patch: &Patch) -> Result<(), HeldError> {
     if !camera.is_valid() {
         return Err(HeldError::NotFinite("camera"));
     }
-    let is_surface = matches!(patch.purpose, Purpose::Eye | Purpose::Light(_) | Purpose::Rest);
+    let is_surface = matches!(patch.purpose, Purpose::Eye | Purpose::Layer(_) | Purpose::Light(_) | Purpose::Rest);
     let is_fit = match camera {
         Camera::Pinhole(_) => true,
         Camera::Spoc(_) => !is_surface,

@@ -109,6 +109,7 @@ impl Digest {
             Purpose::Rest => 6,
             Purpose::Camera => 7,
             Purpose::Occluders => 8,
+            Purpose::Layer(layer) => 9 | u64::from(layer) << 8,
         });
         self.objects(&patch.objects);
         let image = &patch.image;

@@ -30,6 +30,7 @@ mod texture;
 mod track;
 mod tree;
 mod urban;
+mod window;
 
 use crate::model::{Scene, SceneCamera};
 use camera::Trace;
@@ -67,6 +68,10 @@ const STIFF: &[Entry] = &[
 /// Scenes that need little: for what is left out.
 const SIMPLE: &[Entry] = &[("mural", "mural-moving", mural::build)];
 
+/// Scenes in which something is seen through.
+const BLENDED: &[Entry] =
+    &[("window", "window-moving", window::build), ("alpha-boards", "alpha-boards-moving", window::boards)];
+
 const REFLECTING: &[Entry] = &[
     ("mirror-teapots", "mirror-teapots-moving", reflecting::mirror),
     ("glass-teapots", "glass-teapots-moving", reflecting::glass),
@@ -77,7 +82,7 @@ const REFLECTING: &[Entry] = &[
 ];
 
 fn all() -> impl Iterator<Item = &'static Entry> {
-    SCENES.iter().chain(STIFF).chain(SIMPLE).chain(REFLECTING)
+    SCENES.iter().chain(STIFF).chain(SIMPLE).chain(BLENDED).chain(REFLECTING)
 }
 
 /// Names of the scenes, still ones and their moving variants.
@@ -94,6 +99,12 @@ pub fn stiff() -> impl Iterator<Item = &'static str> {
 /// Names of scenes that need little, each still and moving: a wall that one image covers.
 pub fn simple() -> impl Iterator<Item = &'static str> {
     SIMPLE.iter().flat_map(|&(still, moving, _)| [still, moving])
+}
+
+/// Names of scenes in which something is seen through, each still and moving: a window with moving things behind it, and a board for each way
+/// in which alpha may count.
+pub fn blended() -> impl Iterator<Item = &'static str> {
+    BLENDED.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
 /// Names of the scenes in which objects, whose names hold "mirror" or "glass", reflect or refract the others, each

@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 use camera::Pinhole;
 use glam::{DVec3, Vec3};
 use protocol::image::octahedral_normal;
-use protocol::{Mask, PatchId};
+use protocol::{Mask, PatchId, Purpose};
 use rayon::prelude::*;
 use surface::{AddressTexel, AddressView};
 
@@ -55,6 +55,7 @@ pub struct Comparison<'a, S> {
     down: Vec<Vec3>,
     forward: Vec3,
     truth: Vec<Option<Point>>,
+    capture: &'a Capture,
     held: Vec<Option<Point>>,
     /// See [`Samples::sent_by`].
     sent: Vec<u32>,
@@ -76,11 +77,11 @@ enum Verdict {
 }
 
 impl<'a, S: Samples> Comparison<'a, S> {
-    /// `truth` and `copy` are of one camera and size; `peers` are the patches that views of the same plan captured, beside those of
+    /// `truth` and `copy` are of one camera and size, the copy as far as it is for `purpose`; `peers` are the patches that views of the same plan captured, beside those of
     /// the first set, each of which may be replaced once.
     pub fn new(
-        truth: &Capture,
-        copy: &'a AddressView,
+        truth: &'a Capture,
+        (purpose, copy): (Purpose, &'a AddressView),
         samples: &'a S,
         peers: &'a BTreeSet<PatchId>,
         rules: AccountRules,
@@ -120,7 +121,8 @@ impl<'a, S: Samples> Comparison<'a, S> {
             forward: axis(DVec3::Z),
             truth: (0..truth.ids.len()).into_par_iter().with_min_len(4096).map(hit).collect(),
             held: copy.texels.par_iter().with_min_len(4096).map(held).collect(),
-            sent: samples.sent_by(&camera),
+            capture: truth,
+            sent: samples.sent_by(&camera, purpose),
             peers,
         }
     }
@@ -150,7 +152,9 @@ impl<'a, S: Samples> Comparison<'a, S> {
     }
 
     fn verdict(&self, x: i32, y: i32) -> Verdict {
-        let Some(hit) = self.truth_at(x, y) else { return Verdict::Leave };
+        let Some(hit) = self.truth_at(x, y).filter(|_| self.capture.is_own(self.at(x, y))) else {
+            return Verdict::Leave;
+        };
         let Some(held) = self.held_at(x, y) else {
             let stands_in = self.rules.outlines_stand_in && self.ends_in_nothing(x, y) && self.is_held_around(x, y);
             return if stands_in || self.was_sent(x, y, &hit) { Verdict::Leave } else { Verdict::Missing };

@@ -71,7 +71,7 @@ impl Counts {
     pub(super) fn add(&mut self, purpose: Purpose, lacking: &Lacking) {
         let added = lacking.send.count();
         match purpose {
-            Purpose::Eye => {
+            Purpose::Eye | Purpose::Layer(_) => {
                 self.added += added;
                 self.border += added - lacking.missing;
             }
@@ -82,7 +82,7 @@ impl Counts {
 
     pub(super) fn delete(&mut self, purpose: Purpose, samples: usize) {
         let deleted = match purpose {
-            Purpose::Eye => &mut self.deleted,
+            Purpose::Eye | Purpose::Layer(_) => &mut self.deleted,
             Purpose::Occluders => &mut self.occluders.deleted,
             _ => &mut self.lights.deleted,
         };
@@ -90,12 +90,12 @@ impl Counts {
     }
 
     pub(super) fn trim(&mut self, purpose: Purpose, samples: usize) {
-        *if purpose == Purpose::Eye { &mut self.trimmed } else { &mut self.lights.trimmed } += samples;
+        *if purpose.is_for_eyes() { &mut self.trimmed } else { &mut self.lights.trimmed } += samples;
     }
 
     /// Notes the first hits of a view, as what sending it anew would have cost.
     pub fn look_at(&mut self, purpose: Purpose, capture: &Capture) {
         let hits = capture.ids.iter().filter(|ids| ids[0] != 0).count();
-        *if purpose == Purpose::Eye { &mut self.anew } else { &mut self.lights.anew } += hits;
+        *if purpose.is_for_eyes() { &mut self.anew } else { &mut self.lights.anew } += hits;
     }
 }

@@ -131,7 +131,8 @@ impl Account {
             self.held.edit(Edit::Move(moved), &mut self.draft)?;
             self.drawn.set_poses(&self.held.poses_now);
         }
-        self.delete_moved(Purpose::Eye, now)
+        self.delete_moved(Purpose::Eye, now)?;
+        (0..Purpose::LAYERS).try_for_each(|layer| self.delete_moved(Purpose::Layer(layer), now))
     }
 
     /// Removes everything but what lights see, what only occludes and what a viewer at rest is shown, to be sent anew.
@@ -186,7 +187,7 @@ impl Account {
         let Some((mask, origin)) = cropped(&lacking.send) else { return Ok(()) };
         let cropped = capture.cropped(origin, mask.size_px());
         let mut image = cropped.depth_image_of(mask.clone(), precision);
-        if purpose != Purpose::Eye {
+        if !purpose.is_for_eyes() {
             without_look(&mut image);
         }
         now.colour.settle_all(&mut image.colour);
@@ -410,9 +411,9 @@ impl Samples for Account {
         Some(now.transform_point3(pose.world_from_object.inverse().transform_point3(captured)))
     }
 
-    fn sent_by(&self, camera: &Pinhole) -> Vec<u32> {
+    fn sent_by(&self, camera: &Pinhole, purpose: Purpose) -> Vec<u32> {
         let mut triangles = vec![0; camera.width_px as usize * camera.height_px as usize];
-        for (id, held) in &self.held.patches {
+        for (id, held) in self.held.patches.iter().filter(|(_, held)| held.patch.purpose == purpose) {
             let (patch, Some(record)) = (&held.patch, self.records.get(id)) else { continue };
             let Some(origin) = cut_from(camera, &patch.image.camera) else { continue };
             let carried = |pose: &&ObjectPose| self.held.poses_now.get(&pose.object) != Some(&pose.world_from_object);

@@ -38,9 +38,8 @@ impl Account {
         self.delete(&evicted)
     }
 
-    /// The same of what a light sees, by itself.
-    pub fn evict_light(&mut self, light: u16, budget_samples: usize) -> Result<(), HeldError> {
-        let purpose = Purpose::Light(light);
+    /// The same of what is held for one purpose, by itself.
+    pub fn evict_of(&mut self, purpose: Purpose, budget_samples: usize) -> Result<(), HeldError> {
         let evicted = self.least_recent(purpose, self.samples_for(purpose), budget_samples);
         self.counts.delete(purpose, evicted.len());
         self.delete(&evicted)

@@ -2,7 +2,7 @@
 
 use camera::Pinhole;
 use glam::DVec3;
-use protocol::PatchId;
+use protocol::{PatchId, Purpose};
 
 /// The address of a held sample: patch, x, y.
 pub type Address = (PatchId, u16, u16);
@@ -29,9 +29,9 @@ pub trait Samples: Sync {
     fn captured(&self, address: Address) -> Captured;
     /// Where its centre is now, in world space, if it is of `object`.
     fn centre_world(&self, address: Address, object: u16) -> Option<DVec3>;
-    /// By pixel of a view: the triangle of the sample that is held from this very camera, and was not carried elsewhere since;
+    /// By pixel of a view: the triangle of the sample that is held for a purpose from this very camera, and was not carried elsewhere since;
     /// 0 where there is none.
-    fn sent_by(&self, camera: &Pinhole) -> Vec<u32>;
+    fn sent_by(&self, camera: &Pinhole, purpose: Purpose) -> Vec<u32>;
 }
 
 /// Samples an area: `f² |n.r| w²`, with the ray `r = (x', y', 1)`, from the area `z² / (f² |n.r|)` that a pixel covers.

@@ -14,6 +14,8 @@ pub struct Capture {
     pub colour: Vec<[u8; 4]>,
     /// What the codes of normals leave off, of samples that reflect and in views at rest, and what those of colours do, in views at rest; else 0.
     pub rests: Vec<[u8; 2]>,
+    /// Of a layer of what is blended, how much each sample hides ([`DepthImage::WHOLE`]), 0 of what is opaque, which is no sample of the layer. Empty of other captures.
+    pub hides: Vec<u8>,
     /// `near * w`; 0 where there is no sample.
     pub depth: Vec<f32>,
     /// Where surfaces end beside their samples, see [`super::EndsPass`]. Empty where nobody asked.
@@ -81,6 +83,11 @@ impl Capture {
         self.mask_where(|_| true)
     }
 
+    /// Whether a hit is a sample of what the capture is of, and not only stands before or behind that.
+    pub fn is_own(&self, index: usize) -> bool {
+        self.hides.is_empty() || self.hides[index] > 0
+    }
+
     /// Which pixels hold a sample that `keep` (asked with the index) lets through.
     pub fn mask_where(&self, keep: impl Fn(usize) -> bool) -> Mask {
         let (width_px, height_px) = (self.camera.width_px, self.camera.height_px);
@@ -88,7 +95,8 @@ impl Capture {
         for (y, row) in (0..height_px).zip(self.ids.chunks_exact(width_px as usize)) {
             let first = y as usize * width_px as usize;
             for (x, ids) in (0..width_px).zip(row) {
-                if ids[0] != 0 && keep(first + x as usize) {
+                let index = first + x as usize;
+                if ids[0] != 0 && self.is_own(index) && keep(index) {
                     mask.set(x, y, true);
                 }
             }
@@ -112,6 +120,7 @@ impl Capture {
             ids: rows.clone().flat_map(|row| &self.ids[row]).copied().collect(),
             colour: rows.clone().flat_map(|row| &self.colour[row]).copied().collect(),
             rests: rows.clone().flat_map(|row| &self.rests[row]).copied().collect(),
+            hides: rows.clone().filter(|_| !self.hides.is_empty()).flat_map(|row| &self.hides[row]).copied().collect(),
             depth: rows.clone().flat_map(|row| &self.depth[row]).copied().collect(),
             ends: rows.filter(|_| !self.ends.is_empty()).flat_map(|row| &self.ends[row]).copied().collect(),
             gpu_s: self.gpu_s,
@@ -128,8 +137,11 @@ impl Capture {
         let Self { ids, colour, rests, .. } = self;
         let planes = Planes { ids, colour, rests, w: &|index| self.w(index) };
         let mut image = planes.depth_image(Camera::Pinhole(self.camera), mask, precision);
+        let index = |(x, y): (u32, u32)| y as usize * self.camera.width_px as usize + x as usize;
+        if !self.hides.is_empty() {
+            image.share = image.mask.occupied().map(|pixel| self.hides[index(pixel)]).collect();
+        }
         if !self.ends.is_empty() {
-            let index = |(x, y): (u32, u32)| y as usize * self.camera.width_px as usize + x as usize;
             let ends = image.mask.occupied().map(|pixel| self.ends[index(pixel)]).collect();
             image.settle_ends(ends);
         }

@@ -124,6 +124,7 @@ impl Discretizer {
             slots,
             times,
             period_s: f64::from(self.gpu.queue.get_timestamp_period()) * 1e-9,
+            of_layer: scene.shows_layer(),
             pending: encoded.map(),
         })
     }
@@ -189,6 +190,8 @@ pub struct PendingCaptures {
     slots: Vec<Slots>,
     times: Option<Slot>,
     period_s: f64,
+    /// Whether they tell what samples of a layer hide.
+    of_layer: bool,
     pending: Pending,
 }
 
@@ -204,10 +207,11 @@ impl PendingCaptures {
         let mapped = self.pending.wait(&self.gpu)?;
         let ticks: Vec<u64> = self.times.map(|slot| mapped.values(slot)).unwrap_or_default();
         let captures = self.cameras.iter().zip(&self.slots).enumerate().map(|(index, (camera, slots))| {
-            let targets::Planes { ids, colour, rests, depth } = planes(&mapped, *slots);
+            let targets::Planes { ids, colour, mut rests, depth } = planes(&mapped, *slots);
+            let hides = if self.of_layer { rests.iter_mut().map(|rest| std::mem::take(&mut rest[1])).collect() } else { Vec::new() };
             let span = ticks.get(2 * index..2 * index + 2);
             let gpu_s = span.map(|span| span[1].saturating_sub(span[0]) as f64 * self.period_s);
-            Capture { camera: *camera, ids, colour, rests, depth, ends: Vec::new(), gpu_s }
+            Capture { camera: *camera, ids, colour, rests, hides, depth, ends: Vec::new(), gpu_s }
         });
         Ok(captures.collect())
     }

@@ -11,6 +11,7 @@ use crate::account::{AccountRules, Surroundings};
 use crate::anticipate::{self, Around};
 use crate::discretize::Discretization;
 use crate::plan::{Reason, Rules, own_view, precision_within};
+use crate::render::Blended;
 use crate::revise::{Revision, revise};
 use crate::viewer::Viewer;
 
@@ -40,6 +41,7 @@ impl Stage {
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.imager.leave_out(client.account.shown_by_reliefs());
+        self.imager.blend(Blended::LeftOut);
         let around = self.around(viewer, own, snapshot)?;
         let revision = Revision {
             purpose: Purpose::Eye,

@@ -17,6 +17,7 @@ use crate::discretize::{DepthPrecision, Discretization};
 use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
 use crate::revise::{Revision, revise};
+use crate::render::Blended;
 use crate::stage_error::StageError;
 use crate::whereabouts;
 
@@ -71,6 +72,7 @@ pub fn serve(mut serving: Serving<'_>, kept: &mut Kept) -> Result<(), StageError
     kept.scene = Some((serving.snapshot.clone(), all));
     // What reliefs show to the eye casts like everything else.
     serving.imager.leave_out(BTreeSet::new());
+    serving.imager.blend(Blended::CutOut);
     serving.imager.smooth(true);
     let served = wanted.into_iter().try_for_each(|light| {
         let caster = Caster::of(&lighting.lights[usize::from(light)], serving.shadows);
@@ -180,7 +182,7 @@ impl Serving<'_> {
                 break;
             }
         }
-        Ok(self.account.evict_light(light, GROWS_TO * set.samples)?)
+        Ok(self.account.evict_of(purpose, GROWS_TO * set.samples)?)
     }
 
     fn look_from(&mut self, purpose: Purpose, views: &[Pinhole], looks: usize, all: Bounds) -> Result<(), StageError> {

@@ -12,6 +12,7 @@ use crate::account::findings::Lacking;
 use crate::account::{Account, Surroundings};
 use crate::discretize::{Capture, DepthPrecision, Discretization};
 use crate::imager::Imager;
+use crate::render::Blended;
 use crate::stage_error::StageError;
 
 /// Layers of a view that are looked at.
@@ -75,6 +76,7 @@ impl Serving<'_> {
         let all = ball.views(side_px);
         // What reliefs show to the eye occludes like everything else.
         self.imager.leave_out(BTreeSet::new());
+        self.imager.blend(Blended::CutOut);
         let mut captures: Vec<Capture> = Vec::new();
         for &view in views {
             let layers = [all[view]; LAYERS];

@@ -12,6 +12,12 @@ use super::palette::{self, CodeMap, Kinds, Palette};
 pub(super) const FINE_NORMAL: u32 = 1;
 /// Colours: of everything in a view at rest.
 pub(super) const FINE_COLOUR: u32 = 2;
+/// Of what is blended: as many of sixteen samples as its alpha says.
+pub(super) const SEE_THROUGH_SAMPLES: u32 = 1;
+/// Only its front, with what it hides.
+pub(super) const SEE_THROUGH_FRONT: u32 = 2;
+/// Only its back, likewise.
+pub(super) const SEE_THROUGH_BACK: u32 = 3;
 
 /// `SurfaceMaterial` of `server/scene.wgsl`.
 #[repr(C)]
@@ -27,7 +33,7 @@ pub(crate) struct SurfaceMaterial {
     pub bump_scale: f32,
     /// Whether its code is told place by place, and how what tells it is wrapped.
     pub varies: u32,
-    /// Whether it is drawn in as many of sixteen samples as its alpha says.
+    /// How it is drawn where it is blended, see [`SEE_THROUGH_SAMPLES`].
     pub see_through: u32,
     pub padding: u32,
     pub bumps_from_u: [f32; 4],

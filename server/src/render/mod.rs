@@ -12,6 +12,7 @@
 
 mod cull;
 mod error;
+mod layers;
 mod materials;
 mod palette;
 mod pipelines;
@@ -20,6 +21,8 @@ mod texture;
 mod upload;
 
 pub use error::RenderError;
+use layers::Layers;
+pub use layers::{Blended, Layer};
 pub use palette::Kinds;
 pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry, texture_entry};
 pub use pipelines::{Faces, Layouts, Pass, Pipelines};
@@ -118,8 +121,12 @@ pub struct SceneRenderer {
     surfaces: wgpu::Buffer,
     /// What is in it.
     surface_materials: Vec<materials::SurfaceMaterial>,
-    /// Whether they are blended.
-    see_through: Vec<bool>,
+    /// What is blended.
+    blended: Layers,
+    /// What is kept of all, how it is drawn, and whether without normal maps.
+    detail: Detail,
+    shown: Blended,
+    is_smooth: bool,
     scene_group: wgpu::BindGroup,
     texture_groups: Vec<wgpu::BindGroup>,
     batches: Vec<Batch>,
@@ -182,35 +189,68 @@ impl SceneRenderer {
         Ok(())
     }
 
+    /// The layers that what is blended is drawn in; none where nothing is.
+    pub fn layers(&self) -> &[Layer] {
+        &self.blended.layers
+    }
+
+    /// A box around the objects of a layer, where they are now; `None` where nothing is in it.
+    pub(crate) fn layer_bounds(&self, layer: Layer) -> Option<camera::Bounds> {
+        let of_layer = self.slots.iter().filter(|slot| self.blended.is_in(slot.object as u16, layer));
+        let bounds = of_layer.map(|slot| slot.bounds_world).filter(|bounds| !bounds.is_empty());
+        bounds.map(|Bounds { min, max }| camera::Bounds { min, max }).reduce(camera::Bounds::union)
+    }
+
+    /// Draws what is blended so from now on.
+    pub fn blend(&mut self, blended: Blended) {
+        if std::mem::replace(&mut self.shown, blended) != blended && !self.blended.layers.is_empty() {
+            self.write_materials();
+        }
+    }
+
+    /// Whether captures tell how much samples of a layer hide.
+    pub(crate) fn shows_layer(&self) -> bool {
+        matches!(self.shown, Blended::Layer(_))
+    }
+
     /// Passes over some objects from now on, where views of the scene are drawn: a client shows them by reliefs. Rays still meet them.
     pub fn leave_out(&mut self, objects: BTreeSet<u16>) {
         self.left_out = objects;
     }
 
     /// Keeps as much of surfaces as is wanted from now on.
-    pub(crate) fn keep(&self, detail: Detail) {
-        let finely = detail != Detail::Motion;
-        let kept = |(surface, see_through): (&materials::SurfaceMaterial, &bool)| materials::SurfaceMaterial {
-            fine: if finely { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine },
-            see_through: u32::from(detail == Detail::Parts && *see_through),
-            ..*surface
-        };
-        let kept: Vec<_> = self.surface_materials.iter().zip(&self.see_through).map(kept).collect();
-        self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&kept));
+    pub(crate) fn keep(&mut self, detail: Detail) {
+        if std::mem::replace(&mut self.detail, detail) != detail {
+            self.write_materials();
+        }
     }
 
     /// Leaves normal maps out from now on, and how materials vary, or no longer: surfaces that are not looked at but cast are as smooth as their
     /// meshes.
-    pub(crate) fn smooth(&self, is_smooth: bool) {
-        let smoothed = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
-            bump_scale: if is_smooth { 0.0 } else { surface.bump_scale },
-            varies: if is_smooth { 0 } else { surface.varies },
+    pub(crate) fn smooth(&mut self, is_smooth: bool) {
+        let is_bumpy = |surface: &materials::SurfaceMaterial| surface.bump_scale != 0.0 || surface.varies != 0;
+        if std::mem::replace(&mut self.is_smooth, is_smooth) != is_smooth && self.surface_materials.iter().any(is_bumpy) {
+            self.write_materials();
+        }
+    }
+
+    /// Writes materials as they are drawn now.
+    fn write_materials(&self) {
+        let finely = self.detail != Detail::Motion;
+        let see_through = match self.shown {
+            Blended::Layer(layer) => layer.faces.see_through(),
+            _ if self.detail == Detail::Parts => materials::SEE_THROUGH_SAMPLES,
+            _ => 0,
+        };
+        let drawn = |(surface, is_blended): (&materials::SurfaceMaterial, &bool)| materials::SurfaceMaterial {
+            fine: if finely { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine },
+            see_through: if *is_blended { see_through } else { 0 },
+            bump_scale: if self.is_smooth { 0.0 } else { surface.bump_scale },
+            varies: if self.is_smooth { 0 } else { surface.varies },
             ..*surface
         };
-        if self.surface_materials.iter().any(|surface| surface.bump_scale != 0.0 || surface.varies != 0) {
-            let smoothed: Vec<_> = self.surface_materials.iter().map(smoothed).collect();
-            self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&smoothed));
-        }
+        let drawn: Vec<_> = self.surface_materials.iter().zip(&self.blended.materials).map(drawn).collect();
+        self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&drawn));
     }
 
     /// Shows an object's base colours multiplied by `tint` from now on, see [`scene::Instance::tint`]; the tint until now.
@@ -292,7 +332,8 @@ impl SceneRenderer {
         view: &wgpu::BindGroup,
     ) {
         self.begin(pass, (camera.width_px, camera.height_px), view);
-        for run in self.visible_runs(camera, &|object| !self.left_out.contains(&object)) {
+        let is_drawn = |object| !self.left_out.contains(&object) && self.blended.is_drawn(object, self.shown);
+        for run in self.visible_runs(camera, &is_drawn) {
             self.set_run(pass, pipelines, &run);
             self.draw_run(pass, &run);
         }

@@ -9,11 +9,15 @@ use scene::model::{Texture, Wrap};
 use scene::{Bounds, Scene, Vertex};
 use wgpu::util::DeviceExt;
 
+use super::layers::Layers;
 use super::materials::{SurfaceMaterial, Tables};
 use super::palette::CodeMap;
 use super::pipelines::scene_group;
 use super::texture::{CodeLevel, Content};
-use super::{Batch, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, rgba, texture};
+
+use super::{
+    Batch, Blended, Detail, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, rgba, texture,
+};
 
 /// Where a mesh, or the copy of a deforming instance, begins in the buffers.
 #[derive(Debug, Clone, Copy)]
@@ -184,7 +188,10 @@ impl SceneRenderer {
             instances,
             surfaces,
             surface_materials,
-            see_through: scene.materials.iter().map(|material| material.see_through).collect(),
+            blended: Layers::of(scene),
+            detail: Detail::Motion,
+            shown: Blended::default(),
+            is_smooth: false,
             scene_group,
             batches,
             slots,

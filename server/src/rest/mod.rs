@@ -11,7 +11,6 @@ mod kept;
 
 use camera::Pinhole;
 use glam::DVec2;
-use protocol::DepthImage;
 use protocol::held::PatchId;
 
 use crate::client::Client;
@@ -43,7 +42,7 @@ pub fn lacking(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> O
     let carried_bytes =
         viewer.bytes_per_s.map_or(f64::INFINITY, |path| (path * rules.update_interval_s).max(LEAST_BYTES));
     let carried_px = carried_bytes / kept.and_then(Kept::bytes_per_px).unwrap_or(BYTES_PER_PX);
-    let most_px = MAX_STRIP_SAMPLES / if client.draws.antialiased { f64::from(DepthImage::WHOLE) } else { 1.0 };
+    let most_px = MAX_STRIP_SAMPLES / if client.draws.antialiased { f64::from(parts::SAMPLES) } else { 1.0 };
     let most_rows = if first == 0 { f64::INFINITY } else { GROWTH * f64::from(first) };
     let rows = (carried_px.min(most_px) / f64::from(view.width_px)).min(most_rows);
     let height_px = (rows as u32).clamp(1, left);

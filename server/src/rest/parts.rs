@@ -19,8 +19,12 @@ use crate::render::Kinds;
 
 /// Images of a view at most. What a pixel shows beyond is added to what is most like it.
 pub const LAYERS: usize = 4;
-/// Samples of a pixel along each side; squared they are [`DepthImage::WHOLE`].
+/// Samples of a pixel along each side.
 const SIDE: u32 = 4;
+/// Samples of a pixel.
+pub(super) const SAMPLES: u32 = SIDE * SIDE;
+/// What each of them is of the pixel.
+const SHARE_OF_SAMPLE: u8 = DepthImage::WHOLE / SAMPLES as u8;
 /// Least cosine between normals that are lit as one: 18 degrees apart, a light from the side is a twentieth off their mean at most.
 const NORMAL_COS: f32 = 0.95;
 
@@ -67,7 +71,7 @@ fn image(view: &Pinhole, pixels: &[Pixel], layer: usize, precision: DepthPrecisi
         w: &|index| shown[index].w,
     };
     let mut image = planes.depth_image(Camera::Pinhole(*view), mask, precision);
-    let share: Vec<u8> = parts.iter().flatten().map(|part| part.samples).collect();
+    let share: Vec<u8> = parts.iter().flatten().map(|part| part.samples * SHARE_OF_SAMPLE).collect();
     if share.iter().any(|&share| share < DepthImage::WHOLE) {
         image.share = share;
     }
@@ -221,6 +225,7 @@ mod tests {
             ids: samples.iter().map(|&(object, _)| [u32::from(object), u32::from(object) | UP]).collect(),
             colour: samples.iter().map(|&(_, colour)| colour).collect(),
             rests: vec![[0; 2]; samples.len()],
+            hides: Vec::new(),
             depth: vec![0.5; samples.len()],
             ends: Vec::new(),
             gpu_s: None,
@@ -239,8 +244,8 @@ mod tests {
         let layers = layers(&view, &capture(&view, |x, _| of(x)), &Kinds::default(), DepthPrecision::Finest);
         let planes: Vec<_> =
             layers.iter().map(|image| (image.object.clone(), image.share.clone(), image.colour.clone())).collect();
-        let first = (vec![1, 2], vec![16, 12], vec![[255; 3], [128; 3]]);
-        assert_eq!(planes, [first, (vec![1], vec![4], vec![[255; 3]])]);
+        let first = (vec![1, 2], vec![64, 48], vec![[255; 3], [128; 3]]);
+        assert_eq!(planes, [first, (vec![1], vec![16], vec![[255; 3]])]);
         assert!(layers[1].mask.get(1, 0) && !layers[1].mask.get(0, 0));
     }
 
@@ -251,7 +256,7 @@ mod tests {
         assert!(whole.len() == 1 && whole[0].share.is_empty());
         let ends =
             layers(&view, &capture(&view, |x, _| (u16::from(x < 6), WHITE)), &Kinds::default(), DepthPrecision::Finest);
-        assert_eq!((ends.len(), &ends[0].share[..]), (1, &[16, 8][..]));
+        assert_eq!((ends.len(), &ends[0].share[..]), (1, &[64, 32][..]));
         let nothing = layers(&view, &capture(&view, |_, _| (0, WHITE)), &Kinds::default(), DepthPrecision::Finest);
         assert_eq!((nothing.len(), nothing[0].sample_count()), (1, 0), "it says that nothing is seen");
     }

@@ -115,6 +115,7 @@ fn noise(view: &Pinhole) -> Capture {
         ids: (1..=count as u32).map(|triangle| [triangle, normal]).collect(),
         colour: codes.iter().map(|code| [*code as u8, (*code >> 8) as u8, 7, 0]).collect(),
         rests: vec![[0; 2]; count],
+        hides: Vec::new(),
         depth: codes.iter().map(|&code| (0.1 + f32::from(code) * 1e-5) * view.near_m as f32).collect(),
         ends: Vec::new(),
         gpu_s: None,

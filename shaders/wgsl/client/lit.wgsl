@@ -11,7 +11,7 @@
 @group(0) @binding(6) var sky: texture_2d<f32>;
 
 struct Lit {
-    // sRGB-encoded; alpha 1 where there is a surface, else all zero.
+    // sRGB-encoded; alpha is how much the surface hides, above 0, and all is zero where there is none.
     @location(0) colour: vec4f,
     // Inverse depth in 1/m, 0 where there is no surface.
     @location(1) w: f32,
@@ -32,5 +32,5 @@ fn lit_at(pixel: vec2i, position: vec3f, to_eye: vec3f, ambient_share: f32, ligh
     // What the bytes leave off, in quarters of a step.
     let rest = vec3f((vec3u(ids.y) >> vec3u(24u, 26u, 28u)) & vec3u(3u)) / 1020.0;
     let seen = Seen(linear_from_srgb(base.rgb + rest), normal, position, to_eye, ambient_share, light_share);
-    return Lit(vec4f(shown_off(seen, material), 1.0), textureLoad(w, pixel, 0).x);
+    return Lit(vec4f(shown_off(seen, material), base.a), textureLoad(w, pixel, 0).x);
 }

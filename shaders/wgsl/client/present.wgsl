@@ -15,6 +15,8 @@
 @group(0) @binding(9) var open_4: texture_2d<f32>;
 @group(0) @binding(10) var level_5: texture_2d<f32>;
 @group(0) @binding(11) var open_5: texture_2d<f32>;
+// What is blended with it (`client/layers.wgsl`), for `show_through` alone.
+@group(0) @binding(12) var over: texture_2d<f32>;
 
 // A hole is filled at the first level whose neighbourhood is covered by more than this: beside the straight edge of a
 // surface before the sky it stays below a half at every level, so that nothing grows into the sky.
@@ -100,6 +102,25 @@ fn show(@builtin(position) position: vec4f) -> @location(0) vec4f {
             let sample = first + vec2i(x, y);
             linear += linear_from_srgb(shown(vec2f(sample) + 0.5));
             covered += select(0, 1, textureLoad(lit, sample, 0).a > 0.0);
+        }
+    }
+    let all = samples * samples;
+    return presented(present, linear / f32(all), 2 * covered >= all);
+}
+
+// The same where something is seen through.
+@fragment
+fn show_through(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let samples = i32(present.samples);
+    let first = samples * vec2i(position.xy);
+    var linear = vec3f(0.0);
+    var covered = 0;
+    for (var y = 0; y < samples; y++) {
+        for (var x = 0; x < samples; x++) {
+            let sample = first + vec2i(x, y);
+            let above = textureLoad(over, sample, 0);
+            linear += above.rgb + (1.0 - above.a) * linear_from_srgb(shown(vec2f(sample) + 0.5));
+            covered += select(0, 1, above.a > 0.0 || textureLoad(lit, sample, 0).a > 0.0);
         }
     }
     let all = samples * samples;

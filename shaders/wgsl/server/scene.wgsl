@@ -31,6 +31,14 @@ const FINE_NORMAL: u32 = 1u;
 // Colours: of everything in a view at rest.
 const FINE_COLOUR: u32 = 2u;
 
+// Drawn in as many of a pixel's 4 x 4 samples as its alpha says.
+const SEE_THROUGH_SAMPLES: u32 = 1u;
+// Only its front, or its back, with what it hides.
+const SEE_THROUGH_FRONT: u32 = 2u;
+const SEE_THROUGH_BACK: u32 = 3u;
+// The twin of `protocol::DepthImage::WHOLE`.
+const WHOLE: f32 = 64.0;
+
 const WRAP_REPEAT: u32 = 0u;
 const WRAP_MIRROR: u32 = 1u;
 
@@ -48,7 +56,7 @@ struct SurfaceMaterial {
     bump_scale: f32,
     // 0: `code` holds everywhere. Else `codes` tells it, place by place, and this is 1 + how they are wrapped along u + 3 times how along v.
     varies: u32,
-    // 1 where it is drawn in as many of a pixel's 4 x 4 samples as its alpha says.
+    // Of what is blended, see SEE_THROUGH_*; else 0.
     see_through: u32,
     padding_0: u32,
     // Rows of the affine maps from texture coordinates to those of the normal map and of the codes.
@@ -205,8 +213,10 @@ struct Surface {
     material: u32,
     // What of it is kept finely: FINE_NORMAL, FINE_COLOUR.
     fine: u32,
-    // Whether the material's cut-off drops it.
+    // Whether the material's cut-off drops it, or it is of another layer.
     cut: bool,
+    // Of what is in a layer, how much it hides of `WHOLE`, 1 and more; else 0.
+    hides: u32,
 }
 
 // The alpha from which on a sample of a pixel's 4 x 4 is drawn of an object: 1/32 to 31/32, each once. The sixteen places of a pixel are the powers of a number
@@ -229,7 +239,8 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     let base = texel * material.base_colour * v.colour * unpack4x8unorm(instance.tint);
     let squared = dot(v.normal_world, v.normal_world);
     var normal = v.normal_world * inverseSqrt(max(squared, 1e-30));
-    if material.double_sided != 0u && front_facing == (instance.mirrored != 0u) {
+    let is_back = front_facing == (instance.mirrored != 0u);
+    if material.double_sided != 0u && is_back {
         normal = -normal;
     }
     var out: Surface;
@@ -240,8 +251,13 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     out.material = material.code;
     out.fine = material.fine;
     var cutoff = material.alpha_cutoff;
-    if material.see_through != 0u {
+    if material.see_through == SEE_THROUGH_SAMPLES {
         cutoff = sample_threshold(vec2u(v.clip.xy), instance.object);
+    }
+    if material.see_through >= SEE_THROUGH_FRONT {
+        let is_other = is_back != (material.see_through == SEE_THROUGH_BACK);
+        cutoff = select(0.5 / WHOLE, 2.0, is_other);
+        out.hides = u32(round(clamp(base.a * WHOLE, 1.0, WHOLE)));
     }
     out.cut = cut_out && base.a < cutoff;
     return out;

@@ -8,7 +8,7 @@ struct ImageTargets {
     @location(0) ids: vec2u,
     // sRGB-encoded base colour; material code in alpha.
     @location(1) colour: vec4f,
-    // What the codes of the normal and of the colour leave off, where those are kept finely; else 0.
+    // What the codes of the normal and of the colour leave off, where those are kept finely; else 0. In place of the latter, how much it hides, in a layer.
     @location(2) rests: vec2u,
 }
 
@@ -23,6 +23,9 @@ fn targets_of(surface: Surface) -> ImageTargets {
         out.colour = vec4f(vec3f(quarters >> vec3u(2u)) / 255.0, out.colour.a);
         let rest = quarters & vec3u(3u);
         out.rests.y = rest.x | (rest.y << 2u) | (rest.z << 4u);
+    }
+    if surface.hides != 0u {
+        out.rests.y = surface.hides;
     }
     return out;
 }

@@ -25,6 +25,9 @@ struct View {
     setback: f32,
 }
 
+// The twin of `protocol::DepthImage::WHOLE`.
+const WHOLE: f32 = 64.0;
+
 const SMOOTHING_NONE: u32 = 0u;
 const SMOOTHING_BLENDED: u32 = 1u;
 const SMOOTHING_LINEAR: u32 = 2u;
@@ -57,13 +60,13 @@ struct Corner {
     @location(2) normal: vec3f,
     @location(3) @interpolate(flat, either) quad_colour_material: u32,
     @location(4) @interpolate(flat, either) quad_pixel: u32,
-    // Three numbers for the normal, which a moving object turns, and the object with the quad's level in the high half.
+    // Three numbers for the normal, which a moving object turns, and the object with the quad's level from bit 16 and what it hides from bit 25 on.
     @location(5) @interpolate(flat, either) quad_normal: vec3f,
     @location(6) @interpolate(flat, either) quad_object_level: u32,
 }
 
 struct Surface {
-    // sRGB bytes; alpha 1: covered.
+    // sRGB bytes; alpha is how much it hides, 1 where it is not seen through.
     @location(0) colour: vec4f,
     // x: octahedral normal, 16 + 16 bits; y: object, material << 16, and bit 31 where the surface says that it ends close by.
     @location(1) normal_ids: vec2u,
@@ -126,16 +129,16 @@ fn vertex(in: VertexIn) -> Corner {
     let depth = set_back(view.near_m * in.image.z, eye.z);
     out.clip = vec4f(view.clip_scale * eye.xy + view.clip_shift * eye.z, depth, eye.z);
     out.image = in.image;
-    out.colour_end = vec4f(unpack4x8unorm(in.corner_colour_trim).xyz, f32(in.normal_rests_level_end >> 24u));
+    out.colour_end = vec4f(unpack4x8unorm(in.corner_colour_trim).xyz, f32((in.normal_rests_level_end >> 24u) & 1u));
     out.quad_colour_material = in.colour_material;
     out.quad_pixel = in.pixel;
-    out.quad_object_level = (in.normal_object >> 16u) | (in.normal_rests_level_end & 0xff0000u);
+    out.quad_object_level = (in.normal_object >> 16u) | (in.normal_rests_level_end & 0x7eff0000u);
     return out;
 }
 
 // How many pixels wide and high a quad is.
 fn quad_px(in: Corner) -> f32 {
-    return f32(1u << (in.quad_object_level >> 16u));
+    return f32(1u << ((in.quad_object_level >> 16u) & 0xffu));
 }
 
 fn centre_px(in: Corner) -> vec2f {
@@ -195,7 +198,8 @@ fn fragment(in: Corner) -> Surface {
     let shown = look(in);
     let material = in.quad_colour_material >> 24u;
     var out: Surface;
-    out.colour = vec4f(shown.colour, 1.0);
+    let share = in.quad_object_level >> 25u;
+    out.colour = vec4f(shown.colour, select(f32(share) / WHOLE, 1.0, share == 0u));
     let end = select(0u, 1u << 31u, in.colour_end.a > 0.0);
     out.normal_ids = vec2u(octahedral_code_fine(shown.normal), (in.quad_object_level & 0xffffu) | (material << 16u) | end);
     out.w = w_of(in);

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use camera::{Pinhole, Rigid, Trace};
 use client::draw::impostors::Impostors;
+use client::draw::layers::Layers;
 use client::draw::light_images::LightImages;
 use client::draw::occlusion;
 use client::draw::shown::Shown;
@@ -191,6 +192,8 @@ pub struct Walker {
     pub lights: LightImages,
     /// What only occludes.
     pub occluders: HeldSurfaces,
+    /// What is blended.
+    pub layers: Layers,
     tick: u64,
     motion: MotionEstimator,
     last: Option<Rigid>,
@@ -216,6 +219,7 @@ impl Walker {
             impostors: Impostors::new(gpu),
             lights: LightImages::new(gpu, Corners::default()),
             occluders: occlusion::occluders(gpu, Corners::default()),
+            layers: Layers::new(gpu, Corners::default()),
             tick: 0,
             motion: MotionEstimator::default(),
             last: None,
@@ -244,6 +248,7 @@ impl Walker {
             self.impostors.follow(held, &update, false);
             self.lights.follow(held, &update, false);
             self.occluders.follow(held, &update, false);
+            self.layers.follow(held, &update, false);
             *build_ms = started.elapsed().as_secs_f64() * 1000.0;
             tick.build_ms = *build_ms;
             (tick.counts, tick.bytes) = (made.counts, encoded.bytes.len());
@@ -256,7 +261,8 @@ impl Walker {
 
     /// All that the client shows.
     pub fn shown(&self) -> Shown<'_> {
-        Shown { lights: Some(&self.lights), occluders: Some(&self.occluders), ..self.set.shown(Some(&self.impostors)) }
+        let (lights, occluders, layers) = (Some(&self.lights), Some(&self.occluders), Some(&self.layers));
+        Shown { lights, occluders, layers, ..self.set.shown(Some(&self.impostors)) }
     }
 
     /// What a viewer sees from `pose`: 90 degrees less the margin.

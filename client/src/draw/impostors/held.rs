@@ -18,7 +18,12 @@ impl ImpostorImage {
             Purpose::Inside(object) => (ImpostorKind::Inside(object), Some(object)),
             Purpose::Relief(object) => (ImpostorKind::Relief(object), Some(object)),
             Purpose::Environment => (ImpostorKind::Environment, None),
-            Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera | Purpose::Occluders => return None,
+            Purpose::Eye
+            | Purpose::Light(_)
+            | Purpose::Rest
+            | Purpose::Camera
+            | Purpose::Occluders
+            | Purpose::Layer(_) => return None,
         };
         let image = &patch.image;
         let (width, height) = image.mask.size_px();
@@ -47,7 +52,12 @@ impl Impostors {
     fn hold(&mut self, patch: &Patch) {
         if matches!(
             patch.purpose,
-            Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera | Purpose::Occluders
+            Purpose::Eye
+                | Purpose::Light(_)
+                | Purpose::Rest
+                | Purpose::Camera
+                | Purpose::Occluders
+                | Purpose::Layer(_)
         ) {
             return;
         }
