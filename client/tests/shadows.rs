@@ -6,6 +6,8 @@ use camera::Pinhole;
 use common::{Block, FLOOR, OnFloor, Stage, World, camera, entry, lit_by, on_floor, view};
 use glam::DVec3;
 use protocol::{Held, Light};
+use vantage_client::draw::effects::Strengths;
+use vantage_client::draw::frame::Options;
 use vantage_client::draw::shadow::{Settings, Shadows};
 use vantage_client::draw::soft;
 
@@ -225,4 +227,23 @@ fn each_of_several_lights_casts_its_own_shadow() {
         assert_eq!(shares[pixel][..3], expected, "light {light}");
         assert_eq!(shares[pixel][3], 0, "no fourth light");
     }
+}
+
+#[test]
+fn shadows_fade_from_none_to_all_of_them() {
+    let blocks = [FLOOR, CUBE];
+    let camera = camera(&HERE);
+    let held = HERE.held_from(&EYES, &blocks, lit_by(vec![sun(DVec3::new(0.5, -1.0, 0.3))]));
+    let without = Stage::new(&held).shoot(&held, &camera);
+    let mut stage = stage(&held);
+    let mut shot = |shadows: f32| {
+        let strengths = Strengths { shadows, ..Strengths::default() };
+        stage.shoot_with(&held, &camera, Options { strengths, ..Options::default() })
+    };
+    let [none, half, all] = [0.0, 0.5, 1.0].map(&mut shot);
+    assert!(none == without && all != without);
+    assert_eq!(all, stage.shoot(&held, &camera), "as by default");
+    let between = |pixel: usize| (0..3).all(|c| (all[pixel][c]..=none[pixel][c]).contains(&half[pixel][c]));
+    assert!((0..all.len()).all(between));
+    assert!((0..all.len()).filter(|&pixel| half[pixel] != all[pixel] && half[pixel] != none[pixel]).count() > 100);
 }

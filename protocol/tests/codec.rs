@@ -370,3 +370,13 @@ fn shares_of_pixels_come_back_and_whole_pixels_cost_next_to_nothing() {
         assert_eq!(decode_patch(&more, &Limits::default()), Err(CodecError::Damaged("share")));
     }
 }
+
+#[test]
+fn layers_come_back_and_there_are_few() {
+    let of = |layer| Patch { purpose: Purpose::Layer(layer), ..patch(1, cast((24, 24), |_, _| true)) };
+    for layer in 0..Purpose::LAYERS {
+        round_trip(&of(layer));
+    }
+    let bytes = encode_patch(&of(Purpose::LAYERS), Coding::default());
+    assert_eq!(decode_patch(&bytes, &Limits::default()), Err(CodecError::Damaged("purpose")));
+}

@@ -70,14 +70,14 @@ async function pictures(at, scene, wishes, suffices) {
   return taken;
 }
 
-/** What a viewer at rest sees of a file from 5.5 m before it, under an environment, its light as it is. */
-async function materialsAtRest(at, scene, environment) {
-  const more = ['--image-size', '256', '--images', '2', '--environment', environment, '--tone', 'none'];
+/** What a viewer sees of a file from 5.5 m before it, under an environment, its light as it is, once it is there. */
+async function showsMaterials(at, { scene, environment }, name, options, isThere) {
+  const more = ['--image-size', '256', '--images', '2', '--environment', environment, '--tone', 'none', ...options];
   const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more });
   try {
     const page = await smallPage(at, `${server.origin}/?renderer=${at.renderer}&antialias=on&eye=0,0,5.5&target=0,0,0&fov=39.966`);
-    await until(page, 'the view at rest', (now) => now.at_rest);
-    const picture = await still(page, join(shots, `${at.renderer}-10-materials.png`));
+    await isThere(page);
+    const picture = await still(page, join(shots, `${at.renderer}-${name}.png`));
     await page.close();
     return picture;
   } finally {
@@ -283,7 +283,7 @@ function tests(renderer) {
       }
     }],
     ['shows materials of a file, and what lies behind a pane', async () => {
-      const { data, width, height } = await withMaterials(({ scene, environment }) => materialsAtRest(at, scene, environment));
+      const { data, width, height } = await withMaterials((file) => showsMaterials(at, file, 'materials-at-rest', [], (page) => until(page, 'the view at rest', (now) => now.at_rest)));
       // Of a place in metres: the view is 4 m high, seen from 5.5 m away.
       const at_m = (x, y) => {
         const pixel = (Math.round(height / 2 - y * height / 4) * width + Math.round(width / 2 + x * height / 4)) * 4;
@@ -296,6 +296,14 @@ function tests(renderer) {
       const [shines, dark] = [at_m(0.35, -0.6), at_m(0.85, -0.6)];
       assert.ok(shines[0] > 170 && shines[0] > dark[0] + 100 && Math.abs(shines[1] - dark[1]) < 25, `an emissive texture: ${shines} and ${dark}`);
       const pane = at_m(-0.6, 0.6);
+      assert.ok(pane.every((value, channel) => Math.abs(value - [188, 0, 188][channel]) <= 6), `a pane before blue: ${pane}`);
+    }],
+    ['sees through a pane from samples of other views', async () => {
+      // Without a view at rest, from samples alone.
+      const seen = (file) => showsMaterials(at, file, 'materials-moving', ['--rest', 'off'], settled);
+      const { data, width, height } = await withMaterials(seen);
+      const pixel = (Math.round(height / 2 - 0.6 * height / 4) * width + Math.round(width / 2 - 0.6 * height / 4)) * 4;
+      const pane = [...data.subarray(pixel, pixel + 3)];
       assert.ok(pane.every((value, channel) => Math.abs(value - [188, 0, 188][channel]) <= 6), `a pane before blue: ${pane}`);
     }],
     ['said nothing wrong in the console', async () => {

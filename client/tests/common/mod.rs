@@ -9,6 +9,7 @@ use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::{Corners, HeldSurfaces};
 use vantage_client::draw::frame::{FrameRenderer, Options};
+use vantage_client::draw::layers::Layers;
 use vantage_client::draw::light_images::LightImages;
 use vantage_client::draw::occlusion;
 use vantage_client::draw::shown::Shown;
@@ -154,6 +155,8 @@ pub struct Stage {
     pub lights: Option<LightImages>,
     /// What only occludes.
     pub occluders: Option<HeldSurfaces>,
+    /// What is blended.
+    pub layers: Layers,
     pub frames: FrameRenderer,
     output: wgpu::Texture,
 }
@@ -176,7 +179,9 @@ impl Stage {
         });
         let mut occluders = occlusion::occluders(&gpu, Corners::default());
         occluders.rebuild(held);
-        Stage { gpu, surfaces, lights: None, occluders: Some(occluders), frames, output }
+        let mut layers = Layers::new(&gpu, Corners::default());
+        layers.rebuild(held);
+        Stage { gpu, surfaces, lights: None, occluders: Some(occluders), layers, frames, output }
     }
 
     /// Of the device.
@@ -186,11 +191,16 @@ impl Stage {
 
     /// The picture that a camera of [`SIDE`] pixels sees.
     pub fn shoot(&mut self, held: &Held, camera: &Pinhole) -> Vec<[u8; 4]> {
+        self.shoot_with(held, camera, Options::default())
+    }
+
+    /// The same drawn otherwise.
+    pub fn shoot_with(&mut self, held: &Held, camera: &Pinhole, options: Options) -> Vec<[u8; 4]> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = self.output.create_view(&Default::default());
         let (lights, occluders) = (self.lights.as_ref(), self.occluders.as_ref());
-        let shown = Shown { surfaces: &self.surfaces, held, impostors: None, lights, occluders, rest: None };
-        self.frames.draw(&mut encoder, shown, camera, &view, Options::default());
+        let shown = Shown { lights, occluders, layers: Some(&self.layers), ..Shown::from((&self.surfaces, held)) };
+        self.frames.draw(&mut encoder, shown, camera, &view, options);
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();
         self.read(&self.output)

@@ -205,7 +205,7 @@ fn poses_go_up_updates_come_down_and_are_acknowledged() {
 
 #[test]
 fn who_draws_something_else_says_so_once() {
-    let mut pair = Pair::new("rtt=50ms");
+    let mut pair = Pair::new("rtt=50");
     (0..200).for_each(|_| pair.step(0.001));
     let draws = Draws { shadows: Shadows::Soft, ..Draws::default() };
     let before = pair.messages[0];

@@ -17,7 +17,7 @@ pub(super) struct Library {
     pub names: HashMap<String, u32>,
 }
 
-/// A part-opaque material is drawn as a cut-out at this opacity.
+/// Where a part-opaque material is not seen through, as in shadows, it is cut out at this opacity.
 const CUTOFF: f32 = 0.5;
 
 impl Library {
@@ -34,7 +34,7 @@ impl Library {
         };
         for file in files {
             match read(file) {
-                Ok(bytes) => library.parse(&String::from_utf8_lossy(&bytes), &mut images, warnings),
+                Ok(bytes) => library.parse(&String::from_utf8_lossy(&bytes), &mut images),
                 Err(error) => warnings.add(format!("mtllib {:?} is left out: {error}", shorten(file))),
             }
         }
@@ -81,7 +81,7 @@ impl Library {
         }
     }
 
-    fn parse(&mut self, text: &str, images: &mut Vec<Option<String>>, warnings: &mut Warnings) {
+    fn parse(&mut self, text: &str, images: &mut Vec<Option<String>>) {
         for line in text.lines() {
             let mut words = line.split_whitespace();
             let Some(keyword) = words.next() else { continue };
@@ -113,8 +113,8 @@ impl Library {
                     }
                 }
                 "Ni" => material.ior = number(&mut words).filter(|ior| *ior >= 1.0).unwrap_or(material.ior),
-                "d" => set_opacity(material, number(&mut words), warnings),
-                "Tr" => set_opacity(material, number(&mut words).map(|t| 1.0 - t), warnings),
+                "d" => set_opacity(material, number(&mut words)),
+                "Tr" => set_opacity(material, number(&mut words).map(|t| 1.0 - t)),
                 "map_Kd" => *image = image_name(rest).map(str::to_owned),
                 _ => {}
             }
@@ -122,12 +122,8 @@ impl Library {
     }
 }
 
-fn set_opacity(material: &mut Material, opacity: Option<f32>, warnings: &mut Warnings) {
+fn set_opacity(material: &mut Material, opacity: Option<f32>) {
     let Some(opacity) = opacity.filter(|opacity| (0.0..1.0).contains(opacity)) else { return };
-    warnings.add(format!(
-        "material {:?}: opacity {opacity} is drawn as a cut-out at {CUTOFF} while the view moves",
-        shorten(&material.name)
-    ));
     material.see_through = true;
     material.base_colour[3] = opacity;
     material.alpha_cutoff = Some(CUTOFF);

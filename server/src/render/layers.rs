@@ -103,3 +103,41 @@ impl Layers {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layers(name: &str) -> Layers {
+        Layers::of(&scene::builtin::load(name).expect("a built-in scene"))
+    }
+
+    #[test]
+    fn what_is_seen_through_takes_turns_and_has_two_sides() {
+        // Of the boards' six two are blended: the opaque one has the same texture, and others are cut out.
+        let boards = layers("alpha-boards");
+        let [first, second] = &boards.groups;
+        assert_eq!((first.len(), second.len()), (1, 1));
+        let numbers: Vec<u8> = boards.layers.iter().map(|layer| layer.number).collect();
+        assert_eq!(numbers, [0, 1, 2, 3]);
+        let object = *first.first().expect("one");
+        let drawn = |shown| boards.is_drawn(object, shown);
+        assert!(drawn(Blended::CutOut) && !drawn(Blended::LeftOut));
+        let of_layers: Vec<bool> = boards.layers.iter().map(|&layer| drawn(Blended::Layer(layer))).collect();
+        assert_eq!(of_layers, [true, true, false, false]);
+        assert!(boards.is_drawn(0, Blended::LeftOut) && boards.is_drawn(0, Blended::Layer(boards.layers[0])), "the wall");
+    }
+
+    #[test]
+    fn a_scene_in_which_all_hides_all_has_no_layers() {
+        assert!(layers("urban").layers.is_empty());
+    }
+
+    #[test]
+    fn of_what_has_one_side_there_is_a_front_alone() {
+        let mut scene = scene::builtin::load("alpha-boards").expect("a built-in scene");
+        scene.materials.iter_mut().for_each(|material| material.double_sided = false);
+        let numbers: Vec<u8> = Layers::of(&scene).layers.iter().map(|layer| layer.number).collect();
+        assert_eq!(numbers, [0, 2]);
+    }
+}

@@ -36,6 +36,9 @@ pub(super) struct Arguments {
     /// Hold an animated scene as it is at this time, for motions.
     #[arg(long, value_name = "SECONDS", requires = "motion", allow_negative_numbers = true)]
     pub(super) held_at: Option<f64>,
+    /// How scenes are shown: plain, full, flat or flat-lit; full is that of materials of glTF.
+    #[arg(long, value_name = "LOOK", default_value = "plain", value_parser = options::look, conflicts_with = "protocol")]
+    pub(super) look: protocol::Look,
     /// Antialiasing on both sides: video of frames with 16 samples a pixel, judged by a truth with as many.
     #[arg(long)]
     pub(super) antialias: bool,

@@ -32,12 +32,15 @@ impl<'a> Bench<'a> {
             Some(Protocol::Quasar2025) => setup::quasar_2025(scene, &setup::assets()?, arguments.frames)?,
             None => setup::own(scene, run.trace.as_deref(), run.size_px, arguments.frames)?,
         };
-        self.set_networks(&mut replay);
+        self.set_asked(&mut replay);
         Ok(replay)
     }
 
-    /// Those that were asked for.
-    pub(super) fn set_networks(&self, replay: &mut Replay) {
+    /// The look and the networks that were asked for.
+    pub(super) fn set_asked(&self, replay: &mut Replay) {
+        if self.arguments.protocol.is_none() {
+            replay.look = self.arguments.look;
+        }
         if !self.arguments.network.is_empty() {
             replay.networks = self.arguments.network.iter().copied().map(Network::of_link).collect();
         }

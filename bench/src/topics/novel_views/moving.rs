@@ -53,7 +53,7 @@ fn measured(bench: &Bench<'_>, scene: &Replay, motion: Motion, report: &mut Repo
         networks: scene.networks.clone(),
         ..*scene
     };
-    bench.set_networks(&mut replay);
+    bench.set_asked(&mut replay);
     let antialias = bench.arguments.antialias;
     let mut moved = Moved {
         bench,

@@ -22,8 +22,9 @@ pub fn describe(report: &mut Report, bench: &Bench<'_>) {
     report.settings.set("client_hz", CLIENT_HZ);
     report.settings.set("server_hz", SERVER_HZ);
     report.settings.set("images", format!("{} of {1}x{1} pixels", arguments.images, arguments.image_size));
-    if arguments.protocol == Some(Protocol::Quasar2025) {
-        report.settings.set("protocol", "quasar-2025");
+    match arguments.protocol {
+        Some(Protocol::Quasar2025) => report.settings.set("protocol", "quasar-2025"),
+        None => report.settings.set("look", format!("{:?}", arguments.look).to_lowercase()),
     }
     if !arguments.network.is_empty() {
         let links: Vec<_> = arguments.network.iter().map(ToString::to_string).collect();
@@ -56,6 +57,7 @@ const NOTES: &[&str] = &[
     "Round trip: from a pose's sending to the first picture that uses what it brought, mean; video has that of the run beside it.",
     "flip_band: over the pixels within two of where, in the truth, one object or surface ends before another. 16x: against the truth with \
      sixteen samples a pixel, averaged in linear light.",
+    "In the truth what is blended is cut out where its alpha is below a half: `layers` has another.",
     "On the virtual clock, where coding takes no time, samples are coded by the dense profile.",
 ];
 

@@ -15,7 +15,7 @@ use crate::load::source::shorten;
 use crate::model::{Bumps, Map, Quantity, SAME_UV, UvMap, Wrap};
 use crate::{Material, Texture};
 
-/// A blended material is drawn as a cut-out at this opacity; it is also the default of masked ones (glTF 2.0, 5.19.9).
+/// Where a blended material is not seen through, as in shadows, it is cut out at this opacity; it is also the default of masked ones (glTF 2.0, 5.19.9).
 const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// Where a mesh's texture coordinates come from.
@@ -206,11 +206,7 @@ fn cutoff_of(material: &document::Material, at: &str, warnings: &mut Warnings) -
     match material.alpha_mode.as_deref() {
         None | Some("OPAQUE") => None,
         Some("MASK") => Some(material.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF)),
-        Some("BLEND") => {
-            warnings
-                .add(format!("{at}: alpha blending is drawn as a cut-out at {DEFAULT_CUTOFF} while the view moves"));
-            Some(DEFAULT_CUTOFF)
-        }
+        Some("BLEND") => Some(DEFAULT_CUTOFF),
         Some(mode) => {
             warnings.add(format!("{at}: unknown alphaMode {:?}, drawn opaque", shorten(mode)));
             None
