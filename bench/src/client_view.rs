@@ -58,7 +58,15 @@ impl HeldSet {
 
     /// What a frame shows of it.
     pub fn shown<'a>(&'a self, impostors: Option<&'a Impostors>) -> Shown<'a> {
-        Shown { surfaces: &self.surfaces, held: &self.held, impostors, lights: None, occluders: None, layers: None, rest: None }
+        Shown {
+            surfaces: &self.surfaces,
+            held: &self.held,
+            impostors,
+            lights: None,
+            occluders: None,
+            layers: None,
+            rest: None,
+        }
     }
 }
 

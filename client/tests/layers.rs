@@ -114,7 +114,10 @@ fn walls_hide_layers_behind_them_and_the_background_shines_through() {
 
 #[test]
 fn layers_show_nothing_from_behind_and_edges_are_smooth() {
-    let held = held(&[sheet(Purpose::Eye, 4.0, WHITE), Sheet { first_column: SIDE / 2, ..sheet(Purpose::Layer(0), 2.0, RED) }]);
+    let held = held(&[
+        sheet(Purpose::Eye, 4.0, WHITE),
+        Sheet { first_column: SIDE / 2, ..sheet(Purpose::Layer(0), 2.0, RED) },
+    ]);
     let mut stage = Stage::new(&held);
     // From the other side of the sheet, turned by a fraction of a pixel.
     let from = Rigid::look_at(DVec3::new(0.2, 0.0, -3.0), DVec3::new(0.2, 0.0, -1.0));

@@ -429,7 +429,8 @@ impl Scene {
 
     /// Whether a material is blended and anything of it is seen through: files say of much that it is blended which hides all.
     pub fn is_blended(&self, material: usize) -> bool {
-        let Material { see_through: true, alpha_cutoff: Some(_), base_colour, texture, .. } = &self.materials[material] else {
+        let Material { see_through: true, alpha_cutoff: Some(_), base_colour, texture, .. } = &self.materials[material]
+        else {
             return false;
         };
         let texels = texture.and_then(|texture| self.textures.get(texture as usize)).map(|texture| &texture.rgba);

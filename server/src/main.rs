@@ -9,7 +9,7 @@ use gpu::{Gpu, GpuError};
 use indicatif::{ProgressBar, ProgressStyle};
 use scene::Scene;
 use scene::environment::Environment;
-use scene::load::Stage;
+use scene::load::{Choice, Stage};
 use tracing_subscriber::EnvFilter;
 use vantage_server::imager::GpuImager;
 use vantage_server::options::Options;
@@ -23,7 +23,10 @@ const EXIT_USAGE: u8 = 2;
 fn main() -> ExitCode {
     let options = Options::parse();
     if options.list {
-        scene::builtin::names().chain(scene::builtin::reflecting()).for_each(|name| println!("{name}"));
+        scene::builtin::names()
+            .chain(scene::builtin::blended())
+            .chain(scene::builtin::reflecting())
+            .for_each(|name| println!("{name}"));
         return ExitCode::SUCCESS;
     }
     let filter = EnvFilter::try_from_default_env()
@@ -80,7 +83,9 @@ fn load(options: &Options) -> anyhow::Result<Scene> {
     let style = ProgressStyle::with_template("{msg:>24} [{bar:40}] {percent:>3} %")?.progress_chars("=> ");
     let bar = ProgressBar::new(1000).with_style(style);
     bar.set_message(format!("loading {name}"));
-    let scene = source::load(name, options.scale, &|progress| {
+    let Options { file_scene, variant, file_camera, .. } = options;
+    let choice = Choice { scene: file_scene.clone(), variant: variant.clone(), camera: file_camera.clone() };
+    let scene = source::load_chosen(name, &choice, options.scale, &|progress| {
         bar.set_message(match progress.stage {
             Stage::Read => "reading files",
             Stage::Textures => "decoding images",

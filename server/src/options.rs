@@ -21,6 +21,15 @@ pub struct Options {
     /// A scene file (glTF, GLB, OBJ, PLY, STL) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a
     /// file as what reflects in a built-in scene, as in mirror-teapots+bunny.obj
     pub scene: Option<String>,
+    /// Which scene of a glTF file is shown, by its name or its number from 0; without it, the one that the file says
+    #[arg(long, value_name = "NAME")]
+    pub file_scene: Option<String>,
+    /// Which variant of a glTF file's materials is shown (KHR_materials_variants), by its name or its number from 0
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Which camera of a glTF file viewers begin at, by its name, its node's, or its number from 0; without it, the first
+    #[arg(long, value_name = "NAME")]
+    pub file_camera: Option<String>,
     /// A file of cameras that viewers may ask for by their names: bent, split and merged, or past a silhouette; may be given several times
     #[arg(long, value_name = "FILE")]
     pub graph_camera: Vec<PathBuf>,

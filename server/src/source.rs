@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use scene::Scene;
-use scene::load::{LoadError, LoadLimits, Progress};
+use scene::load::{Choice, LoadError, LoadLimits, Progress};
 use thiserror::Error;
 
 use crate::scale::scaled;
@@ -12,7 +12,7 @@ use crate::scale::scaled;
 #[derive(Debug, Error)]
 pub enum SourceError {
     /// Neither a built-in name nor a file.
-    #[error("{name:?} is neither a file nor a built-in scene; built in are: {}", scene::builtin::names().chain(scene::builtin::reflecting()).collect::<Vec<_>>().join(", "))]
+    #[error("{name:?} is neither a file nor a built-in scene; built in are: {}", scene::builtin::names().chain(scene::builtin::blended()).chain(scene::builtin::reflecting()).collect::<Vec<_>>().join(", "))]
     Unknown {
         /// As given.
         name: String,
@@ -30,9 +30,22 @@ pub fn is_file(name: &str) -> bool {
 /// Loads the scene that `name` names (a built-in one where there is no such file), `scale` times as large. `NAME+FILE` is the built-in
 /// scene of that name with the file's model as what reflects there; see [`scene::builtin::load_with`].
 pub fn load(name: &str, scale: f64, progress: &(dyn Fn(Progress) + Sync)) -> Result<Scene, SourceError> {
+    load_chosen(name, &Choice::default(), scale, progress)
+}
+
+/// The same of a file that holds several things.
+pub fn load_chosen(
+    name: &str,
+    choice: &Choice,
+    scale: f64,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Scene, SourceError> {
     let path = Path::new(name);
+    if !is_file(name) {
+        choice.must_be_of_nothing()?;
+    }
     let scene = if is_file(name) {
-        scene::load::load(path, &LoadLimits::default(), progress)?
+        scene::load::load_chosen(path, choice, &LoadLimits::default(), progress)?
     } else if let Some(scene) = scene::builtin::load(name) {
         scene
     } else if let Some((builtin, file)) = name.split_once('+').filter(|(_, file)| Path::new(file).exists())

@@ -28,7 +28,9 @@ fn what_is_seen_through_is_in_layers_alone_and_what_lies_behind_is_held() {
     assert!(looks.len() <= 14, "looks come to an end: {looks:?}");
     let scene = session.scene.clone();
     let blended: BTreeSet<u16> = (0..scene.instances.len() as u16)
-        .filter(|&object| scene.is_blended(scene.meshes[scene.instances[usize::from(object)].mesh as usize].material as usize))
+        .filter(|&object| {
+            scene.is_blended(scene.meshes[scene.instances[usize::from(object)].mesh as usize].material as usize)
+        })
         .collect();
     assert_eq!(blended.len(), 3, "pane, stripe and bottle");
     assert_eq!(objects(&session.held, is_layer), blended);

@@ -17,7 +17,8 @@ pub struct Effects {
 
 impl Effects {
     /// Every surface as its base colour, lit: what a server draws.
-    pub const PLAIN: Effects = Effects { reflections: false, max_bounces: 0, self_reflection: false, shadows: false, blending: false };
+    pub const PLAIN: Effects =
+        Effects { reflections: false, max_bounces: 0, self_reflection: false, shadows: false, blending: false };
     /// The same, seen through where it is blended.
     pub const BLENDED: Effects = Effects { blending: true, ..Effects::PLAIN };
     /// One bounce, a reflector does not see itself: what impostors can show.

@@ -38,7 +38,8 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
     let (mut ray, mut tint) = (ray, DVec3::ONE);
     // What was seen through, from the nearest on: how much it hides, and what it shows.
     let mut through: Vec<(f64, DVec3)> = Vec::new();
-    let mut arrived = Arrived { light: lights.background, first: None, reflected_object: None, bounces: 0, seen_through: 0 };
+    let mut arrived =
+        Arrived { light: lights.background, first: None, reflected_object: None, bounces: 0, seen_through: 0 };
     loop {
         let blending = effects.blending && arrived.bounces == 0;
         let Some(surface) = surfaces.first_of(&ray, &query, blending) else {
@@ -48,7 +49,10 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
         };
         arrived.first = arrived.first.or(Some(surface));
         if blending && surface.hides < 1.0 {
-            through.push((surface.hides, linear_from_light(surfaces.lit(&surface, ray.direction, lights, effects.shadows))));
+            through.push((
+                surface.hides,
+                linear_from_light(surfaces.lit(&surface, ray.direction, lights, effects.shadows)),
+            ));
             query.t_range[0] = ray.t_of(surface.p) + surfaces.geometry.skip_m / ray.direction.length();
             arrived.seen_through = arrived.seen_through.saturating_add(1);
             continue;

@@ -330,3 +330,36 @@ fn reflectors_are_told_by_their_materials() {
     let parts = [plain(1.0), mirror(1.0), rough, glass(1.3)].map(|material| (cube(), material, DVec3::ZERO));
     assert_eq!(reflectors(&scene(parts.into())), [1, 3]);
 }
+
+/// Sheets that hide a half each, red before blue before white: a quarter of blue, a quarter of white, a half of red; where both triangles of a
+/// sheet meet, too.
+#[test]
+fn what_is_blended_is_seen_through_in_order() {
+    let sheet = || quad([-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]);
+    let of = |colour: [f32; 3], hides: f32| {
+        let [red, green, blue] = colour;
+        let base_colour = [red, green, blue, hides];
+        let blended = hides < 1.0;
+        Material {
+            base_colour,
+            unlit: true,
+            see_through: blended,
+            alpha_cutoff: blended.then_some(0.5),
+            ..Material::default()
+        }
+    };
+    let parts = vec![
+        (sheet(), of([0.9, 0.9, 0.9], 1.0), dvec3(0.0, 0.0, -4.0)),
+        (sheet(), of([0.0, 0.0, 0.8], 0.5), dvec3(0.0, 0.0, -3.0)),
+        (sheet(), of([0.8, 0.0, 0.0], 0.5), dvec3(0.0, 0.0, -2.0)),
+    ];
+    let scene = scene(parts);
+    let truth = RayTruth::new(&scene, &scene.at(0.0), &Lighting::default());
+    let view = Pinhole::symmetric(Rigid::look_at(DVec3::ZERO, dvec3(0.0, 0.0, -1.0)), (15, 15), 0.6, 0.1);
+    let traced = truth.picture(&view, &Effects::BLENDED, 1);
+    let wanted = code_from_linear(dvec3(0.5 * 0.8 + 0.25 * 0.9, 0.25 * 0.9, 0.25 * 0.8 + 0.25 * 0.9));
+    assert!(traced.rgb.iter().all(|rgb| *rgb == wanted), "{:?}, not {wanted:?}", traced.rgb[0]);
+    assert!(traced.seen_through.iter().all(|&count| count == 2));
+    let cut = truth.picture(&view, &Effects::PLAIN, 1);
+    assert!(cut.rgb.iter().all(|rgb| *rgb == code_from_linear(dvec3(0.8, 0.0, 0.0))), "a half is not cut out");
+}

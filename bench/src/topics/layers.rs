@@ -145,7 +145,9 @@ fn scene(gpu: &Gpu, name: &str, size: &Size, run: &Run, report: &mut Report) -> 
     }
     let worst = found.iter().max_by(|a, b| a.covered.total_cmp(&b.covered));
     if let Some(worst) = worst {
-        let caption = format!("{label}: what the client shows, rays, their difference, and what is blended cut out; the worst view.");
+        let caption = format!(
+            "{label}: what the client shows, rays, their difference, and what is blended cut out; the worst view."
+        );
         worst.sheet.write(&run.figure(report, format!("{label}.png"), caption))?;
     }
     let rows = rows(&label, &found, (bytes, layer_bytes));
@@ -203,4 +205,25 @@ fn rows(label: &str, found: &[Found], (bytes, layer_bytes): (usize, usize)) -> [
     ours.bytes.set("session", bytes as f64);
     ours.bytes.set("layers", layer_bytes as f64);
     [ours, cut]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::scratch_folder;
+
+    #[test]
+    fn layers_come_nearer_to_rays_than_what_is_cut_out() {
+        let out = scratch_folder("layers");
+        let mut run = Run::new(vec!["alpha-boards-moving".to_owned()], out.clone());
+        run.quick = true;
+        let mut report = Report::new("layers", "");
+        Layers.run(&run, &mut report).expect("a GPU adapter, software or not");
+        assert!(!report.has_failures(), "{:?}", report.rows);
+        let [ours, cut] = [0, 1].map(|row| report.rows[row].figure("error.flip_through.mean").expect("seen through"));
+        println!("seen through: {ours}, cut out: {cut}");
+        assert!(ours < 0.25 * cut, "seen through: {ours}, cut out: {cut}");
+        assert!(report.rows[0].figure("bytes.layers").is_some_and(|bytes| bytes > 100.0));
+        std::fs::remove_dir_all(out).expect("was written");
+    }
 }

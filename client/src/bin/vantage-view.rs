@@ -209,7 +209,8 @@ impl Arguments {
             Some(OcclusionName::Graph) => Occlusion::Graph,
         };
         let reach_m = self.occlusion_reach.max(0.0);
-        let taps = if in_time.occlusion { occlusion::Settings::IN_TIME_TAPS } else { occlusion::Settings::default().taps };
+        let taps =
+            if in_time.occlusion { occlusion::Settings::IN_TIME_TAPS } else { occlusion::Settings::default().taps };
         let occlusion = occlusion::Settings { occlusion, reach_m, taps };
         let shadows = match self.shadows {
             None if in_time.shadows => Shadows::Soft,

@@ -91,7 +91,11 @@ pub(crate) struct Effects {
 impl Effects {
     pub(crate) fn new(in_time: InTime) -> Effects {
         let effect = |in_time: bool| in_time.then(Effect::default);
-        Effects { shadows: effect(in_time.shadows), occlusion: effect(in_time.occlusion), times: DeviceTimes::default() }
+        Effects {
+            shadows: effect(in_time.shadows),
+            occlusion: effect(in_time.occlusion),
+            times: DeviceTimes::default(),
+        }
     }
 
     /// Decides what the next frame draws.
@@ -283,7 +287,12 @@ mod tests {
     const FRAME: Duration = Duration::from_millis(16);
 
     /// Frames, which take `time(effects)`; the strengths after each.
-    fn frames(effects: &mut Effects, at: &mut Instant, count: u32, time: impl Fn(&Effects) -> Duration) -> Vec<Strengths> {
+    fn frames(
+        effects: &mut Effects,
+        at: &mut Instant,
+        count: u32,
+        time: impl Fn(&Effects) -> Duration,
+    ) -> Vec<Strengths> {
         let mut frame = || {
             effects.times.lock().push(time(effects));
             *at += FRAME;
@@ -330,7 +339,8 @@ mod tests {
     fn the_last_one_goes_first_when_frames_get_slow_and_nothing_jumps() {
         let (mut effects, mut at) = (both(), Instant::now());
         frames(&mut effects, &mut at, 400, |_| FRAME / 2);
-        let seen = frames(&mut effects, &mut at, 60, |effects| if effects.drawn().occlusion { 2 * SLOW } else { FRAME });
+        let seen =
+            frames(&mut effects, &mut at, 60, |effects| if effects.drawn().occlusion { 2 * SLOW } else { FRAME });
         assert_eq!(effects.strengths(), Strengths { shadows: 1.0, occlusion: 0.0 });
         assert!(seen.windows(2).all(|pair| pair[0].occlusion - pair[1].occlusion < 0.05));
         assert_eq!(effects.kept(), InTime { shadows: true, occlusion: false });

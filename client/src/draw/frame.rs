@@ -422,8 +422,15 @@ fn reflect(
         return;
     };
     let pass = pass.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
-    let inputs =
-        ReflectInputs { gbuffer: &targets.gbuffer, held, poses_now: surfaces.poses_now(), camera, exposure, impostors, settings };
+    let inputs = ReflectInputs {
+        gbuffer: &targets.gbuffer,
+        held,
+        poses_now: surfaces.poses_now(),
+        camera,
+        exposure,
+        impostors,
+        settings,
+    };
     pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
 }
 

@@ -206,10 +206,7 @@ impl Picture {
         let asked = |is: bool| if is { Drawn::Always } else { Drawn::Never };
         let PictureOptions { occlusion, shadow, .. } = self.options;
         let [shadows, ambient] = self.effects.told();
-        [
-            shadows.unwrap_or(asked(shadow.casts())),
-            ambient.unwrap_or(asked(occlusion.occlusion != Occlusion::None)),
-        ]
+        [shadows.unwrap_or(asked(shadow.casts())), ambient.unwrap_or(asked(occlusion.occlusion != Occlusion::None))]
     }
 
     /// Draws, waiting for each stage: slower as a whole than [`Picture::draw`], but each stage's time is known.

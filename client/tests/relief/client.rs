@@ -58,8 +58,15 @@ impl Client {
             view_formats: &[],
         });
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let shown =
-            Shown { surfaces, held, impostors: Some(&self.impostors), lights: None, occluders: None, layers: None, rest: None };
+        let shown = Shown {
+            surfaces,
+            held,
+            impostors: Some(&self.impostors),
+            lights: None,
+            occluders: None,
+            layers: None,
+            rest: None,
+        };
         self.frame.draw(&mut encoder, shown, view, &output.create_view(&Default::default()), Options::default());
         encoder
     }

@@ -105,7 +105,8 @@ fn passers(kit: &mut Kit) {
         let lane = -0.9 - 0.8 * index as f64;
         kit.drive("ball", ball, move |share| {
             let x = 1.4 * (TAU * (share + index as f64 / 3.0)).sin();
-            DAffine3::from_translation(dvec3(x, 0.35 + 0.45 * index as f64, lane)) * DAffine3::from_rotation_z(-x / 0.35)
+            DAffine3::from_translation(dvec3(x, 0.35 + 0.45 * index as f64, lane))
+                * DAffine3::from_rotation_z(-x / 0.35)
         });
     }
     let mut post = Mesher::new();

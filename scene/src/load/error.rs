@@ -46,6 +46,16 @@ pub enum LoadError {
         /// What is wrong there.
         fault: String,
     },
+    /// The file has no such thing as was chosen of it.
+    #[error("there is no {what} {chosen:?}; there are: {there}")]
+    NotThere {
+        /// What was chosen: a scene, a variant, a camera.
+        what: &'static str,
+        /// As given.
+        chosen: String,
+        /// The names of those there are.
+        there: String,
+    },
     /// A file refers to something outside of its own folder.
     #[error("{uri:?} is refused: {reason}")]
     Outside {

@@ -11,6 +11,7 @@
 //! allocated for it; references are checked before they are followed; hierarchies are walked without recursion. Files
 //! that a scene refers to must lie in the scene's own folder.
 
+mod choice;
 mod closed;
 mod error;
 mod geometry;
@@ -38,6 +39,7 @@ use std::path::Path;
 
 use crate::Scene;
 
+pub use choice::Choice;
 pub use error::LoadError;
 pub use limits::{LoadLimits, Progress, Stage};
 
@@ -56,12 +58,26 @@ enum Format {
 
 /// Loads a scene file. `progress` is called from any thread, with shares that grow within a stage.
 pub fn load(path: &Path, limits: &LoadLimits, progress: &(dyn Fn(Progress) + Sync)) -> Result<Scene, LoadError> {
+    load_chosen(path, &Choice::default(), limits, progress)
+}
+
+/// The same of a file that holds several things.
+pub fn load_chosen(
+    path: &Path,
+    choice: &Choice,
+    limits: &LoadLimits,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Scene, LoadError> {
     let folder = Folder::of(path)?;
     progress(Progress { stage: Stage::Read, share: 0.0 });
     let bytes = source::read_capped(path, limits.file_bytes)?;
     let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let request = Request { name, folder, limits, progress };
-    match format_of(path, &bytes) {
+    let request = Request { name, folder, choice, limits, progress };
+    let format = format_of(path, &bytes);
+    if format != Some(Format::Gltf) {
+        choice.must_be_of_nothing()?;
+    }
+    match format {
         Some(Format::Gltf) => gltf::load(bytes, &request),
         Some(Format::Obj) => obj::load(&bytes, &request),
         Some(Format::Ply) => ply::load(&bytes, &request),

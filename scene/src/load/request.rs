@@ -1,5 +1,6 @@
 //! What every format's loader is given beside the bytes.
 
+use super::choice::Choice;
 use super::limits::{LoadLimits, Progress, Stage};
 use super::source::Folder;
 
@@ -9,6 +10,7 @@ pub(super) struct Request<'a> {
     pub name: String,
     /// Where files that the scene refers to must lie.
     pub folder: Folder,
+    pub choice: &'a Choice,
     pub limits: &'a LoadLimits,
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }

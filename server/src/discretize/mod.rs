@@ -208,7 +208,11 @@ impl PendingCaptures {
         let ticks: Vec<u64> = self.times.map(|slot| mapped.values(slot)).unwrap_or_default();
         let captures = self.cameras.iter().zip(&self.slots).enumerate().map(|(index, (camera, slots))| {
             let targets::Planes { ids, colour, mut rests, depth } = planes(&mapped, *slots);
-            let hides = if self.of_layer { rests.iter_mut().map(|rest| std::mem::take(&mut rest[1])).collect() } else { Vec::new() };
+            let hides = if self.of_layer {
+                rests.iter_mut().map(|rest| std::mem::take(&mut rest[1])).collect()
+            } else {
+                Vec::new()
+            };
             let span = ticks.get(2 * index..2 * index + 2);
             let gpu_s = span.map(|span| span[1].saturating_sub(span[0]) as f64 * self.period_s);
             Capture { camera: *camera, ids, colour, rests, hides, depth, ends: Vec::new(), gpu_s }

@@ -150,7 +150,16 @@ mod tests {
         let normal = protocol::image::octahedral_code(glam::Vec3::Z);
         let ids = [1, 1 | u32::from(normal[0]) << 16 | u32::from(normal[1]) << 24];
         let (ids, colour, depth) = (vec![ids; pixels], vec![[0; 4]; pixels], vec![0.05; pixels]);
-        Capture { camera, ids, colour, rests: vec![[0; 2]; pixels], hides: Vec::new(), depth, ends: Vec::new(), gpu_s: None }
+        Capture {
+            camera,
+            ids,
+            colour,
+            rests: vec![[0; 2]; pixels],
+            hides: Vec::new(),
+            depth,
+            ends: Vec::new(),
+            gpu_s: None,
+        }
     }
 
     #[test]

@@ -16,8 +16,8 @@ use crate::account::{Account, AccountRules, Surroundings};
 use crate::discretize::{DepthPrecision, Discretization};
 use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
-use crate::revise::{Revision, revise};
 use crate::render::Blended;
+use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
 use crate::whereabouts;
 

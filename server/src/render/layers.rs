@@ -99,7 +99,9 @@ impl Layers {
         match shown {
             Blended::CutOut => true,
             Blended::LeftOut => !self.groups.iter().any(is_in),
-            Blended::Layer(layer) => !self.groups.iter().zip(0..).any(|(group, number)| number != layer.group && is_in(group)),
+            Blended::Layer(layer) => {
+                !self.groups.iter().zip(0..).any(|(group, number)| number != layer.group && is_in(group))
+            }
         }
     }
 }
@@ -125,7 +127,10 @@ mod tests {
         assert!(drawn(Blended::CutOut) && !drawn(Blended::LeftOut));
         let of_layers: Vec<bool> = boards.layers.iter().map(|&layer| drawn(Blended::Layer(layer))).collect();
         assert_eq!(of_layers, [true, true, false, false]);
-        assert!(boards.is_drawn(0, Blended::LeftOut) && boards.is_drawn(0, Blended::Layer(boards.layers[0])), "the wall");
+        assert!(
+            boards.is_drawn(0, Blended::LeftOut) && boards.is_drawn(0, Blended::Layer(boards.layers[0])),
+            "the wall"
+        );
     }
 
     #[test]

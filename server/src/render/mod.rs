@@ -229,7 +229,8 @@ impl SceneRenderer {
     /// meshes.
     pub(crate) fn smooth(&mut self, is_smooth: bool) {
         let is_bumpy = |surface: &materials::SurfaceMaterial| surface.bump_scale != 0.0 || surface.varies != 0;
-        if std::mem::replace(&mut self.is_smooth, is_smooth) != is_smooth && self.surface_materials.iter().any(is_bumpy) {
+        if std::mem::replace(&mut self.is_smooth, is_smooth) != is_smooth && self.surface_materials.iter().any(is_bumpy)
+        {
             self.write_materials();
         }
     }

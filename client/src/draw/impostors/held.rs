@@ -52,12 +52,7 @@ impl Impostors {
     fn hold(&mut self, patch: &Patch) {
         if matches!(
             patch.purpose,
-            Purpose::Eye
-                | Purpose::Light(_)
-                | Purpose::Rest
-                | Purpose::Camera
-                | Purpose::Occluders
-                | Purpose::Layer(_)
+            Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera | Purpose::Occluders | Purpose::Layer(_)
         ) {
             return;
         }

@@ -7,8 +7,8 @@ mod pass;
 
 use std::collections::BTreeMap;
 
-use gpu::Gpu;
 use glam::DAffine3;
+use gpu::Gpu;
 use protocol::{Held, Purpose, Update};
 use surface::{CornerRules, Corners, HeldSurfaces};
 

@@ -20,6 +20,7 @@ use super::panel::rectangle;
 use super::primitive::Primitive;
 use super::primitives::{self, PrimitiveId};
 use super::{Request, Stage, Warnings};
+use crate::load::choice::find;
 use crate::load::geometry::bounds_of;
 use crate::load::motion::Still;
 use crate::load::source::shorten;
@@ -75,7 +76,10 @@ pub(super) fn scene(
             reason: warnings.explain("no node of the scene has a mesh with triangles"),
         });
     }
-    let cameras = light::cameras(document, &visible, &worlds, &mut warnings);
+    let (camera_names, cameras): (Vec<_>, Vec<_>) =
+        light::cameras(document, &visible, &worlds, &mut warnings).into_iter().unzip();
+    let chosen = request.choice.camera.as_ref();
+    let start = chosen.map_or(Ok(0), |chosen| find("camera", chosen, &camera_names))?;
     let mut lights = NodeLight::read(document, &visible, &mut warnings);
     lights.extend(panels(
         (&meshes, &instances, &sources),
@@ -100,7 +104,7 @@ pub(super) fn scene(
         textures: materials.textures,
         instances,
         lights_move,
-        start: cameras.first().copied(),
+        start: cameras.get(start).copied(),
         cameras,
         bounds,
         walk,

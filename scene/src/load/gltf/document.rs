@@ -30,6 +30,7 @@ pub(super) struct Document {
     pub animations: Vec<Animation>,
     pub cameras: Vec<Camera>,
     pub lights: Vec<Light>,
+    pub variants: Vec<Variant>,
     pub extensions_required: Vec<String>,
     pub version: String,
     pub min_version: Option<String>,
@@ -45,6 +46,7 @@ impl Document {
         let optional = |name: &str| object.get(name).map(|value| field(value, name)).transpose();
         let strings = |name: &str| object.get(name).map_or(Ok(Vec::new()), |value| field(value, name));
         let lights = root.pointer("/extensions/KHR_lights_punctual/lights");
+        let variants = root.pointer("/extensions/KHR_materials_variants/variants");
         Ok(Document {
             scene: optional("scene")?,
             scenes: section(root, "scenes")?,
@@ -61,6 +63,8 @@ impl Document {
             animations: section(root, "animations")?,
             cameras: section(root, "cameras")?,
             lights: lights.map_or(Ok(Vec::new()), |value| elements(value, "extensions.KHR_lights_punctual.lights"))?,
+            variants: variants
+                .map_or(Ok(Vec::new()), |value| elements(value, "extensions.KHR_materials_variants.variants"))?,
             extensions_required: strings("extensionsRequired")?,
             version: asset.version,
             min_version: asset.min_version,
@@ -184,6 +188,27 @@ pub(super) struct Primitive {
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
     pub draco: Option<Draco>,
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Option<Variants>,
+}
+
+/// Which material a primitive has in which variants.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Variants {
+    pub mappings: Vec<VariantMaterial>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct VariantMaterial {
+    pub material: usize,
+    #[serde(default)]
+    pub variants: Vec<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Variant {
+    pub name: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -558,6 +583,7 @@ pub(super) struct AnimationSampler {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Camera {
+    pub name: Option<String>,
     #[serde(rename = "type")]
     pub kind: String,
     pub perspective: Option<Perspective>,

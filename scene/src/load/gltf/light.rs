@@ -161,13 +161,13 @@ fn forward(world_from_node: &DAffine3) -> DVec3 {
     world_from_node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Z)
 }
 
-/// The perspective cameras of the given nodes, in the nodes' order.
-pub(super) fn cameras(
-    document: &Document,
+/// The perspective cameras of the given nodes, in the nodes' order, each with the names that it goes by.
+pub(super) fn cameras<'a>(
+    document: &'a Document,
     visible: &[usize],
     worlds: &[DAffine3],
     warnings: &mut Warnings,
-) -> Vec<SceneCamera> {
+) -> Vec<(Vec<&'a str>, SceneCamera)> {
     let mut cameras = Vec::new();
     for &node in visible {
         let Some(index) = document.nodes[node].camera else { continue };
@@ -177,11 +177,12 @@ pub(super) fn cameras(
         };
         let fov_y_rad = camera.perspective.as_ref().map(|perspective| perspective.yfov);
         match fov_y_rad.filter(|fov| camera.kind == "perspective" && *fov > 0.0 && *fov < std::f64::consts::PI) {
-            Some(fov_y_rad) => cameras.push(SceneCamera {
-                eye_world: worlds[node].translation,
-                forward_world: forward(&worlds[node]),
-                fov_y_rad,
-            }),
+            Some(fov_y_rad) => {
+                let names =
+                    [&camera.name, &document.nodes[node].name].into_iter().flatten().map(String::as_str).collect();
+                let (eye_world, forward_world) = (worlds[node].translation, forward(&worlds[node]));
+                cameras.push((names, SceneCamera { eye_world, forward_world, fov_y_rad }));
+            }
             None => warnings.add(format!("cameras[{index}]: only perspective cameras are used")),
         }
     }

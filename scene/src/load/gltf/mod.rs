@@ -8,7 +8,7 @@
 //! Extensions: EXT_mesh_gpu_instancing, EXT_meshopt_compression, EXT_texture_webp, KHR_draco_mesh_compression ([`draco`]),
 //! KHR_lights_punctual, KHR_materials_clearcoat, KHR_materials_emissive_strength, KHR_materials_ior, KHR_materials_pbrSpecularGlossiness,
 //! KHR_materials_sheen, KHR_materials_specular, KHR_materials_transmission,
-//! KHR_materials_unlit, KHR_mesh_quantization, KHR_texture_basisu, KHR_texture_transform.
+//! KHR_materials_unlit, KHR_materials_variants ([`choice`]), KHR_mesh_quantization, KHR_texture_basisu, KHR_texture_transform.
 //!
 //! Lights with an area: a point or spot light whose `extras` hold `"radius": R` is a disc, one with `"size": [W, H]` a rectangle, in metres, in the
 //! xy plane of its node; and a mesh of two triangles that form a rectangle and emit light is a light of its size, which sends the more light
@@ -23,6 +23,7 @@ mod accessor;
 mod assemble;
 mod attributes;
 mod buffers;
+mod choice;
 mod clip;
 mod container;
 mod deform;
@@ -66,6 +67,7 @@ const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
     "KHR_texture_basisu",
     "KHR_texture_transform",
@@ -81,6 +83,7 @@ pub(super) fn load(bytes: Vec<u8>, request: &Request<'_>) -> Result<Scene, LoadE
     warn_of_extensions(&document, &mut warnings);
     lint::lint(&root, &document, container.bin.is_some(), &mut warnings);
     drop(root);
+    document.choose(request.choice)?;
     document.forget_unknown_meshes();
     document.place_loose_meshes(&mut warnings);
     let mut uris = UriReader::new(&request.folder, request.limits.file_bytes);

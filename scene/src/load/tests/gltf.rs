@@ -6,8 +6,9 @@ use glam::DVec3;
 use serde_json::json;
 
 use super::build::{Builder, TRIANGLE};
-use super::{assert_near, first_triangle, load_gltf, refusal};
+use super::{assert_near, first_triangle, load_chosen, load_gltf, refusal};
 use crate::Scene;
+use crate::load::{Choice, LoadError, LoadLimits};
 use crate::model::{Quantity, UvMap};
 
 fn triangle_with(change: impl FnOnce(&mut Builder)) -> Scene {
@@ -477,4 +478,61 @@ fn glossy_materials_mirror_what_they_say() {
     let material = &scene.materials[0];
     assert_eq!((material.base_colour, material.metallic, material.roughness), ([0.5, 0.25, 0.125, 1.0], 0.0, 0.25));
     assert!(material.specular_colour.iter().zip([5.0, 10.0, 20.0]).all(|(a, b)| (a - b).abs() < 1e-4));
+}
+
+fn chosen(bytes: &[u8], choice: &Choice) -> Result<Scene, LoadError> {
+    let load = |bytes: &[u8], request: &super::Request<'_>| crate::load::gltf::load(bytes.to_vec(), request);
+    load_chosen(load, bytes, (&LoadLimits::default(), choice))
+}
+
+/// Two scenes of a triangle each, two cameras, and a material that is another one in the variant "night".
+fn of_many() -> Vec<u8> {
+    let mut b = Builder::of_positions(&TRIANGLE);
+    b.push("nodes", json!({"mesh": 0, "translation": [5, 0, 0], "name": "beside"}));
+    b.push("scenes", json!({"nodes": [1], "name": "second"}));
+    b.push("cameras", json!({"type": "perspective", "name": "eye", "perspective": {"yfov": 1.0, "znear": 0.1}}));
+    b.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}));
+    b.push("nodes", json!({"camera": 0, "translation": [0, 0, 9]}));
+    b.push("nodes", json!({"camera": 1, "translation": [0, 7, 0], "name": "above"}));
+    b.json["scenes"][0]["nodes"] = json!([0, 2, 3]);
+    b.push("materials", json!({"name": "day"}));
+    b.push("materials", json!({"name": "dark"}));
+    b.json["extensions"] = json!({"KHR_materials_variants": {"variants": [{"name": "noon"}, {"name": "night"}]}});
+    b.json["extensionsUsed"] = json!(["KHR_materials_variants"]);
+    b.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    b.json["meshes"][0]["primitives"][0]["extensions"] =
+        json!({"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}});
+    b.glb()
+}
+
+#[test]
+fn scenes_variants_and_cameras_are_chosen_by_name_or_number() {
+    let bytes = of_many();
+    let some = |text: &str| Some(text.to_owned());
+    let shown = chosen(&bytes, &Choice::default()).unwrap();
+    assert_near(shown.start.unwrap().eye_world, [0.0, 0.0, 9.0]);
+    let material = |scene: &Scene| scene.materials[scene.meshes[0].material as usize].name.clone();
+    assert_eq!(material(&shown), "day");
+    for night in ["night", "1"] {
+        assert_eq!(material(&chosen(&bytes, &Choice { variant: some(night), ..Choice::default() }).unwrap()), "dark");
+    }
+    // A variant that a primitive does not name leaves it as it is.
+    assert_eq!(material(&chosen(&bytes, &Choice { variant: some("noon"), ..Choice::default() }).unwrap()), "day");
+    let above = chosen(&bytes, &Choice { camera: some("above"), ..Choice::default() }).unwrap();
+    assert_near(above.start.unwrap().eye_world, [0.0, 7.0, 0.0]);
+    let second = chosen(&bytes, &Choice { scene: some("second"), ..Choice::default() }).unwrap();
+    assert_eq!((second.instances.len(), second.start), (1, None));
+    for (choice, wanted) in [
+        (Choice { scene: some("third"), ..Choice::default() }, "there is no scene \"third\"; there are: 0, \"second\""),
+        (
+            Choice { variant: some("2"), ..Choice::default() },
+            "there is no variant \"2\"; there are: \"noon\", \"night\"",
+        ),
+        (
+            Choice { camera: some("eyes"), ..Choice::default() },
+            "there is no camera \"eyes\"; there are: \"eye\", \"above\"",
+        ),
+    ] {
+        assert_eq!(chosen(&bytes, &choice).err().map(|error| error.to_string()).as_deref(), Some(wanted));
+    }
 }

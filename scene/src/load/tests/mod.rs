@@ -10,7 +10,7 @@ mod points;
 use std::path::PathBuf;
 
 use super::source::Folder;
-use super::{LoadError, LoadLimits, Request};
+use super::{Choice, LoadError, LoadLimits, Request};
 use crate::Scene;
 
 /// A new folder below the system's temporary one, removed when dropped.
@@ -39,8 +39,12 @@ impl Drop for TestFolder {
 type Loader = fn(&[u8], &Request<'_>) -> Result<Scene, LoadError>;
 
 fn load_with(loader: Loader, bytes: &[u8], limits: &LoadLimits) -> Result<Scene, LoadError> {
+    load_chosen(loader, bytes, (limits, &Choice::default()))
+}
+
+fn load_chosen(loader: Loader, bytes: &[u8], (limits, choice): (&LoadLimits, &Choice)) -> Result<Scene, LoadError> {
     let folder = Folder::of(&std::env::temp_dir().join("scene")).unwrap();
-    loader(bytes, &Request { name: "test".into(), folder, limits, progress: &|_| {} })
+    loader(bytes, &Request { name: "test".into(), folder, choice, limits, progress: &|_| {} })
 }
 
 fn load_gltf(bytes: &[u8]) -> Result<Scene, LoadError> {
