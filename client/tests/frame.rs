@@ -225,10 +225,10 @@ fn a_view_at_rest_shows_its_pixels_by_their_parts() {
     // Of every pixel 12 of 16 are the wall; of the rest another wall has half where x < 32.
     let mut first = wall(0, |_, _| false);
     first.patch.purpose = Purpose::Rest;
-    first.patch.image.share = vec![12; first.patch.image.sample_count()];
+    first.patch.image.share = vec![48; first.patch.image.sample_count()];
     let mut second = wall(0, |x, _| x >= 32);
     (second.patch.id, second.patch.purpose) = (PatchId(2), Purpose::Rest);
-    second.patch.image.share = vec![2; second.patch.image.sample_count()];
+    second.patch.image.share = vec![8; second.patch.image.sample_count()];
     second.patch.image.colour.fill([10, 250, 90]);
     let mut held = held(first);
     held.patches.insert(PatchId(2), second);

@@ -286,6 +286,9 @@ mod tests {
             sky,
             sky_first_level,
             tone,
+            exposure,
+            occlusion_strength,
+            shadow_strength,
             lights
         );
         assert_layout!(

@@ -429,7 +429,8 @@ impl Scene {
 
     /// Whether a material is blended and anything of it is seen through: files say of much that it is blended which hides all.
     pub fn is_blended(&self, material: usize) -> bool {
-        let Material { see_through: true, alpha_cutoff: Some(_), base_colour, texture, .. } = &self.materials[material]
+        let Some(Material { see_through: true, alpha_cutoff: Some(_), base_colour, texture, .. }) =
+            self.materials.get(material)
         else {
             return false;
         };

@@ -114,7 +114,9 @@ fn panes(count: usize, opacity: f32) -> Scene {
 
 #[test]
 fn what_is_blended_covers_its_share_of_each_pixel() {
-    for (opacity, expected) in [(0.25, 4), (0.5, 8), (0.9, 14)] {
+    let share = DepthImage::WHOLE / 16;
+    for (opacity, samples) in [(0.25, 4), (0.5, 8), (0.9, 14)] {
+        let expected = samples * share;
         let layers = at_rest(&panes(1, opacity));
         let shares = |object: u16| -> Vec<u8> {
             let of = |image: &DepthImage| {
@@ -129,7 +131,7 @@ fn what_is_blended_covers_its_share_of_each_pixel() {
             layers.iter().flat_map(of).collect()
         };
         assert_eq!(shares(1), [expected; 64], "of an opacity of {opacity}");
-        assert_eq!(shares(0), [16 - expected; 64], "the wall behind it");
+        assert_eq!(shares(0), [DepthImage::WHOLE - expected; 64], "the wall behind it");
     }
 }
 
@@ -142,6 +144,7 @@ fn a_pane_behind_a_pane_covers_a_share_of_what_is_left() {
         .filter(|(object, _)| **object == 0)
         .map(|(_, share)| u32::from(*share))
         .sum();
-    // A quarter of sixteen, of 64 pixels; the sixteen places of two panes are one order each.
-    assert!(wall.abs_diff(4 * 64) <= 64, "{wall} of 1024 places show the wall");
+    // A quarter of 64 pixels, to a sixteenth; the sixteen places of two panes are one order each.
+    let all = 64 * u32::from(DepthImage::WHOLE);
+    assert!(wall.abs_diff(all / 4) <= all / 16, "{wall} of {all} show the wall");
 }

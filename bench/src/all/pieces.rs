@@ -72,6 +72,8 @@ const RUNS: &[NamedRun] = &[
         "$VANTAGE_ASSETS/scenes/gltf/chess-board-draco.glb",
     ]),
 
+    run("layers", "layers", &[]),
+
     run("peers", "novel-views --protocol quasar-2025 --no-sweeps --no-video --anticipation off --scene",
         &["pillars", "interior", "city"]),
     run("curves", "novel-views --scene", &["pillars", "urban", "urban-moving"]),

@@ -331,7 +331,7 @@ fn reflectors_are_told_by_their_materials() {
     assert_eq!(reflectors(&scene(parts.into())), [1, 3]);
 }
 
-/// Sheets that hide a half each, red before blue before white: a quarter of blue, a quarter of white, a half of red; where both triangles of a
+/// Sheets that hide three fifths each, red before blue before white; where both triangles of a
 /// sheet meet, too.
 #[test]
 fn what_is_blended_is_seen_through_in_order() {
@@ -350,16 +350,16 @@ fn what_is_blended_is_seen_through_in_order() {
     };
     let parts = vec![
         (sheet(), of([0.9, 0.9, 0.9], 1.0), dvec3(0.0, 0.0, -4.0)),
-        (sheet(), of([0.0, 0.0, 0.8], 0.5), dvec3(0.0, 0.0, -3.0)),
-        (sheet(), of([0.8, 0.0, 0.0], 0.5), dvec3(0.0, 0.0, -2.0)),
+        (sheet(), of([0.0, 0.0, 0.8], 0.6), dvec3(0.0, 0.0, -3.0)),
+        (sheet(), of([0.8, 0.0, 0.0], 0.6), dvec3(0.0, 0.0, -2.0)),
     ];
     let scene = scene(parts);
     let truth = RayTruth::new(&scene, &scene.at(0.0), &Lighting::default());
     let view = Pinhole::symmetric(Rigid::look_at(DVec3::ZERO, dvec3(0.0, 0.0, -1.0)), (15, 15), 0.6, 0.1);
     let traced = truth.picture(&view, &Effects::BLENDED, 1);
-    let wanted = code_from_linear(dvec3(0.5 * 0.8 + 0.25 * 0.9, 0.25 * 0.9, 0.25 * 0.8 + 0.25 * 0.9));
+    let wanted = code_from_linear(dvec3(0.6 * 0.8 + 0.16 * 0.9, 0.16 * 0.9, 0.4 * 0.6 * 0.8 + 0.16 * 0.9));
     assert!(traced.rgb.iter().all(|rgb| *rgb == wanted), "{:?}, not {wanted:?}", traced.rgb[0]);
     assert!(traced.seen_through.iter().all(|&count| count == 2));
     let cut = truth.picture(&view, &Effects::PLAIN, 1);
-    assert!(cut.rgb.iter().all(|rgb| *rgb == code_from_linear(dvec3(0.8, 0.0, 0.0))), "a half is not cut out");
+    assert!(cut.rgb.iter().all(|rgb| *rgb == code_from_linear(dvec3(0.8, 0.0, 0.0))), "three fifths are not cut out");
 }

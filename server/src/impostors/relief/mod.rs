@@ -88,8 +88,9 @@ impl Reliefs {
     pub fn new(scene: &Scene) -> Reliefs {
         let mut shapes: BTreeMap<u32, Shape> = BTreeMap::new();
         for (instance, object) in scene.instances.iter().zip(0_u16..) {
-            let material = scene.meshes[instance.mesh as usize].material as usize;
-            if !instance.deforms && effect_of_mesh(scene, instance.mesh).is_none() && !scene.is_blended(material) {
+            let mesh = scene.meshes.get(instance.mesh as usize);
+            let is_blended = mesh.is_some_and(|mesh| scene.is_blended(mesh.material as usize));
+            if !instance.deforms && effect_of_mesh(scene, instance.mesh).is_none() && !is_blended {
                 let new = || Shape { objects: Vec::new(), verdict: None, images: BTreeMap::new() };
                 shapes.entry(instance.mesh).or_insert_with(new).objects.push(object);
             }
