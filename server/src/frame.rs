@@ -2,19 +2,18 @@
 
 mod ahead;
 mod camera_image;
+mod further;
 mod layers;
 mod next;
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use camera::Pinhole;
-use glam::DVec3;
 use protocol::codec::Coding;
 use protocol::held::{ObjectPose, Update};
-use protocol::message::Shadows;
-use protocol::{Lighting, Material, Purpose, Viewpoint};
+use protocol::{Material, Purpose, Viewpoint};
 use scene::{Bounds, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
@@ -26,10 +25,8 @@ use crate::density;
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::imager::Imager;
-use crate::impostors::relief::{self, Eye, Reliefs};
-use crate::impostors::{Needs, Shot};
-use crate::lights::{self, Serving};
-use crate::occluders;
+use crate::impostors::Needs;
+use crate::impostors::relief::Reliefs;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
@@ -44,12 +41,6 @@ use crate::viewer::Viewer;
 const LEAST_VIEWS_HELD: u64 = 3;
 /// Side of the one image that a client gets before its first set, as a share of theirs: of four images it has 1/16 of the pixels.
 const COARSE_SIDE: f64 = 0.5;
-/// Lights' first sets may take this part of a client's budget together.
-const LIGHTS_SHARE: u64 = 4;
-/// Occluders may take this part of it.
-const OCCLUDERS_SHARE: u64 = 4;
-/// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
-const IMAGES_A_LIGHT: u64 = 2;
 /// Places on the region's rim that probes are taken from.
 const PLACES_ON_RIM: usize = 12;
 
@@ -376,119 +367,6 @@ impl Stage {
             precision: plan.precision,
         };
         revise(&mut *self.imager, account, capture, &revision, now)
-    }
-
-    /// Decides which objects a client is shown by reliefs, before it is looked at what it lacks of all others.
-    fn send_reliefs(
-        &mut self,
-        plan: &Plan,
-        snapshot: &Snapshot,
-        now: &Surroundings<'_>,
-        client: &mut Client,
-        viewer: &Viewer,
-    ) -> Result<(), StageError> {
-        if self.reliefs.is_nothing() {
-            return Ok(());
-        }
-        let eye_world = plan.coverage.world_from_eye.translation;
-        let focal_px = f64::from(viewer.view.height_px) / 2.0 / (viewer.view.fov_y_rad / 2.0).tan();
-        // One coarse image is there sooner than reliefs.
-        let eye = (!self.begins_coarsely(client)).then_some(Eye { eye_world, focal_px });
-        let held = (&mut client.account, &mut client.reliefs);
-        relief::serve(&mut self.reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
-        self.imager.leave_out(client.account.shown_by_reliefs());
-        Ok(())
-    }
-
-    /// Sends the impostors that a client needs and does not hold as they are now.
-    fn send_impostors(
-        &mut self,
-        plan: &Plan,
-        snapshot: &Snapshot,
-        now: &Surroundings<'_>,
-        client: &mut Client,
-    ) -> Result<(), StageError> {
-        let eye_world = plan.coverage.world_from_eye.translation;
-        let imager = &mut *self.imager;
-        let mut draw = |shot: &Shot<'_>| imager.impostor(snapshot, shot);
-        self.needs.choose((&self.scene, snapshot), eye_world, &mut client.choices, &mut draw)?;
-        let decision = self.needs.decide(&self.scene, snapshot, eye_world, &client.choices);
-        if let Some(news) = client.impostors.news(&decision) {
-            tracing::info!("impostors: {news}");
-        }
-        for wanted in client.impostors.lacking(&decision, client.account.held()) {
-            let Some(image) = self.imager.impostor(snapshot, &wanted.shot())? else { continue };
-            let id = client.account.add_impostor(image, wanted.purpose, now)?;
-            if let Some(old) = client.impostors.replace(wanted, id) {
-                client.account.remove_whole(old)?;
-            }
-        }
-        for old in client.impostors.drop_unwanted(&decision) {
-            client.account.remove_whole(old)?;
-        }
-        Ok(())
-    }
-
-    /// Sends what lights see that a client draws shadows of, as far as it changed.
-    fn send_lights(
-        &mut self,
-        snapshot: &Arc<Snapshot>,
-        now: &Surroundings<'_>,
-        client: &mut Client,
-        viewer: Viewpoint,
-    ) -> Result<LightWork, StageError> {
-        let shadows = client.draws.shadows;
-        if shadows == Shadows::None || self.begins_coarsely(client) {
-            return Ok(LightWork::default());
-        }
-        let (started, first) = (Instant::now(), client.account.edits());
-        let serving = Serving {
-            scene: &self.scene,
-            snapshot,
-            now,
-            rules: self.account_rules,
-            viewer,
-            shadows,
-            side_px: self.light_size_px(client, now.lighting),
-            account: &mut client.account,
-            imager: &mut *self.imager,
-        };
-        lights::serve(serving, &mut client.lights)?;
-        Ok(LightWork { edits: first..client.account.edits(), took: started.elapsed() })
-    }
-
-    /// Sends what occludes that the eye never saw, to a client that draws ambient occlusion, as far as it changed.
-    fn send_occluders(
-        &mut self,
-        snapshot: &Arc<Snapshot>,
-        now: &Surroundings<'_>,
-        client: &mut Client,
-        eye_world: DVec3,
-    ) -> Result<(), StageError> {
-        let reach_m = client.draws.occlusion_reach_m;
-        if !(reach_m > 0.0 && reach_m.is_finite()) || self.begins_coarsely(client) {
-            return Ok(());
-        }
-        let serving = occluders::Serving {
-            scene: &self.scene,
-            snapshot,
-            now,
-            eye_world,
-            reach_m,
-            side_px: self.rules.image_size_px,
-            most_samples: (self.budget_bytes(client) / BYTES_PER_SAMPLE / OCCLUDERS_SHARE) as usize,
-            account: &mut client.account,
-            imager: &mut *self.imager,
-        };
-        occluders::serve(serving, &mut client.occluders)
-    }
-
-    /// The size of lights' images: that of the eye's, as far as all lights' sets together fit their share of a client's budget.
-    fn light_size_px(&self, client: &Client, lighting: &Lighting) -> u32 {
-        let lights = lighting.lights.len().clamp(1, Lighting::MAX_CASTING);
-        let samples = self.budget_bytes(client) / BYTES_PER_SAMPLE / LIGHTS_SHARE;
-        let pixels = samples / (lights as u64 * IMAGES_A_LIGHT);
-        pixels.isqrt().min(self.rules.image_size_px.into()) as u32
     }
 
     /// What a client's copy may cost it: never less than all of a plan's views of the least size, and one more.

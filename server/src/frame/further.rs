@@ -1,0 +1,140 @@
+//! What a look sends beside the samples that the eye is shown: reliefs, impostors, what lights see, occluders.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::DVec3;
+use protocol::message::Shadows;
+use protocol::{Lighting, Viewpoint};
+use scene::Snapshot;
+
+use super::{BYTES_PER_SAMPLE, Client, LightWork, Stage, StageError};
+use crate::account::Surroundings;
+use crate::impostors::Shot;
+use crate::impostors::relief::{self, Eye};
+use crate::lights::{self, Serving};
+use crate::occluders;
+use crate::plan::Plan;
+use crate::viewer::Viewer;
+
+/// Lights' first sets may take this part of a client's budget together.
+const LIGHTS_SHARE: u64 = 4;
+/// Occluders may take this part of it.
+const OCCLUDERS_SHARE: u64 = 4;
+/// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
+const IMAGES_A_LIGHT: u64 = 2;
+
+impl Stage {
+    /// Decides which objects a client is shown by reliefs, before it is looked at what it lacks of all others.
+    pub(super) fn send_reliefs(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: &Viewer,
+    ) -> Result<(), StageError> {
+        if self.reliefs.is_nothing() {
+            return Ok(());
+        }
+        let eye_world = plan.coverage.world_from_eye.translation;
+        let focal_px = f64::from(viewer.view.height_px) / 2.0 / (viewer.view.fov_y_rad / 2.0).tan();
+        // One coarse image is there sooner than reliefs.
+        let eye = (!self.begins_coarsely(client)).then_some(Eye { eye_world, focal_px });
+        let held = (&mut client.account, &mut client.reliefs);
+        relief::serve(&mut self.reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
+        self.imager.leave_out(client.account.shown_by_reliefs());
+        Ok(())
+    }
+
+    /// Sends the impostors that a client needs and does not hold as they are now.
+    pub(super) fn send_impostors(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+    ) -> Result<(), StageError> {
+        let eye_world = plan.coverage.world_from_eye.translation;
+        let imager = &mut *self.imager;
+        let mut draw = |shot: &Shot<'_>| imager.impostor(snapshot, shot);
+        self.needs.choose((&self.scene, snapshot), eye_world, &mut client.choices, &mut draw)?;
+        let decision = self.needs.decide(&self.scene, snapshot, eye_world, &client.choices);
+        if let Some(news) = client.impostors.news(&decision) {
+            tracing::info!("impostors: {news}");
+        }
+        for wanted in client.impostors.lacking(&decision, client.account.held()) {
+            let Some(image) = self.imager.impostor(snapshot, &wanted.shot())? else { continue };
+            let id = client.account.add_impostor(image, wanted.purpose, now)?;
+            if let Some(old) = client.impostors.replace(wanted, id) {
+                client.account.remove_whole(old)?;
+            }
+        }
+        for old in client.impostors.drop_unwanted(&decision) {
+            client.account.remove_whole(old)?;
+        }
+        Ok(())
+    }
+
+    /// Sends what lights see that a client draws shadows of, as far as it changed.
+    pub(super) fn send_lights(
+        &mut self,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: Viewpoint,
+    ) -> Result<LightWork, StageError> {
+        let shadows = client.draws.shadows;
+        if shadows == Shadows::None || self.begins_coarsely(client) {
+            return Ok(LightWork::default());
+        }
+        let (started, first) = (Instant::now(), client.account.edits());
+        let serving = Serving {
+            scene: &self.scene,
+            snapshot,
+            now,
+            rules: self.account_rules,
+            viewer,
+            shadows,
+            side_px: self.light_size_px(client, now.lighting),
+            account: &mut client.account,
+            imager: &mut *self.imager,
+        };
+        lights::serve(serving, &mut client.lights)?;
+        Ok(LightWork { edits: first..client.account.edits(), took: started.elapsed() })
+    }
+
+    /// Sends what occludes that the eye never saw, to a client that draws ambient occlusion, as far as it changed.
+    pub(super) fn send_occluders(
+        &mut self,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        eye_world: DVec3,
+    ) -> Result<(), StageError> {
+        let reach_m = client.draws.occlusion_reach_m;
+        if !(reach_m > 0.0 && reach_m.is_finite()) || self.begins_coarsely(client) {
+            return Ok(());
+        }
+        let serving = occluders::Serving {
+            scene: &self.scene,
+            snapshot,
+            now,
+            eye_world,
+            reach_m,
+            side_px: self.rules.image_size_px,
+            most_samples: (self.budget_bytes(client) / BYTES_PER_SAMPLE / OCCLUDERS_SHARE) as usize,
+            account: &mut client.account,
+            imager: &mut *self.imager,
+        };
+        occluders::serve(serving, &mut client.occluders)
+    }
+
+    /// The size of lights' images: that of the eye's, as far as all lights' sets together fit their share of a client's budget.
+    fn light_size_px(&self, client: &Client, lighting: &Lighting) -> u32 {
+        let lights = lighting.lights.len().clamp(1, Lighting::MAX_CASTING);
+        let samples = self.budget_bytes(client) / BYTES_PER_SAMPLE / LIGHTS_SHARE;
+        let pixels = samples / (lights as u64 * IMAGES_A_LIGHT);
+        pixels.isqrt().min(self.rules.image_size_px.into()) as u32
+    }
+}
