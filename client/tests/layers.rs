@@ -10,6 +10,7 @@ use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use vantage_client::draw::antialiasing::Antialias;
 use vantage_client::draw::frame::Options;
+use vantage_client::draw::rest::RestView;
 
 const WHITE: [u8; 3] = [255, 255, 255];
 const RED: [u8; 3] = [255, 0, 0];
@@ -28,6 +29,7 @@ struct Sheet {
     colour: [u8; 3],
     hides: u8,
     first_column: u32,
+    material: u8,
 }
 
 impl Sheet {
@@ -47,7 +49,7 @@ impl Sheet {
             ends: Vec::new(),
             colour: vec![self.colour; count],
             object: vec![id as u16; count],
-            material: vec![0; count],
+            material: vec![self.material; count],
         };
         let patch = Patch { id: PatchId(id), purpose: self.purpose, capture_time_s: 0.0, objects: Vec::new(), image };
         HeldPatch { patch, trims: Vec::new() }
@@ -55,7 +57,7 @@ impl Sheet {
 }
 
 fn sheet(purpose: Purpose, z_m: f32, colour: [u8; 3]) -> Sheet {
-    Sheet { purpose, z_m, colour, hides: DepthImage::WHOLE / 2, first_column: 0 }
+    Sheet { purpose, z_m, colour, hides: DepthImage::WHOLE / 2, first_column: 0, material: 0 }
 }
 
 /// Everything is shown as its own colour.
@@ -64,7 +66,8 @@ fn held(sheets: &[Sheet]) -> Held {
     for (sheet, id) in sheets.iter().zip(1..) {
         held.patches.insert(PatchId(id), sheet.held(id));
     }
-    held.materials = vec![Material { unlit: true, double_sided: true, ..Material::default() }];
+    let plain = Material { unlit: true, double_sided: true, ..Material::default() };
+    held.materials = vec![plain, Material { unlit: false, thin: true, transmission: 0.75, ..plain }];
     held.lighting = Some(Lighting { background: BACKGROUND, ..Lighting::default() });
     held
 }
@@ -130,6 +133,36 @@ fn layers_show_nothing_from_behind_and_edges_are_smooth() {
     let edge = row.iter().find(|pixel| pixel[..3] != none).expect("the sheet's edge");
     assert_near([edge[0], edge[1], edge[2]], encoded([1.0, 0.75, 0.75]), "half of the edge's pixel");
     assert_near([row[80][0], row[80][1], row[80][2]], half, "inside");
+}
+
+#[test]
+fn a_pane_tints_what_lies_behind_it() {
+    // By no light it has none of its own.
+    let pane = Sheet { hides: DepthImage::WHOLE, material: 1, ..sheet(Purpose::Layer(0), 2.0, [255, 188, 0]) };
+    let wanted = encoded([0.75, 0.75 * 0.5029, 0.0]);
+    assert_near(shown(&[sheet(Purpose::Eye, 4.0, WHITE), pane]), wanted, "three quarters of white");
+}
+
+#[test]
+fn a_view_at_rest_is_seen_through_layers_part_by_part() {
+    // Of each pixel three quarters are a wall behind the sheet; the last one is open.
+    let at_rest = Sheet { hides: 48, ..sheet(Purpose::Rest, 4.0, WHITE) };
+    let held = held(&[at_rest, sheet(Purpose::Layer(0), 2.0, RED)]);
+    let mut stage = Stage::new(&held);
+    let mut rest = RestView::new(stage.gpu());
+    rest.rebuild(&held);
+    let pixels = stage.shoot_at_rest(&held, &camera(), &rest);
+    let green = ((f64::from(BACKGROUND[1]) / 255.0 + 0.055) / 1.055).powf(2.4);
+    let wanted = encoded([0.5 + 0.5 * 0.75, 0.5 * (0.75 + 0.25 * green), 0.5 * 0.75]);
+    let [red, green, blue, _] = pixels[(SIDE / 2 * SIDE + SIDE / 2) as usize];
+    assert_near([red, green, blue], wanted, "half of red over all of it");
+    // A part before the sheet is not seen through it.
+    let before = Sheet { hides: 48, ..sheet(Purpose::Rest, 1.0, WHITE) };
+    let held = self::held(&[before, sheet(Purpose::Layer(0), 2.0, RED)]);
+    rest.rebuild(&held);
+    let [red, _, blue, _] = stage.shoot_at_rest(&held, &camera(), &rest)[(SIDE / 2 * SIDE + SIDE / 2) as usize];
+    let wanted = encoded([0.75 + 0.25 * 0.5, 0.0, 0.75]);
+    assert_near([red, 0, blue], [wanted[0], 0, wanted[2]], "white, and red before the background");
 }
 
 #[test]

@@ -181,7 +181,7 @@ pub struct MaterialUniform {
     pub transmission: f32,
     /// 1 and more.
     pub ior: f32,
-    /// [`MaterialUniform::UNLIT`], [`MaterialUniform::DOUBLE_SIDED`]; from [`MaterialUniform::STRAIGHT_SHIFT`] on eight bits a channel, the roots
+    /// [`MaterialUniform::UNLIT`], [`MaterialUniform::DOUBLE_SIDED`], [`MaterialUniform::THIN`]; from [`MaterialUniform::STRAIGHT_SHIFT`] on eight bits a channel, the roots
     /// of what is mirrored of light that falls straight on.
     pub flags: u32,
     /// 0 to 1.
@@ -203,6 +203,8 @@ impl MaterialUniform {
     pub const UNLIT: u32 = 1;
     /// Its normals face both ways.
     pub const DOUBLE_SIDED: u32 = 2;
+    /// Light passes it straight on.
+    pub const THIN: u32 = 4;
     /// See [`MaterialUniform::flags`].
     pub const STRAIGHT_SHIFT: u32 = 8;
     /// Entries of the table in a uniform buffer: one a material code of a sample. 16 KiB, as much as any device binds at once.
@@ -220,6 +222,7 @@ impl From<&Material> for MaterialUniform {
     fn from(material: &Material) -> MaterialUniform {
         let unlit = if material.unlit { MaterialUniform::UNLIT } else { 0 };
         let double_sided = if material.double_sided { MaterialUniform::DOUBLE_SIDED } else { 0 };
+        let thin = if material.thin { MaterialUniform::THIN } else { 0 };
         // By their roots, 0.04 and most others are exact.
         let root = |share: f32| (255.0 * share.clamp(0.0, 1.0).sqrt()).round() as u32;
         let [red, green, blue] = material.straight.map(root);
@@ -230,7 +233,7 @@ impl From<&Material> for MaterialUniform {
             roughness: material.roughness,
             transmission: material.transmission,
             ior: material.ior,
-            flags: unlit | double_sided | straight << MaterialUniform::STRAIGHT_SHIFT,
+            flags: unlit | double_sided | thin | straight << MaterialUniform::STRAIGHT_SHIFT,
             occlusion: material.occlusion,
             grazing: material.grazing,
             clearcoat: material.clearcoat,

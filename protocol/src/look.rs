@@ -14,6 +14,8 @@ pub struct Material {
     pub roughness: f32,
     /// Share of light that passes, 0 to 1 (glass above 0).
     pub transmission: f32,
+    /// Whether that light passes straight on, as through a pane ([`crate::Purpose::Layer`]).
+    pub thin: bool,
     /// Index of refraction, 1 and more.
     pub ior: f32,
     /// What a surface that is no metal mirrors of light that falls straight on, linear RGB, 0 to 1, and of light that grazes it.
@@ -58,7 +60,7 @@ impl Material {
     pub fn effect(&self) -> Option<Effect> {
         if self.metallic >= Material::MIRROR_METALLIC && self.roughness <= Material::MIRROR_ROUGHNESS {
             Some(Effect::Mirror)
-        } else if self.transmission >= Material::GLASS_TRANSMISSION {
+        } else if self.transmission >= Material::GLASS_TRANSMISSION && !self.thin {
             Some(Effect::Glass)
         } else {
             None
@@ -74,6 +76,7 @@ impl Default for Material {
             metallic: 0.0,
             roughness: 1.0,
             transmission: 0.0,
+            thin: false,
             ior: 1.5,
             straight: [0.04; 3],
             grazing: 1.0,

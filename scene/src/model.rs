@@ -118,6 +118,8 @@ pub struct Material {
     pub roughness: f32,
     /// 0 to 1.
     pub transmission: f32,
+    /// Whether light passes it straight on, as through a pane, and is not bent.
+    pub thin: bool,
     /// 1 and more.
     pub ior: f32,
     /// How much of what its `ior` says a surface that is no metal mirrors, 0 to 1 (`KHR_materials_specular`).
@@ -205,6 +207,11 @@ impl Material {
         if self.clearcoat > 0.0 { own.min(coat) } else { own }
     }
 
+    /// Whether light passes it straight on: it does not hide what lies behind it, but dims and tints it.
+    pub fn is_pane(&self) -> bool {
+        self.thin && self.transmission > 0.0
+    }
+
     /// What it emits on the whole, linear RGB.
     pub fn mean_emissive(&self, textures: &[Texture]) -> [f32; 3] {
         let map = self.maps.iter().find(|map| map.quantity == Quantity::Emissive);
@@ -234,6 +241,7 @@ impl Default for Material {
             metallic: 0.0,
             roughness: 1.0,
             transmission: 0.0,
+            thin: false,
             ior: 1.5,
             specular: 1.0,
             specular_colour: [1.0; 3],
@@ -427,8 +435,12 @@ impl Scene {
         self.animation.places(self, time_s)
     }
 
-    /// Whether a material is blended and anything of it is seen through: files say of much that it is blended which hides all.
+    /// Whether anything of a material is seen through: what is thin and lets light pass, and what is blended; files say of much that it is blended
+    /// which hides all.
     pub fn is_blended(&self, material: usize) -> bool {
+        if self.materials.get(material).is_some_and(Material::is_pane) {
+            return true;
+        }
         let Some(Material { see_through: true, alpha_cutoff: Some(_), base_colour, texture, .. }) =
             self.materials.get(material)
         else {

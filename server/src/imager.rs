@@ -191,8 +191,8 @@ impl Imager for GpuImager {
     fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, detail: Detail) -> Result<Vec<Capture>, ImagerError> {
         // What reliefs show to an eye that moves is seen as it is.
         self.renderer.leave_out(BTreeSet::new());
-        // Layers lie over pixels that do not come in parts.
-        self.renderer.blend(if detail == Detail::Parts { Blended::CutOut } else { Blended::LeftOut });
+        // Layers lie over it.
+        self.renderer.blend(Blended::LeftOut);
         self.renderer.keep(detail);
         let captures = self.captures(snapshot, &[*view], Discretization::Conventional);
         self.renderer.keep(Detail::Motion);
@@ -232,11 +232,13 @@ impl Imager for GpuImager {
     fn impostor(&mut self, snapshot: &Snapshot, shot: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
         self.place(snapshot, shot.camera.eye_world())?;
         self.renderer.blend(Blended::CutOut);
+        let panes = self.renderer.panes().clone();
         let drawer = match &mut self.impostors {
             Some(drawer) => drawer,
             None => self.impostors.insert(ImpostorDrawer::new(&self.renderer)?),
         };
-        let subject = Subject { objects: &|object| shot.drawn.contains(object), faces: shot.faces };
+        let is_drawn = |object| shot.drawn.contains(object) && !panes.contains(&object);
+        let subject = Subject { objects: &is_drawn, faces: shot.faces };
         let untinted = match shot.drawn {
             Drawn::Only(object) if !shot.is_tinted => Some(*object),
             _ => None,

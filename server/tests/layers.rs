@@ -32,7 +32,7 @@ fn what_is_seen_through_is_in_layers_alone_and_what_lies_behind_is_held() {
             scene.is_blended(scene.meshes[scene.instances[usize::from(object)].mesh as usize].material as usize)
         })
         .collect();
-    assert_eq!(blended.len(), 3, "pane, stripe and bottle");
+    assert_eq!(blended.len(), 4, "pane, stripe, bottle and stained pane");
     assert_eq!(objects(&session.held, is_layer), blended);
     let opaque = objects(&session.held, |purpose| purpose == Purpose::Eye);
     assert!(opaque.is_disjoint(&blended));

@@ -182,7 +182,7 @@ fn placed(scene: &Scene, snapshot: &Snapshot, object: usize) -> Vec<(Facet, Corn
             edge_2: r - p,
             object: object as u16,
             double_sided: material.double_sided,
-            cut_out: material.alpha_cutoff.is_some(),
+            cut_out: material.alpha_cutoff.is_some() || material.is_pane(),
         };
         let corners = Corners {
             normals_world: of.map(|vertex| normal_from_mesh * Vec3::from(vertex.normal).as_dvec3()),

@@ -36,8 +36,8 @@ struct Leaving {
 pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ray: Ray, t_least: f64) -> Arrived {
     let mut query = Query { among: Among::Shown, without: None, leaves: None, t_range: [t_least, f64::INFINITY] };
     let (mut ray, mut tint) = (ray, DVec3::ONE);
-    // What was seen through, from the nearest on: how much it hides, and what it shows.
-    let mut through: Vec<(f64, DVec3)> = Vec::new();
+    // What was seen through, from the nearest on: linear light of its own, and the share of what lies behind that is seen.
+    let mut through: Vec<(DVec3, DVec3)> = Vec::new();
     let mut arrived =
         Arrived { light: lights.background, first: None, reflected_object: None, bounces: 0, seen_through: 0 };
     loop {
@@ -48,11 +48,11 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
             return arrived;
         };
         arrived.first = arrived.first.or(Some(surface));
-        if blending && surface.hides < 1.0 {
-            through.push((
-                surface.hides,
-                linear_from_light(surfaces.lit(&surface, ray.direction, lights, effects.shadows)),
-            ));
+        if blending && (surface.hides < 1.0 || surface.passing > 0.0) {
+            let own = Surface { base: surface.base * (1.0 - surface.passing), ..surface };
+            let shown = linear_from_light(surfaces.lit(&own, ray.direction, lights, effects.shadows));
+            let passing = DVec3::ONE.lerp(surface.base * surface.passing, surface.hides);
+            through.push((shown * surface.hides, passing));
             query.t_range[0] = ray.t_of(surface.p) + surfaces.geometry.skip_m / ray.direction.length();
             arrived.seen_through = arrived.seen_through.saturating_add(1);
             continue;
@@ -84,11 +84,11 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
 }
 
 /// The light that is shown where light lies behind what is seen through: shown colours are mixed, in linear light.
-fn behind(through: &[(f64, DVec3)], light: DVec3) -> DVec3 {
+fn behind(through: &[(DVec3, DVec3)], light: DVec3) -> DVec3 {
     if through.is_empty() {
         return light;
     }
-    let shown = through.iter().rev().fold(linear_from_light(light), |below, (hides, shown)| below.lerp(*shown, *hides));
+    let shown = through.iter().rev().fold(linear_from_light(light), |below, (own, passing)| own + passing * below);
     light_shown_as(shown)
 }
 

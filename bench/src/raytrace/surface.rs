@@ -20,7 +20,7 @@ pub(super) enum Kind {
 pub(super) fn kind(material: &Material) -> Kind {
     if material.metallic >= 0.9 && material.roughness <= 0.1 {
         Kind::Mirror
-    } else if material.transmission >= 0.5 {
+    } else if material.transmission >= 0.5 && !material.thin {
         Kind::Glass { ior: material.ior.into() }
     } else {
         Kind::Plain
@@ -40,6 +40,8 @@ pub(super) struct Surface {
     pub base: DVec3,
     /// Of what is blended, how much it hides; else 1.
     pub hides: f64,
+    /// Of a pane, the share of light that passes it straight on, tinted by its base; else 0.
+    pub passing: f64,
     pub object: u16,
     pub material: u32,
     pub facet: u32,
@@ -68,7 +70,7 @@ impl Surfaces {
         }
     }
 
-    /// The nearest surface along a ray; what is blended is cut out.
+    /// The nearest surface along a ray; what is blended is cut out, and panes are not there.
     pub fn first(&self, ray: &Ray, query: &Query) -> Option<Surface> {
         self.first_of(ray, query, false)
     }
@@ -78,6 +80,9 @@ impl Surfaces {
         let is_cut = |hit: &Hit| {
             let (_, corners) = self.geometry.facet(hit);
             let material = &self.materials[corners.material as usize];
+            if material.is_pane() && !blending {
+                return true;
+            }
             let cutoff = material.alpha_cutoff.filter(|_| !(blending && material.see_through));
             cutoff.is_some_and(|cutoff| self.base(corners, hit.weights).w < f64::from(cutoff))
         };
@@ -97,6 +102,11 @@ impl Surfaces {
             shading: turned(shading, facet.double_sided && from_behind),
             geometric: turned(outward, from_behind),
             base: base.truncate(),
+            passing: if self.materials[corners.material as usize].is_pane() {
+                f64::from(self.materials[corners.material as usize].transmission)
+            } else {
+                0.0
+            },
             hides: if self.materials[corners.material as usize].see_through { base.w.clamp(0.0, 1.0) } else { 1.0 },
             object: facet.object,
             material: corners.material,

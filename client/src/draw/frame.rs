@@ -13,7 +13,7 @@ use crate::draw::effects::Strengths;
 use crate::draw::fill::{FillPass, LEVELS, Pyramid};
 use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
 use crate::draw::held_pass::HeldPass;
-use crate::draw::layers::{LayersPass, Under};
+use crate::draw::layers::{LayersPass, Over, Seen};
 use crate::draw::light::LightPass;
 use crate::draw::lit::Lit;
 use crate::draw::occlusion::{self, OcclusionRenderer};
@@ -214,7 +214,7 @@ impl FrameRenderer {
         if !at_rest.are_all() {
             self.held.encode(encoder, shown, &drawn, options.smoothing, &targets.gbuffer);
         }
-        if drawn == *camera && !(at_rest.are_in_parts() && shown.is_seen_through() && !at_rest.are_all()) {
+        if drawn == *camera {
             at_rest.encode(encoder, &targets.gbuffer, 0);
         }
         self.targets = Some(targets);
@@ -240,6 +240,11 @@ impl FrameRenderer {
         if let Some(shadows) = &mut self.shadows {
             shadows.encode(encoder, shown, &drawn, &targets.gbuffer).expect(EMBEDDED);
         }
+        let (parts, is_at_rest) = (at_rest.parts(), at_rest.are_all());
+        // Of a view at rest, too, what is seen through has several samples a pixel.
+        let of_layers = drawn_camera(camera, if parts > 0 { SAMPLES } else { self.samples });
+        let seen = Seen { held, camera: &of_layers, smoothing: options.smoothing, exposure: options.exposure };
+        let is_through = self.draw_layers(encoder, shown, &seen);
         let shares = Shares {
             ambient: self.occlusion.as_ref().and_then(OcclusionRenderer::measured),
             lights: self.shadows.as_ref().and_then(ShadowRenderer::shares),
@@ -249,28 +254,38 @@ impl FrameRenderer {
             self.light.prepare_occluded().expect(EMBEDDED);
         }
         // What is beside the largest part of a pixel gets that part's shares of light; the largest comes last, and stays.
-        let (layers, is_at_rest) = (at_rest.parts(), at_rest.are_all());
-        for layer in (0..layers.max(1)).rev() {
-            if layers > 1 {
-                at_rest.encode(encoder, &targets.gbuffer, layer);
+        for part in (0..parts.max(1)).rev() {
+            if parts > 1 {
+                at_rest.encode(encoder, &targets.gbuffer, part);
             }
             let surfaces = (&targets.gbuffer, shares);
             self.light.encode(encoder, surfaces, held, (&drawn, is_at_rest), options.exposure, &targets.lit);
             reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options);
-            if layers > 0 {
+            if parts > 0 {
+                let over = self.through.as_ref().filter(|_| is_through);
+                let over =
+                    over.and_then(|through| through.layers.over(encoder, &of_layers, Some(&targets.gbuffer.views.w)));
                 let made = || PartsPass::new(&self.gpu, self.output_format).expect(EMBEDDED);
-                let parts = self.parts.get_or_insert_with(made);
-                parts.add(encoder, &targets.lit, &targets.gbuffer, layer + 1 == layers);
+                let pass = self.parts.get_or_insert_with(made);
+                if is_through {
+                    pass.prepare_through().expect(EMBEDDED);
+                }
+                pass.add(encoder, (&targets.lit, &targets.gbuffer, over), part + 1 == parts);
             }
         }
         // Where nothing is in a view at rest, there is nothing.
         let options = Options { fill: options.fill && !is_at_rest, ..options };
         let present = self.present_uniform(held, options, self.samples);
+        let through = self.through.as_ref().filter(|_| is_through);
         match &self.parts {
-            Some(parts) if layers > 0 => parts.show(encoder, &present, output),
+            Some(pass) if parts > 0 => {
+                let over = through.and_then(|through| through.layers.over(encoder, &of_layers, None));
+                pass.show(encoder, (&present, over), output);
+            }
             _ => {
-                let is_through = self.see_through(encoder, shown, &drawn, &targets, options);
-                self.show(encoder, &targets, (&present, is_through), output, options.fill);
+                let over = through
+                    .and_then(|through| through.layers.over(encoder, &of_layers, Some(&targets.gbuffer.views.w)));
+                self.show(encoder, &targets, (&present, over), output, options.fill);
             }
         }
         self.coverage.encode(&self.gpu, encoder, &targets.lit, &targets.tiles);
@@ -346,21 +361,12 @@ impl FrameRenderer {
         uniform(&self.gpu, "present", bytemuck::bytes_of(&present))
     }
 
-    /// Draws what is blended with the picture, if anything is.
-    fn see_through(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        shown: Shown<'_>,
-        camera: &Pinhole,
-        targets: &Targets,
-        options: Options,
-    ) -> bool {
+    /// Draws what is seen through, if anything is.
+    fn draw_layers(&mut self, encoder: &mut wgpu::CommandEncoder, shown: Shown<'_>, seen: &Seen<'_>) -> bool {
         let Some(layers) = shown.layers.filter(|_| shown.is_seen_through()) else { return false };
         let made = || Through::new(&self.gpu, self.output_format).expect(EMBEDDED);
         let through = self.through.get_or_insert_with(made);
-        let Options { smoothing, exposure, .. } = options;
-        let under = Under { held: shown.held, camera, gbuffer: &targets.gbuffer, smoothing, exposure };
-        through.layers.encode(encoder, layers, &mut self.light, &under);
+        through.layers.draw(encoder, layers, &mut self.light, seen).expect(EMBEDDED);
         true
     }
 
@@ -368,7 +374,7 @@ impl FrameRenderer {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         targets: &Targets,
-        (present, is_through): (&wgpu::Buffer, bool),
+        (present, over): (&wgpu::Buffer, Option<&Over>),
         output: &TextureView,
         fill: bool,
     ) {
@@ -377,11 +383,10 @@ impl FrameRenderer {
         }
         let mut inputs = vec![present.as_entire_binding(), BindingResource::TextureView(&targets.lit.colour.view)];
         inputs.extend(targets.pyramid.views());
-        let through = self.through.as_ref().filter(|_| is_through);
-        match through.and_then(|through| Some((&through.present, through.layers.over()?))) {
-            Some((present, over)) => {
-                inputs.push(BindingResource::TextureView(over));
-                present.encode(encoder, &inputs, &[output]);
+        match self.through.as_ref().zip(over) {
+            Some((through, over)) => {
+                inputs.extend(over.inputs());
+                through.present.encode(encoder, &inputs, &[output]);
             }
             None => self.present.encode(encoder, &inputs, &[output]),
         }
@@ -391,7 +396,7 @@ impl FrameRenderer {
 impl Through {
     fn new(gpu: &Gpu, output: TextureFormat) -> Result<Through, SurfaceError> {
         let mut bindings = present_bindings();
-        bindings.push(Binding::FloatTexture);
+        bindings.extend([Binding::FloatTexture; 2]);
         let present = FullscreenPass::new(gpu, "client/present.wgsl", "show_through", &bindings, &[output])?;
         Ok(Through { layers: LayersPass::new(gpu)?, present })
     }

@@ -10,7 +10,7 @@ use wgpu::{BindingResource, TextureFormat};
 
 use crate::draw::effects::Strengths;
 use crate::draw::fullscreen::{Binding, FullscreenPass, uniform};
-use crate::draw::lit::Lit;
+use crate::draw::lit::{Lit, LitLayer};
 use crate::draw::shares::Shares;
 
 /// See the module.
@@ -21,6 +21,8 @@ pub(crate) struct LightPass {
     sky: SkyTexture,
     /// With less light where it is hidden; made when it is first needed.
     occluded: Option<Occluded>,
+    /// Of what is seen through, likewise.
+    layer: Option<FullscreenPass>,
 }
 
 #[derive(Debug)]
@@ -32,10 +34,8 @@ struct Occluded {
 
 impl LightPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<LightPass, shaders::ShaderError> {
-        use Binding::{FloatTexture, UintTexture, Uniform};
-        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
-        let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light", &bindings, &[Lit::COLOUR, Lit::W])?;
-        Ok(LightPass { gpu: gpu.clone(), pass, sky: SkyTexture::default(), occluded: None })
+        let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light", &BINDINGS, &[Lit::COLOUR, Lit::W])?;
+        Ok(LightPass { gpu: gpu.clone(), pass, sky: SkyTexture::default(), occluded: None, layer: None })
     }
 
     /// Makes ready for light that does not arrive everywhere.
@@ -64,12 +64,48 @@ impl LightPass {
             shadow_strength: shadows,
             ..lighting_of(held, eye_world, exposure)
         };
-        let occluded = self.occluded.as_ref().filter(|_| !shares.is_all());
-        if let (Some(of_lights), true) = (&shares.lights, occluded.is_some()) {
+        let is_occluded = self.occluded.is_some() && !shares.is_all();
+        if let (Some(of_lights), true) = (&shares.lights, is_occluded) {
             for (&light, channel) in of_lights.lights.iter().zip(0..) {
                 lighting.lights[light].shadow = 1 + channel;
             }
         }
+        let sources = self.sources((held, camera), lighting, at_rest);
+        let mut inputs = sources.inputs(gbuffer);
+        let mut pass = &self.pass;
+        if let Some(occluded) = self.occluded.as_ref().filter(|_| is_occluded) {
+            let ambient = shares.ambient.map_or(&occluded.all, |target| &target.view);
+            let of_lights = shares.lights.map_or(&occluded.all, |shares| &shares.target.view);
+            inputs.extend([ambient, of_lights].map(BindingResource::TextureView));
+            pass = &occluded.pass;
+        }
+        pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
+    }
+
+    /// The same of a layer of what is seen through, on which no shadow falls.
+    pub(crate) fn encode_layer(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        gbuffer: &GBuffer,
+        (held, camera): (&Held, &Pinhole),
+        exposure: f32,
+        lit: &LitLayer,
+    ) -> Result<(), shaders::ShaderError> {
+        if self.layer.is_none() {
+            let formats = [Lit::COLOUR, Lit::W, LitLayer::THROUGH];
+            self.layer = Some(FullscreenPass::new(&self.gpu, "client/light.wgsl", "light_layer", &BINDINGS, &formats)?);
+        }
+        let lighting = lighting_of(held, camera.world_from_eye.translation, exposure);
+        let sources = self.sources((held, camera), lighting, false);
+        if let Some(pass) = &self.layer {
+            let targets = [&lit.lit.colour.view, &lit.lit.w.view, &lit.through.view];
+            pass.encode(encoder, &sources.inputs(gbuffer), &targets);
+        }
+        Ok(())
+    }
+
+    fn sources(&mut self, (held, camera): (&Held, &Pinhole), lighting: LightingUniform, at_rest: bool) -> Sources {
+        let eye_world = camera.world_from_eye.translation;
         let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world)));
         let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(&lighting));
         let mut table = MaterialUniform::table(&held.materials);
@@ -78,25 +114,38 @@ impl LightPass {
         }
         let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&table));
         let sky = self.sky.of(&self.gpu, held.sky.as_ref());
-        let mut inputs = vec![
-            camera.as_entire_binding(),
-            lighting.as_entire_binding(),
-            materials.as_entire_binding(),
-            BindingResource::TextureView(&gbuffer.views.colour),
-            BindingResource::TextureView(&gbuffer.views.normal_ids),
-            BindingResource::TextureView(&gbuffer.views.w),
-            BindingResource::TextureView(&sky),
-        ];
-        let mut pass = &self.pass;
-        if let Some(occluded) = occluded {
-            let ambient = shares.ambient.map_or(&occluded.all, |target| &target.view);
-            let of_lights = shares.lights.map_or(&occluded.all, |shares| &shares.target.view);
-            inputs.extend([ambient, of_lights].map(BindingResource::TextureView));
-            pass = &occluded.pass;
-        }
-        pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
+        Sources { camera, lighting, materials, sky }
     }
 }
+
+/// What surfaces are lit by.
+struct Sources {
+    camera: wgpu::Buffer,
+    lighting: wgpu::Buffer,
+    materials: wgpu::Buffer,
+    sky: wgpu::TextureView,
+}
+
+impl Sources {
+    /// In the order of [`BINDINGS`].
+    fn inputs<'a>(&'a self, gbuffer: &'a GBuffer) -> Vec<BindingResource<'a>> {
+        let views = &gbuffer.views;
+        let buffers = [&self.camera, &self.lighting, &self.materials].map(wgpu::Buffer::as_entire_binding);
+        let textures = [&views.colour, &views.normal_ids, &views.w, &self.sky].map(BindingResource::TextureView);
+        buffers.into_iter().chain(textures).collect()
+    }
+}
+
+/// Of `client/light.wgsl`.
+const BINDINGS: [Binding; 7] = [
+    Binding::Uniform,
+    Binding::Uniform,
+    Binding::Uniform,
+    Binding::FloatTexture,
+    Binding::UintTexture,
+    Binding::FloatTexture,
+    Binding::FloatTexture,
+];
 
 /// The lighting of what is held, as seen from an eye; all of it is multiplied by `exposure` before the tone.
 pub(crate) fn lighting_of(held: &Held, eye_world: DVec3, exposure: f32) -> LightingUniform {
@@ -106,10 +155,8 @@ pub(crate) fn lighting_of(held: &Held, eye_world: DVec3, exposure: f32) -> Light
 
 impl Occluded {
     fn new(gpu: &Gpu) -> Result<Occluded, shaders::ShaderError> {
-        use Binding::{FloatTexture, UintTexture, Uniform};
-        let shares = [FloatTexture; 2];
-        let bindings = [Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture, FloatTexture];
-        let bindings: Vec<Binding> = bindings.into_iter().chain(shares).collect();
+        let shares = [Binding::FloatTexture; 2];
+        let bindings: Vec<Binding> = BINDINGS.into_iter().chain(shares).collect();
         let formats = [Lit::COLOUR, Lit::W];
         let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light_occluded", &bindings, &formats)?;
         let all = gpu.device.create_texture_with_data(

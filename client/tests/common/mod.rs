@@ -8,10 +8,12 @@ use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Light, Lighting, Mask, Material, Patch, PatchId, Purpose};
 use surface::{Corners, HeldSurfaces};
+use vantage_client::draw::antialiasing::Antialias;
 use vantage_client::draw::frame::{FrameRenderer, Options};
 use vantage_client::draw::layers::Layers;
 use vantage_client::draw::light_images::LightImages;
 use vantage_client::draw::occlusion;
+use vantage_client::draw::rest::RestView;
 use vantage_client::draw::shown::Shown;
 
 /// Of pictures.
@@ -200,6 +202,18 @@ impl Stage {
         let view = self.output.create_view(&Default::default());
         let (lights, occluders) = (self.lights.as_ref(), self.occluders.as_ref());
         let shown = Shown { lights, occluders, layers: Some(&self.layers), ..Shown::from((&self.surfaces, held)) };
+        self.frames.draw(&mut encoder, shown, camera, &view, options);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.frames.submitted();
+        self.read(&self.output)
+    }
+
+    /// The antialiased picture of a viewer at rest.
+    pub fn shoot_at_rest(&mut self, held: &Held, camera: &Pinhole, rest: &RestView) -> Vec<[u8; 4]> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let view = self.output.create_view(&Default::default());
+        let shown = Shown { layers: Some(&self.layers), rest: Some(rest), ..Shown::from((&self.surfaces, held)) };
+        let options = Options { antialias: Antialias::On, ..Options::default() };
         self.frames.draw(&mut encoder, shown, camera, &view, options);
         self.gpu.queue.submit([encoder.finish()]);
         self.frames.submitted();

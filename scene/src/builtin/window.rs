@@ -12,7 +12,7 @@ use crate::model::{Material, Texture, Wrap};
 const PERIOD_S: f64 = 12.0;
 
 /// A shop window of tinted glass in a frame, with a smoky stripe, before things that pass behind it; a green bottle, of which both walls are
-/// seen, stands before it.
+/// seen, stands before it, and a stained pane hangs there.
 pub(super) fn build() -> Kit {
     let mut kit = Kit::new(PERIOD_S);
     kit.daylight();
@@ -35,6 +35,18 @@ pub(super) fn build() -> Kit {
     bottle.capsule([vec3(0.0, 0.2, 0.0), vec3(0.0, 0.75, 0.0)], [0.2, 0.12], [48, 12]);
     let bottle = kit.mesh(bottle, green);
     kit.place("bottle", bottle, DAffine3::from_translation(dvec3(-0.7, 0.0, 1.1)));
+    let stained = Material {
+        transmission: 0.9,
+        thin: true,
+        double_sided: true,
+        base_colour: [0.95, 0.35, 0.2, 1.0],
+        ..Material::default()
+    };
+    let stained = kit.material(Material { name: "stained glass".into(), ..stained });
+    let mut disc = Mesher::new();
+    disc.panel(vec3(0.35, 1.1, 0.35), Vec3::X * 0.7, Vec3::Y * 0.7, [2, 2]);
+    let disc = kit.mesh(disc, stained);
+    kit.place("stained pane", disc, DAffine3::IDENTITY);
     passers(&mut kit);
     kit
 }

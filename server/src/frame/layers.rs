@@ -43,7 +43,7 @@ impl Stage {
         now: &Surroundings<'_>,
         client: &mut Client,
     ) -> Result<(), StageError> {
-        let purpose = Purpose::Layer(layer.number);
+        let purpose = Purpose::Layer(layer.0);
         let most_samples = (self.budget_bytes(client) / BYTES_PER_SAMPLE / LAYERS_SHARE) as usize;
         let account = &mut client.account;
         account.draw_with(purpose, || self.imager.new_surfaces());

@@ -257,5 +257,6 @@ fn turned_back(world_from_object: &DAffine3, offset_world: DVec3) -> DVec3 {
 pub(super) fn effect_of_mesh(scene: &Scene, mesh: u32) -> Option<Effect> {
     let material = scene.materials.get(scene.meshes.get(mesh as usize)?.material as usize)?;
     let (metallic, roughness) = (material.metallic, material.roughness);
-    Material { metallic, roughness, transmission: material.transmission, ..Material::default() }.effect()
+    Material { metallic, roughness, transmission: material.transmission, thin: material.thin, ..Material::default() }
+        .effect()
 }

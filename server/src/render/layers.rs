@@ -1,20 +1,21 @@
-//! What is blended, in layers of their own: each is drawn as if nothing else of what is blended were there, so that none hides another.
+//! What is seen through, in layers of their own: each is drawn as if nothing else that is seen through were there, so that none hides another.
 //!
 //! Sorting triangles by depth, as renderers of pictures do, leaves nothing that could be sent once and drawn from elsewhere. A layer is a surface
 //! like any other: its samples stay while the eye moves, and which of two layers is nearer is asked pixel by pixel, at the client. Within a
-//! layer only the nearest shows. So that panes behind each other are in different ones, front faces and back faces are two layers, as of a bottle both
-//! are seen, and objects take turns between two groups.
+//! layer only the nearest shows. So what is seen behind each other shall be in different ones: the front faces and the back faces of what bends, as of a bottle
+//! both are seen; and each object goes where the others are as far away and as small as can be. A flat sheet never shows both of its faces, which share a layer.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use scene::Scene;
+use camera::Bounds;
+use glam::Vec3;
+use protocol::Purpose;
+use scene::{Mesh, Scene};
 
-use super::materials;
-
-/// How what is blended is drawn.
+/// How what is seen through is drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Blended {
-    /// Like everything else, cut out where its alpha is below a half.
+    /// Like everything else, cut out where its alpha is below a half; panes not at all.
     #[default]
     CutOut,
     /// Not at all.
@@ -23,87 +24,108 @@ pub enum Blended {
     Layer(Layer),
 }
 
-/// A part of what is blended.
+/// A part of what is seen through, by its number below [`Purpose::LAYERS`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Layer(pub u8);
+
+/// The layers of an object's front faces and of its back faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Layer {
-    /// Which of [`protocol::Purpose::LAYERS`].
-    pub number: u8,
-    /// Which of the objects that are blended: every second one.
-    group: u8,
-    /// Which of their faces.
-    pub(super) faces: LayerFaces,
+struct Faces {
+    front: Layer,
+    back: Option<Layer>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LayerFaces {
-    Front,
-    Back,
-}
+/// Front faces, in [`Layers::faces_in`].
+const FRONT: u32 = 1;
+/// Back faces.
+const BACK: u32 = 2;
+/// A mesh whose triangles all lean less than this against their mean is flat: of 60 degrees.
+const FLAT_COSINE: f32 = 0.5;
 
-impl LayerFaces {
-    /// As materials have it.
-    pub fn see_through(self) -> u32 {
-        match self {
-            LayerFaces::Front => materials::SEE_THROUGH_FRONT,
-            LayerFaces::Back => materials::SEE_THROUGH_BACK,
-        }
-    }
-}
-
-/// What of a scene is blended.
+/// What of a scene is seen through.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Layers {
-    /// By material: whether it is.
-    pub materials: Vec<bool>,
-    /// The objects of each group.
-    groups: [BTreeSet<u16>; Layers::GROUPS],
+    objects: BTreeMap<u16, Faces>,
+    /// Those of panes: where there are no layers, they are not drawn at all.
+    pub panes: BTreeSet<u16>,
     /// Those that hold anything.
     pub layers: Vec<Layer>,
 }
 
 impl Layers {
-    const GROUPS: usize = 2;
-
     pub fn of(scene: &Scene) -> Layers {
-        let materials: Vec<bool> = (0..scene.materials.len()).map(|material| scene.is_blended(material)).collect();
-        let mut groups = [BTreeSet::new(), BTreeSet::new()];
-        let mut has_back = [false; Layers::GROUPS];
-        let material = |instance: &scene::Instance| scene.meshes[instance.mesh as usize].material as usize;
-        let objects = scene.instances.iter().map(material).zip(0_u16..).filter(|(material, _)| materials[*material]);
-        for (index, (material, object)) in objects.enumerate() {
-            let group = index % Layers::GROUPS;
-            groups[group].insert(object);
-            has_back[group] |= scene.materials[material].double_sided;
+        let is_blended: Vec<bool> = (0..scene.materials.len()).map(|material| scene.is_blended(material)).collect();
+        if !is_blended.contains(&true) {
+            return Layers::default();
         }
-        let layer = |group: usize, faces: LayerFaces| Layer {
-            number: 2 * group as u8 + u8::from(faces == LayerFaces::Back),
-            group: group as u8,
-            faces,
-        };
-        let mut layers = Vec::new();
-        for group in (0..Layers::GROUPS).filter(|&group| !groups[group].is_empty()) {
-            layers.push(layer(group, LayerFaces::Front));
-            layers.extend(has_back[group].then(|| layer(group, LayerFaces::Back)));
-        }
-        Layers { materials, groups, layers }
-    }
-
-    /// Whether an object is in a layer.
-    pub fn is_in(&self, object: u16, layer: Layer) -> bool {
-        self.groups[usize::from(layer.group)].contains(&object)
-    }
-
-    /// Whether an object is drawn where what is blended is drawn so.
-    pub fn is_drawn(&self, object: u16, shown: Blended) -> bool {
-        let is_in = |group: &BTreeSet<u16>| group.contains(&object);
-        match shown {
-            Blended::CutOut => true,
-            Blended::LeftOut => !self.groups.iter().any(is_in),
-            Blended::Layer(layer) => {
-                !self.groups.iter().zip(0..).any(|(group, number)| number != layer.group && is_in(group))
+        let snapshot = scene.at(0.0);
+        let mut layers = Layers::default();
+        let mut placed: [Vec<Bounds>; Purpose::LAYERS as usize] = Default::default();
+        for (instance, object) in scene.instances.iter().zip(0..) {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            let material = mesh.material as usize;
+            if !is_blended[material] {
+                continue;
+            }
+            let bounds = scene.bounds_of(&snapshot, object);
+            let best = emptiest(&placed, bounds);
+            let (front, other) = (Layer(best[0]), Layer(best[1]));
+            let is_flat = !instance.deforms && is_flat(mesh);
+            let back = scene.materials[material].double_sided.then_some(if is_flat { front } else { other });
+            layers.objects.insert(object, Faces { front, back });
+            for layer in [Some(front), back.filter(|back| *back != front)].into_iter().flatten() {
+                placed[usize::from(layer.0)].extend(bounds);
+            }
+            if scene.materials[material].is_pane() {
+                layers.panes.insert(object);
             }
         }
+        let faces = layers.objects.values().flat_map(|faces| [Some(faces.front), faces.back]);
+        layers.layers = faces.flatten().collect::<BTreeSet<Layer>>().into_iter().collect();
+        layers
     }
+
+    /// Which faces of an object are in a layer: [`FRONT`], [`BACK`], both or none.
+    pub fn faces_in(&self, object: u16, layer: Layer) -> u32 {
+        let Some(faces) = self.objects.get(&object) else { return 0 };
+        let front = if faces.front == layer { FRONT } else { 0 };
+        front | if faces.back == Some(layer) { BACK } else { 0 }
+    }
+
+    /// Whether an object is drawn where what is seen through is drawn so.
+    pub fn is_drawn(&self, object: u16, shown: Blended) -> bool {
+        match shown {
+            Blended::CutOut => !self.panes.contains(&object),
+            Blended::LeftOut => !self.objects.contains_key(&object),
+            Blended::Layer(layer) => !self.objects.contains_key(&object) || self.faces_in(object, layer) != 0,
+        }
+    }
+}
+
+/// All layers, those first in which what is there hides the least of a box: where the sum of both radii is the smallest as a share of their distance.
+fn emptiest(
+    placed: &[Vec<Bounds>; Purpose::LAYERS as usize],
+    bounds: Option<Bounds>,
+) -> [u8; Purpose::LAYERS as usize] {
+    let radius_m = |bounds: &Bounds| (bounds.max - bounds.min).length() / 2.0;
+    let centre = |bounds: &Bounds| (bounds.min + bounds.max) / 2.0;
+    let near = |own: &Bounds, other: &Bounds| (radius_m(own) + radius_m(other)) / centre(own).distance(centre(other));
+    let crowd = |layer: &u8| {
+        let others = placed[usize::from(*layer)].iter();
+        bounds.map_or(0.0, |own| others.map(|other| near(&own, other)).fold(0.0, f64::max))
+    };
+    let mut layers = std::array::from_fn(|layer| layer as u8);
+    layers.sort_by(|a, b| crowd(a).total_cmp(&crowd(b)));
+    layers
+}
+
+/// Whether no eye sees both a front and a back of a mesh, or hardly.
+fn is_flat(mesh: &Mesh) -> bool {
+    let place = |index: u32| Vec3::from(mesh.vertices[index as usize].position);
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    let areas = triangles.iter().map(|&[a, b, c]| (place(b) - place(a)).cross(place(c) - place(a)));
+    let mean = areas.clone().sum::<Vec3>().normalize_or_zero();
+    areas.filter(|area| *area != Vec3::ZERO).all(|area| area.normalize_or_zero().dot(mean) > FLAT_COSINE)
 }
 
 #[cfg(test)]
@@ -114,23 +136,37 @@ mod tests {
         Layers::of(&scene::builtin::load(name).expect("a built-in scene"))
     }
 
+    fn object(scene: &Scene, name: &str) -> u16 {
+        scene.instances.iter().position(|instance| instance.name == name).expect("there is one") as u16
+    }
+
     #[test]
-    fn what_is_seen_through_takes_turns_and_has_two_sides() {
-        // Of the boards' six two are blended: the opaque one has the same texture, and others are cut out.
+    fn sheets_that_overlap_and_both_walls_of_a_bottle_are_in_different_layers() {
+        let scene = scene::builtin::load("window").expect("a built-in scene");
+        let layers = Layers::of(&scene);
+        let of = |name: &str| layers.objects[&object(&scene, name)];
+        let sheets = ["pane", "stripe", "stained pane"].map(of);
+        assert!(sheets.iter().all(|faces| faces.back == Some(faces.front)), "a sheet shows one face");
+        let different: BTreeSet<Layer> = sheets.iter().map(|faces| faces.front).collect();
+        assert_eq!(different.len(), 3);
+        let bottle = of("bottle");
+        assert!(bottle.back.is_some_and(|back| back != bottle.front), "{bottle:?}");
+        assert_eq!(layers.panes, BTreeSet::from([object(&scene, "stained pane")]));
+    }
+
+    #[test]
+    fn what_is_drawn_of_a_layer_is_what_is_in_it_and_all_that_is_opaque() {
+        // Of the boards' six two are seen through: the opaque one has the same texture, and others are cut out.
         let boards = layers("alpha-boards");
-        let [first, second] = &boards.groups;
-        assert_eq!((first.len(), second.len()), (1, 1));
-        let numbers: Vec<u8> = boards.layers.iter().map(|layer| layer.number).collect();
-        assert_eq!(numbers, [0, 1, 2, 3]);
-        let object = *first.first().expect("one");
-        let drawn = |shown| boards.is_drawn(object, shown);
-        assert!(drawn(Blended::CutOut) && !drawn(Blended::LeftOut));
-        let of_layers: Vec<bool> = boards.layers.iter().map(|&layer| drawn(Blended::Layer(layer))).collect();
-        assert_eq!(of_layers, [true, true, false, false]);
-        assert!(
-            boards.is_drawn(0, Blended::LeftOut) && boards.is_drawn(0, Blended::Layer(boards.layers[0])),
-            "the wall"
-        );
+        assert_eq!(boards.objects.len(), 2);
+        let (&object, &Faces { front, .. }) = boards.objects.first_key_value().expect("one");
+        assert!(boards.is_drawn(object, Blended::CutOut) && !boards.is_drawn(object, Blended::LeftOut));
+        let of_layers = boards.layers.iter().filter(|&&layer| boards.is_drawn(object, Blended::Layer(layer)));
+        assert_eq!(of_layers.collect::<Vec<_>>(), [&front]);
+        assert!(boards.is_drawn(0, Blended::LeftOut) && boards.is_drawn(0, Blended::Layer(front)), "the wall");
+        let window = scene::builtin::load("window").expect("a built-in scene");
+        let stained = self::object(&window, "stained pane");
+        assert!(!Layers::of(&window).is_drawn(stained, Blended::CutOut), "a pane is not cut out");
     }
 
     #[test]
@@ -140,9 +176,9 @@ mod tests {
 
     #[test]
     fn of_what_has_one_side_there_is_a_front_alone() {
-        let mut scene = scene::builtin::load("alpha-boards").expect("a built-in scene");
+        let mut scene = scene::builtin::load("window").expect("a built-in scene");
         scene.materials.iter_mut().for_each(|material| material.double_sided = false);
-        let numbers: Vec<u8> = Layers::of(&scene).layers.iter().map(|layer| layer.number).collect();
-        assert_eq!(numbers, [0, 2]);
+        let layers = Layers::of(&scene);
+        assert!(layers.objects.values().all(|faces| faces.back.is_none()));
     }
 }

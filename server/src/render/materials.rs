@@ -12,12 +12,6 @@ use super::palette::{self, CodeMap, Kinds, Palette};
 pub(super) const FINE_NORMAL: u32 = 1;
 /// Colours: of everything in a view at rest.
 pub(super) const FINE_COLOUR: u32 = 2;
-/// Of what is blended: as many of sixteen samples as its alpha says.
-pub(super) const SEE_THROUGH_SAMPLES: u32 = 1;
-/// Only its front, with what it hides.
-pub(super) const SEE_THROUGH_FRONT: u32 = 2;
-/// Only its back, likewise.
-pub(super) const SEE_THROUGH_BACK: u32 = 3;
 
 /// `SurfaceMaterial` of `server/scene.wgsl`.
 #[repr(C)]
@@ -33,8 +27,8 @@ pub(crate) struct SurfaceMaterial {
     pub bump_scale: f32,
     /// Whether its code is told place by place, and how what tells it is wrapped.
     pub varies: u32,
-    /// How it is drawn where it is blended, see [`SEE_THROUGH_SAMPLES`].
-    pub see_through: u32,
+    /// Whether, where it is seen through, not its alpha but its material says how much.
+    pub is_pane: u32,
     pub padding: u32,
     pub bumps_from_u: [f32; 4],
     pub bumps_from_v: [f32; 4],
@@ -103,10 +97,10 @@ pub(crate) fn tables(scene: &Scene, varied: bool) -> Tables {
             alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
             code: code as u32,
             double_sided: u32::from(material.double_sided),
-            fine: if reflects { FINE_NORMAL } else { 0 },
+            fine: if reflects || material.is_pane() { FINE_NORMAL } else { 0 },
             bump_scale: material.bumps.map_or(0.0, |bumps| bumps.scale),
             varies: map.map_or(0, |map| 1 + wrap_code(map.wrap[0]) + 3 * wrap_code(map.wrap[1])),
-            see_through: 0,
+            is_pane: u32::from(material.is_pane()),
             padding: 0,
             bumps_from_u,
             bumps_from_v,
@@ -159,7 +153,7 @@ mod tests {
             fine,
             bump_scale,
             varies,
-            see_through,
+            is_pane,
             bumps_from_u,
             bumps_from_v,
             codes_from_u,

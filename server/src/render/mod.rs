@@ -57,7 +57,8 @@ pub(crate) struct InstanceRecord {
     pub first_vertex: u32,
     pub first_index: u32,
     pub tint: [u8; 4],
-    pub padding: u32,
+    /// Which of its faces are in the layer that is drawn, see [`Layers::faces_in`].
+    pub faces: u32,
 }
 
 fn rgba([red, green, blue]: [u8; 3]) -> [u8; 4] {
@@ -104,8 +105,7 @@ pub enum Detail {
     Motion,
     /// Normals and colours finely.
     Fine,
-    /// The same, for images whose samples make up pixels, 4 x 4 each: of what is blended, as many of the sixteen are there as its alpha says, so
-    /// that the others show what lies behind (Enderton and others, *Stochastic transparency*, 2010, by a fixed order instead of chance).
+    /// The same, for images whose samples make up pixels, 4 x 4 each.
     Parts,
 }
 
@@ -194,18 +194,30 @@ impl SceneRenderer {
         &self.blended.layers
     }
 
+    /// The objects that light passes straight on: no impostor shows them.
+    pub(crate) fn panes(&self) -> &BTreeSet<u16> {
+        &self.blended.panes
+    }
+
     /// A box around the objects of a layer, where they are now; `None` where nothing is in it.
     pub(crate) fn layer_bounds(&self, layer: Layer) -> Option<camera::Bounds> {
-        let of_layer = self.slots.iter().filter(|slot| self.blended.is_in(slot.object as u16, layer));
+        let of_layer = self.slots.iter().filter(|slot| self.blended.faces_in(slot.object as u16, layer) != 0);
         let bounds = of_layer.map(|slot| slot.bounds_world).filter(|bounds| !bounds.is_empty());
         bounds.map(|Bounds { min, max }| camera::Bounds { min, max }).reduce(camera::Bounds::union)
     }
 
     /// Draws what is blended so from now on.
     pub fn blend(&mut self, blended: Blended) {
-        if std::mem::replace(&mut self.shown, blended) != blended && !self.blended.layers.is_empty() {
-            self.write_materials();
+        if std::mem::replace(&mut self.shown, blended) == blended || self.blended.layers.is_empty() {
+            return;
         }
+        for (slot, record) in self.slots.iter().zip(&mut self.records) {
+            record.faces = match blended {
+                Blended::Layer(layer) => self.blended.faces_in(slot.object as u16, layer),
+                Blended::CutOut | Blended::LeftOut => 0,
+            };
+        }
+        self.gpu.queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
     }
 
     /// Whether captures tell how much samples of a layer hide.
@@ -238,19 +250,13 @@ impl SceneRenderer {
     /// Writes materials as they are drawn now.
     fn write_materials(&self) {
         let finely = self.detail != Detail::Motion;
-        let see_through = match self.shown {
-            Blended::Layer(layer) => layer.faces.see_through(),
-            _ if self.detail == Detail::Parts => materials::SEE_THROUGH_SAMPLES,
-            _ => 0,
-        };
-        let drawn = |(surface, is_blended): (&materials::SurfaceMaterial, &bool)| materials::SurfaceMaterial {
+        let drawn = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
             fine: if finely { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine },
-            see_through: if *is_blended { see_through } else { 0 },
             bump_scale: if self.is_smooth { 0.0 } else { surface.bump_scale },
             varies: if self.is_smooth { 0 } else { surface.varies },
             ..*surface
         };
-        let drawn: Vec<_> = self.surface_materials.iter().zip(&self.blended.materials).map(drawn).collect();
+        let drawn: Vec<_> = self.surface_materials.iter().map(drawn).collect();
         self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&drawn));
     }
 
@@ -493,7 +499,8 @@ mod tests {
             mirrored,
             first_vertex,
             first_index,
-            tint
+            tint,
+            faces
         );
     }
 

@@ -74,6 +74,7 @@ fn with_texels(material: &scene::Material, texel: impl Fn(usize) -> [f32; 4]) ->
         metallic: material.metallic,
         roughness: material.roughness,
         transmission: material.transmission,
+        thin: material.thin && material.transmission > 0.0,
         ior: material.ior,
         straight: [0.0; 3],
         grazing: material.specular,

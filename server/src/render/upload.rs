@@ -66,6 +66,11 @@ impl Geometry {
     }
 }
 
+/// Whether some of its fragments may be dropped: by their alpha, or of a pane as they are of another layer.
+fn is_cut_out(material: &scene::Material) -> bool {
+    material.alpha_cutoff.is_some() || material.is_pane()
+}
+
 /// Instances in the order in which they are drawn: those of one batch together.
 fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Batch>, Vec<Slot>, Vec<InstanceRecord>) {
     let triangle_bases = triangle_bases(scene);
@@ -76,7 +81,7 @@ fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Ba
         let material = &scene.materials[material_of(object) as usize];
         // Opaque first; then as few changes of state as can be.
         let textures = textures_of(scene, material_of(object));
-        let state = (material.alpha_cutoff.is_some(), material.double_sided, textures);
+        let state = (is_cut_out(material), material.double_sided, textures);
         (state, instance.mesh, instance.deforms, object)
     });
     let (mut batches, mut slots, mut records) = (Vec::<Batch>::new(), Vec::new(), Vec::new());
@@ -94,7 +99,7 @@ fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Ba
                 vertex_count: placed.vertex_count,
                 slots: slots.len() as u32..slots.len() as u32,
                 texture: distinct.binary_search(&textures_of(scene, mesh.material)).expect("all that differ are there"),
-                cut_out: material.alpha_cutoff.is_some(),
+                cut_out: is_cut_out(material),
                 double_sided: material.double_sided,
             });
             last = Some((instance.mesh, instance.deforms));

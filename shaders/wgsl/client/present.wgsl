@@ -15,8 +15,9 @@
 @group(0) @binding(9) var open_4: texture_2d<f32>;
 @group(0) @binding(10) var level_5: texture_2d<f32>;
 @group(0) @binding(11) var open_5: texture_2d<f32>;
-// What is blended with it (`client/layers.wgsl`), for `show_through` alone.
-@group(0) @binding(12) var over: texture_2d<f32>;
+// What it is seen through (`client/layers.wgsl`), for `show_through` alone.
+@group(0) @binding(12) var over_light: texture_2d<f32>;
+@group(0) @binding(13) var over_through: texture_2d<f32>;
 
 // A hole is filled at the first level whose neighbourhood is covered by more than this: beside the straight edge of a
 // surface before the sky it stays below a half at every level, so that nothing grows into the sky.
@@ -118,8 +119,8 @@ fn show_through(@builtin(position) position: vec4f) -> @location(0) vec4f {
     for (var y = 0; y < samples; y++) {
         for (var x = 0; x < samples; x++) {
             let sample = first + vec2i(x, y);
-            let above = textureLoad(over, sample, 0);
-            linear += above.rgb + (1.0 - above.a) * linear_from_srgb(shown(vec2f(sample) + 0.5));
+            let above = textureLoad(over_light, sample, 0);
+            linear += above.rgb + textureLoad(over_through, sample, 0).rgb * linear_from_srgb(shown(vec2f(sample) + 0.5));
             covered += select(0, 1, above.a > 0.0 || textureLoad(lit, sample, 0).a > 0.0);
         }
     }

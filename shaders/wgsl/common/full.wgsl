@@ -24,10 +24,15 @@ struct Lobes {
     sheen_roughness: f32,
 }
 
+// The share of what its base colour lets leave that comes from behind: of a pane, which is no metal.
+fn passing_of(material: Material) -> f32 {
+    return select(0.0, material.transmission, (material.flags & MATERIAL_THIN) != 0u);
+}
+
 fn lobes_of(base: vec3f, material: Material) -> Lobes {
     let root = unpack4x8unorm(material.flags >> 8u).rgb;
     var lobes: Lobes;
-    lobes.diffuse = base;
+    lobes.diffuse = base * (1.0 - passing_of(material));
     lobes.straight = root * root;
     lobes.metal = base;
     lobes.metallic = material.metallic;

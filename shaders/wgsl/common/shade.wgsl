@@ -12,6 +12,7 @@ const LIGHT_POINT: u32 = 1u;
 const SKY_HARMONICS: u32 = 9u;
 const MATERIAL_UNLIT: u32 = 1u;
 const MATERIAL_DOUBLE_SIDED: u32 = 2u;
+const MATERIAL_THIN: u32 = 4u;
 
 struct Light {
     // Relative to the output eye; unused by a directional light.

@@ -49,7 +49,18 @@ fn light_off(seen: Seen, material: Material) -> vec3f {
         }
         light += of_lamp;
     }
-    return material.emissive + select(seen.base * light, light, is_full());
+    return material.emissive + select(seen.base * (1.0 - passing_of(material)) * light, light, is_full());
+}
+
+// The share of the light from straight behind that passes, linear RGB: of a pane, what it does not mirror, tinted by its base colour.
+fn light_through(seen: Seen, material: Material) -> vec3f {
+    let passing = passing_of(material) * (1.0 - material.metallic);
+    if passing == 0.0 || !is_full() {
+        return passing * seen.base;
+    }
+    let lobes = lobes_of(seen.base, material);
+    let mirrored = bounced(lobes.straight, lobes.grazing, mirrored_even(lobes.roughness, clamp(dot(seen.normal, seen.to_eye), 0.0, 1.0)));
+    return passing * (1.0 - most_of(mirrored.once + mirrored.again)) * seen.base;
 }
 
 // The sRGB-encoded picture of it. Without light, a base colour is shown as it is.

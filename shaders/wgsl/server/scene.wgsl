@@ -23,7 +23,8 @@ struct Instance {
     first_index: u32,
     // What base colours are multiplied by: linear RGB, 8 bits each.
     tint: u32,
-    padding_0: u32,
+    // Which of its faces are in the layer that is drawn; 0 of what is in none.
+    faces: u32,
 }
 
 // Normals: of a mirror or glass, and of everything in a view at rest.
@@ -31,11 +32,9 @@ const FINE_NORMAL: u32 = 1u;
 // Colours: of everything in a view at rest.
 const FINE_COLOUR: u32 = 2u;
 
-// Drawn in as many of a pixel's 4 x 4 samples as its alpha says.
-const SEE_THROUGH_SAMPLES: u32 = 1u;
-// Only its front, or its back, with what it hides.
-const SEE_THROUGH_FRONT: u32 = 2u;
-const SEE_THROUGH_BACK: u32 = 3u;
+// Of `faces`.
+const FRONT: u32 = 1u;
+const BACK: u32 = 2u;
 // The twin of `protocol::DepthImage::WHOLE`.
 const WHOLE: f32 = 64.0;
 
@@ -56,8 +55,8 @@ struct SurfaceMaterial {
     bump_scale: f32,
     // 0: `code` holds everywhere. Else `codes` tells it, place by place, and this is 1 + how they are wrapped along u + 3 times how along v.
     varies: u32,
-    // Of what is blended, see SEE_THROUGH_*; else 0.
-    see_through: u32,
+    // 1: where it is seen through, not its alpha but its material says how much.
+    is_pane: u32,
     padding_0: u32,
     // Rows of the affine maps from texture coordinates to those of the normal map and of the codes.
     bumps_from_u: vec4f,
@@ -219,14 +218,6 @@ struct Surface {
     hides: u32,
 }
 
-// The alpha from which on a sample of a pixel's 4 x 4 is drawn of an object: 1/32 to 31/32, each once. The sixteen places of a pixel are the powers of a number
-// modulo 17 away from each other, and objects have different numbers, so that what covers half of a pixel hides about half of what covers another half.
-fn sample_threshold(sample: vec2u, object: u32) -> f32 {
-    let place = (sample.x & 3u) + 4u * (sample.y & 3u) + 1u;
-    let factor = (object * 5u + 2u) % 16u + 1u;
-    return (f32((place * factor) % 17u) - 0.5) / 16.0;
-}
-
 // The id of a fragment's triangle over the whole scene, 1 and more.
 fn scene_triangle(v: Varying, triangle_of_mesh: u32) -> u32 {
     return instances[v.instance].triangle_base + triangle_of_mesh;
@@ -251,13 +242,11 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     out.material = material.code;
     out.fine = material.fine;
     var cutoff = material.alpha_cutoff;
-    if material.see_through == SEE_THROUGH_SAMPLES {
-        cutoff = sample_threshold(vec2u(v.clip.xy), instance.object);
-    }
-    if material.see_through >= SEE_THROUGH_FRONT {
-        let is_other = is_back != (material.see_through == SEE_THROUGH_BACK);
-        cutoff = select(0.5 / WHOLE, 2.0, is_other);
-        out.hides = u32(round(clamp(base.a * WHOLE, 1.0, WHOLE)));
+    if instance.faces != 0u {
+        let is_pane = material.is_pane != 0u;
+        let is_other = (instance.faces & select(FRONT, BACK, is_back)) == 0u;
+        cutoff = select(select(0.5 / WHOLE, cutoff, is_pane), 2.0, is_other);
+        out.hides = select(u32(round(clamp(base.a * WHOLE, 1.0, WHOLE))), u32(WHOLE), is_pane);
     }
     out.cut = cut_out && base.a < cutoff;
     return out;

@@ -14,7 +14,7 @@ use surface::{CornerRules, Corners, HeldSurfaces};
 
 use crate::receive::follow::Follow;
 
-pub(crate) use pass::{LayersPass, Under};
+pub(crate) use pass::{LayersPass, Over, Seen};
 
 /// See the module.
 #[derive(Debug)]

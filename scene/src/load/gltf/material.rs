@@ -160,6 +160,8 @@ fn numbers(material: &document::Material, at: &str, warnings: &mut Warnings) -> 
         metallic: unit(pbr.metallic_factor.unwrap_or(1.0)),
         roughness: unit(pbr.roughness_factor.unwrap_or(1.0)),
         transmission: unit(more.transmission.as_ref().map_or(0.0, |t| t.transmission_factor)),
+        // Of a body of glass as well: how it bends light, its thickness alone does not say.
+        thin: true,
         ior: more.ior.as_ref().and_then(|ior| ior.ior).filter(|ior| *ior >= 1.0).unwrap_or(1.5),
         specular: unit(specular.and_then(|specular| specular.specular_factor).unwrap_or(1.0)),
         specular_colour: specular.and_then(|specular| specular.specular_color_factor).unwrap_or([1.0; 3]).map(light),
