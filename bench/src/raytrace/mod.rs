@@ -16,6 +16,10 @@
 //!   inside, the ray is followed up to two times; after that it ends at the background. A ray that finds no way out of
 //!   an open body goes on as it is.
 //!
+//! - Else it is **blended** where the material says so, or a **pane** where it is `thin` and transmits. With [`Effects::blending`] rays go on behind
+//!   these: what is blended adds its colour by its alpha; a pane adds what it does not let pass, and tints the rest. Shown colours are mixed, in linear light. Without, what
+//!   is blended is cut out, and panes are not there.
+//!
 //! *Light* is exposed light `c` before the transfer to the screen, `shown = sRGB(1 - exp(-c))`, which is made once, at
 //! the end. A ray that leaves the scene brings the light that is shown as the lighting's background, and a surface
 //! without lights the light that is shown as its base colour. The look itself has no shadows; with [`Effects::shadows`] a light arrives

@@ -70,7 +70,7 @@ impl LightPass {
                 lighting.lights[light].shadow = 1 + channel;
             }
         }
-        let sources = self.sources((held, camera), lighting, at_rest);
+        let sources = self.sources((held, camera), &lighting, at_rest);
         let mut inputs = sources.inputs(gbuffer);
         let mut pass = &self.pass;
         if let Some(occluded) = self.occluded.as_ref().filter(|_| is_occluded) {
@@ -96,7 +96,7 @@ impl LightPass {
             self.layer = Some(FullscreenPass::new(&self.gpu, "client/light.wgsl", "light_layer", &BINDINGS, &formats)?);
         }
         let lighting = lighting_of(held, camera.world_from_eye.translation, exposure);
-        let sources = self.sources((held, camera), lighting, false);
+        let sources = self.sources((held, camera), &lighting, false);
         if let Some(pass) = &self.layer {
             let targets = [&lit.lit.colour.view, &lit.lit.w.view, &lit.through.view];
             pass.encode(encoder, &sources.inputs(gbuffer), &targets);
@@ -104,10 +104,10 @@ impl LightPass {
         Ok(())
     }
 
-    fn sources(&mut self, (held, camera): (&Held, &Pinhole), lighting: LightingUniform, at_rest: bool) -> Sources {
+    fn sources(&mut self, (held, camera): (&Held, &Pinhole), lighting: &LightingUniform, at_rest: bool) -> Sources {
         let eye_world = camera.world_from_eye.translation;
         let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world)));
-        let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(&lighting));
+        let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(lighting));
         let mut table = MaterialUniform::table(&held.materials);
         if at_rest {
             table.iter_mut().for_each(|material| material.flags &= !MaterialUniform::DOUBLE_SIDED);

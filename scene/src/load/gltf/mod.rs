@@ -17,6 +17,8 @@
 //! Cameras that bend, split, merge or look past a silhouette: `"graph_camera"` or `"single_pole"` in the `extras` of a node with a camera, in the
 //! node's space ([`named_camera`]).
 //!
+//! What transmits is thin: light passes it straight on, whatever its thickness (`KHR_materials_volume`).
+//!
 //! Other extensions are ignored where the file merely uses them, and named in a warning where it requires them.
 
 mod accessor;
