@@ -5,14 +5,13 @@ mod common;
 use camera::Pinhole;
 use common::*;
 use glam::{DAffine3, DVec3};
-use protocol::{DepthImage, Look};
+use protocol::Look;
 use scene::model::{Map, Quantity, SAME_UV, UvMap};
 use scene::{Material, Scene};
 use vantage_server::config::Config;
-use vantage_server::discretize::{Capture, DepthPrecision, Discretization};
+use vantage_server::discretize::{Capture, Discretization};
 use vantage_server::imager::{GpuImager, Imager};
-use vantage_server::render::{Detail, Kinds, SceneRenderer};
-use vantage_server::rest::parts;
+use vantage_server::render::{Detail, SceneRenderer};
 
 const SIZE_PX: u32 = 64;
 
