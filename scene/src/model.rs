@@ -437,7 +437,7 @@ impl Scene {
 
     /// Whether anything of a material is seen through: what is thin and lets light pass, and what is blended; files say of much that it is blended
     /// which hides all.
-    pub fn is_blended(&self, material: usize) -> bool {
+    pub fn is_seen_through(&self, material: usize) -> bool {
         if self.materials.get(material).is_some_and(Material::is_pane) {
             return true;
         }

@@ -29,7 +29,7 @@ fn what_is_seen_through_is_in_layers_alone_and_what_lies_behind_is_held() {
     let scene = session.scene.clone();
     let blended: BTreeSet<u16> = (0..scene.instances.len() as u16)
         .filter(|&object| {
-            scene.is_blended(scene.meshes[scene.instances[usize::from(object)].mesh as usize].material as usize)
+            scene.is_seen_through(scene.meshes[scene.instances[usize::from(object)].mesh as usize].material as usize)
         })
         .collect();
     assert_eq!(blended.len(), 4, "pane, stripe, bottle and stained pane");

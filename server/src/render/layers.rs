@@ -54,8 +54,9 @@ pub(super) struct Layers {
 
 impl Layers {
     pub fn of(scene: &Scene) -> Layers {
-        let is_blended: Vec<bool> = (0..scene.materials.len()).map(|material| scene.is_blended(material)).collect();
-        if !is_blended.contains(&true) {
+        let is_seen_through: Vec<bool> =
+            (0..scene.materials.len()).map(|material| scene.is_seen_through(material)).collect();
+        if !is_seen_through.contains(&true) {
             return Layers::default();
         }
         let snapshot = scene.at(0.0);
@@ -64,7 +65,7 @@ impl Layers {
         for (instance, object) in scene.instances.iter().zip(0..) {
             let mesh = &scene.meshes[instance.mesh as usize];
             let material = mesh.material as usize;
-            if !is_blended[material] {
+            if !is_seen_through[material] {
                 continue;
             }
             let bounds = scene.bounds_of(&snapshot, object);

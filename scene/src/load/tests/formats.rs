@@ -41,7 +41,7 @@ fn obj_materials_come_from_the_library_beside_it() {
     let scene = load(&path, &LoadLimits::default(), &|_| {}).unwrap();
     let material = &scene.materials[scene.meshes[0].material as usize];
     assert_eq!((material.base_colour, material.alpha_cutoff), ([1.0, 0.0, 0.0, 0.25], Some(0.5)));
-    assert!(scene.is_blended(scene.meshes[0].material as usize));
+    assert!(scene.is_seen_through(scene.meshes[0].material as usize));
     for expected in ["missing.png", "../a.mtl"] {
         assert!(scene.warnings.iter().any(|warning| warning.contains(expected)), "{:?}", scene.warnings);
     }

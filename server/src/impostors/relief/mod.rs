@@ -89,8 +89,8 @@ impl Reliefs {
         let mut shapes: BTreeMap<u32, Shape> = BTreeMap::new();
         for (instance, object) in scene.instances.iter().zip(0_u16..) {
             let mesh = scene.meshes.get(instance.mesh as usize);
-            let is_blended = mesh.is_some_and(|mesh| scene.is_blended(mesh.material as usize));
-            if !instance.deforms && effect_of_mesh(scene, instance.mesh).is_none() && !is_blended {
+            let is_seen_through = mesh.is_some_and(|mesh| scene.is_seen_through(mesh.material as usize));
+            if !instance.deforms && effect_of_mesh(scene, instance.mesh).is_none() && !is_seen_through {
                 let new = || Shape { objects: Vec::new(), verdict: None, images: BTreeMap::new() };
                 shapes.entry(instance.mesh).or_insert_with(new).objects.push(object);
             }
