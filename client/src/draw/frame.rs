@@ -242,7 +242,7 @@ impl FrameRenderer {
         }
         let (parts, is_at_rest) = (at_rest.parts(), at_rest.are_all());
         // Of a view at rest, too, what is seen through has several samples a pixel.
-        let of_layers = drawn_camera(camera, if parts > 0 { SAMPLES } else { self.samples });
+        let of_layers = drawn_camera(camera, if parts > 0 { self.most_samples(camera) } else { self.samples });
         let seen = Seen { held, camera: &of_layers, smoothing: options.smoothing, exposure: options.exposure };
         let is_through = self.draw_layers(encoder, shown, &seen);
         let shares = Shares {
@@ -262,9 +262,8 @@ impl FrameRenderer {
             self.light.encode(encoder, surfaces, held, (&drawn, is_at_rest), options.exposure, &targets.lit);
             reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options);
             if parts > 0 {
-                let over = self.through.as_ref().filter(|_| is_through);
-                let over =
-                    over.and_then(|through| through.layers.over(encoder, &of_layers, Some(&targets.gbuffer.views.w)));
+                let through = self.through.as_ref().filter(|_| is_through);
+                let over = through.and_then(|through| through.over(encoder, &of_layers, Some(&targets.gbuffer)));
                 let made = || PartsPass::new(&self.gpu, self.output_format).expect(EMBEDDED);
                 let pass = self.parts.get_or_insert_with(made);
                 if is_through {
@@ -279,12 +278,11 @@ impl FrameRenderer {
         let through = self.through.as_ref().filter(|_| is_through);
         match &self.parts {
             Some(pass) if parts > 0 => {
-                let over = through.and_then(|through| through.layers.over(encoder, &of_layers, None));
+                let over = through.and_then(|through| through.over(encoder, &of_layers, None));
                 pass.show(encoder, (&present, over), output);
             }
             _ => {
-                let over = through
-                    .and_then(|through| through.layers.over(encoder, &of_layers, Some(&targets.gbuffer.views.w)));
+                let over = through.and_then(|through| through.over(encoder, &of_layers, Some(&targets.gbuffer)));
                 self.show(encoder, &targets, (&present, over), output, options.fill);
             }
         }
@@ -339,11 +337,16 @@ impl FrameRenderer {
 
     /// Samples of a pixel along each side: one where its parts are there already, the picture is too large, or frames are to come in time and did not.
     fn samples_for(&self, camera: &Pinhole, at_rest: &RowsOf<'_>, antialias: Antialias) -> u32 {
+        let comes_in_time = antialias == Antialias::On || !self.times.is_too_slow();
+        if antialias.is_wanted() && comes_in_time && !at_rest.are_all() { self.most_samples(camera) } else { 1 }
+    }
+
+    /// Samples of a pixel along each side for which a picture is not too large.
+    fn most_samples(&self, camera: &Pinhole) -> u32 {
         let (width_px, height_px) = (SAMPLES * camera.width_px, SAMPLES * camera.height_px);
         let fits = width_px.max(height_px) <= self.gpu.device.limits().max_texture_dimension_2d
             && u64::from(width_px) * u64::from(height_px) <= MOST_SAMPLES;
-        let comes_in_time = antialias == Antialias::On || !self.times.is_too_slow();
-        if antialias.is_wanted() && comes_in_time && fits && !at_rest.are_all() { SAMPLES } else { 1 }
+        if fits { SAMPLES } else { 1 }
     }
 
     fn present_uniform(&self, held: &Held, options: Options, samples: u32) -> wgpu::Buffer {
@@ -399,6 +402,11 @@ impl Through {
         bindings.extend([Binding::FloatTexture; 2]);
         let present = FullscreenPass::new(gpu, "client/present.wgsl", "show_through", &bindings, &[output])?;
         Ok(Through { layers: LayersPass::new(gpu)?, present })
+    }
+
+    /// What lies over opaque surfaces, or over the background.
+    fn over(&self, encoder: &mut wgpu::CommandEncoder, camera: &Pinhole, opaque: Option<&GBuffer>) -> Option<&Over> {
+        self.layers.over(encoder, camera, opaque.map(|gbuffer| &gbuffer.views.w))
     }
 }
 
