@@ -1,6 +1,6 @@
 //! What the eye sees through: surfaces that are blended with what lies behind them, in layers that a server sends as patches of [`Purpose::Layer`].
 //!
-//! Each layer is a store of surfaces of its own, drawn and lit by itself, so that no layer hides another. Then [`LayersPass`] sorts the layers of each pixel
+//! Each layer is a store of surfaces of its own, drawn and lit by itself, so that no layer hides another. Then the pass sorts the layers of each pixel
 //! by depth, leaves out what the opaque picture hides, and puts one over the other. Where none is held nothing of it is made.
 
 mod pass;
