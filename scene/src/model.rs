@@ -438,19 +438,19 @@ impl Scene {
     /// Whether anything of a material is seen through: what is thin and lets light pass, and what is blended; files say of much that it is blended
     /// which hides all.
     pub fn is_seen_through(&self, material: usize) -> bool {
-        if self.materials.get(material).is_some_and(Material::is_pane) {
-            return true;
-        }
-        let Some(Material { see_through: true, alpha_cutoff: Some(_), base_colour, texture, .. }) =
-            self.materials.get(material)
-        else {
-            return false;
-        };
-        let texels = texture.and_then(|texture| self.textures.get(texture as usize)).map(|texture| &texture.rgba);
-        let of_texture = || texels.is_some_and(|rgba| rgba.as_chunks::<4>().0.iter().any(|texel| texel[3] < HIDES_ALL));
-        let meshes = || self.meshes.iter().filter(|mesh| mesh.material as usize == material);
+        let is_blended = |found: &Material| found.see_through && found.alpha_cutoff.is_some();
+        let found = self.materials.get(material);
+        found.is_some_and(|found| found.is_pane() || is_blended(found) && self.has_alpha(material, found))
+    }
+
+    /// Whether a material hides less than all anywhere, by its factor, its texture or the vertices that have it.
+    fn has_alpha(&self, index: usize, material: &Material) -> bool {
+        let texture = material.texture.and_then(|texture| self.textures.get(texture as usize));
+        let of_texture =
+            || texture.is_some_and(|texture| texture.rgba.as_chunks::<4>().0.iter().any(|texel| texel[3] < HIDES_ALL));
+        let meshes = || self.meshes.iter().filter(|mesh| mesh.material as usize == index);
         let of_vertices = || meshes().any(|mesh| mesh.vertices.iter().any(|vertex| vertex.colour[3] < HIDES_ALL));
-        base_colour[3] < f32::from(HIDES_ALL) / f32::from(u8::MAX) || of_texture() || of_vertices()
+        material.base_colour[3] < f32::from(HIDES_ALL) / f32::from(u8::MAX) || of_texture() || of_vertices()
     }
 
     /// Whether anything moves or deforms, a light included.

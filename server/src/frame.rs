@@ -1,8 +1,8 @@
 //! One tick of one session: scene at a time -> plan -> views -> edits. The whole of what a server makes, in order.
 
 mod ahead;
+mod beside_eye;
 mod camera_image;
-mod further;
 mod layers;
 mod next;
 

@@ -95,6 +95,7 @@ impl Surfaces {
         let outward = facet.outward().normalize_or_zero();
         let from_behind = outward.dot(ray.direction) > 0.0;
         let turned = |normal: DVec3, turn: bool| if turn { -normal } else { normal };
+        let material = &self.materials[corners.material as usize];
         let base = self.base(corners, hit.weights);
         let shading = Corners::mix(&corners.normals_world, hit.weights).normalize_or(outward);
         Surface {
@@ -102,12 +103,8 @@ impl Surfaces {
             shading: turned(shading, facet.double_sided && from_behind),
             geometric: turned(outward, from_behind),
             base: base.truncate(),
-            passing: if self.materials[corners.material as usize].is_pane() {
-                f64::from(self.materials[corners.material as usize].transmission)
-            } else {
-                0.0
-            },
-            hides: if self.materials[corners.material as usize].see_through { base.w.clamp(0.0, 1.0) } else { 1.0 },
+            passing: if material.is_pane() { material.transmission.into() } else { 0.0 },
+            hides: if material.see_through { base.w.clamp(0.0, 1.0) } else { 1.0 },
             object: facet.object,
             material: corners.material,
             facet: hit.facet,

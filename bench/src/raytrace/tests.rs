@@ -331,8 +331,7 @@ fn reflectors_are_told_by_their_materials() {
     assert_eq!(reflectors(&scene(parts.into())), [1, 3]);
 }
 
-/// Sheets that hide three fifths each, red before blue before white; where both triangles of a
-/// sheet meet, too.
+/// Sheets that hide three fifths each, red before blue before white; where both triangles of a sheet meet, too.
 #[test]
 fn what_is_blended_is_seen_through_in_order() {
     let sheet = || quad([-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]);

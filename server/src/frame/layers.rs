@@ -64,8 +64,12 @@ impl Stage {
 /// The part of a view that shows a box, in whole steps of [`STEP_PX`]; `None` where it shows nothing of it.
 fn part(view: &Pinhole, bounds: &Bounds) -> Option<Pinhole> {
     let corners = bounds.corners().map(|corner| view.image_from_world(corner));
+    if corners.iter().all(Option::is_none) {
+        // All of it is behind the eye.
+        return None;
+    }
     let corners: Option<Vec<ImagePoint>> = corners.into_iter().collect();
-    // Around the eye, or behind it: the whole view.
+    // On both sides of the eye: the whole view.
     let Some(seen) = corners.and_then(ImageBounds::around) else { return Some(*view) };
     let size_px = DVec2::new(view.width_px.into(), view.height_px.into());
     let low = ((seen.min_px - RIM_PX) / STEP_PX).floor().max(DVec2::ZERO) * STEP_PX;
@@ -100,6 +104,7 @@ mod tests {
             assert!(cut.contains(cut.image_from_world(corner).expect("before the eye")));
         }
         assert_eq!(part(&view, &ball(DVec3::new(90.0, 0.0, 8.0), 1.0)), None, "beside it");
+        assert_eq!(part(&view, &ball(DVec3::new(0.0, 0.0, -8.0), 1.0)), None, "behind the eye");
         assert_eq!(part(&view, &ball(DVec3::ZERO, 5.0)), Some(view), "around the eye");
     }
 }
