@@ -9,6 +9,7 @@ use common::session::Session;
 use glam::DVec3;
 use protocol::{DepthImage, Held, Purpose};
 use vantage_server::account::Counts;
+use vantage_server::account::samples::Samples;
 
 /// The objects that samples are held of, by what for.
 fn objects(held: &Held, is_meant: impl Fn(Purpose) -> bool) -> BTreeSet<u16> {
@@ -74,4 +75,20 @@ fn a_scene_without_anything_blended_has_no_layers() {
     let mut session = Session::built_in("teapots");
     session.settle();
     assert!(objects(&session.held, is_layer).is_empty());
+}
+
+#[test]
+fn what_a_view_sent_of_a_layer_counts_for_that_layer_alone() {
+    let mut session = Session::built_in("window");
+    session.settle();
+    let account = &session.client.account;
+    let mut triangles = 0;
+    for held in account.held().patches.values().filter(|held| is_layer(held.patch.purpose)) {
+        let camera = held.patch.image.camera.pinhole().expect("a pinhole");
+        let of_eye: BTreeSet<u32> = account.sent_by(camera, Purpose::Eye).into_iter().collect();
+        let of_layer = account.sent_by(camera, held.patch.purpose);
+        triangles += of_layer.iter().filter(|&&triangle| triangle != 0).count();
+        assert!(of_layer.iter().all(|triangle| *triangle == 0 || !of_eye.contains(triangle)));
+    }
+    assert!(triangles > 100, "{triangles}");
 }
