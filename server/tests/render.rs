@@ -231,8 +231,8 @@ fn a_normal_map_tilts_along_its_texture_coordinates() {
         (0.5, DAffine3::IDENTITY, Vec3::new(0.24, 0.18, 0.8).normalize()),
         (1.0, turned, Vec3::new(-0.36, 0.48, 0.8)),
         (1.0, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)), Vec3::new(-0.48, 0.36, 0.8)),
-        // From behind, the map is seen through.
-        (1.0, DAffine3::from_rotation_y(std::f64::consts::PI), Vec3::new(-0.48, 0.36, 0.8)),
+        // From behind it is turned round as a whole: what stands out in front is a dent there.
+        (1.0, DAffine3::from_rotation_y(std::f64::consts::PI), Vec3::new(0.48, -0.36, 0.8)),
     ];
     for (scale, placed, expected) in cases {
         let mut scene = scene(vec![square(3, 0)], vec![bumpy(scale)], &[(0, placed)]);

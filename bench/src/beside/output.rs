@@ -33,6 +33,7 @@ pub(super) fn describe(report: &mut Report, pairs: &Pairs) {
         "Covered: where three.js shows anything of the model, the pixels of its outline included. FLIP is the mean over these.",
         "three.js: WebGLRenderer, antialiased, tone curve Khronos PBR Neutral at exposure 1, the environment filtered by PMREMGenerator, the file's own lights, animations at time 0.",
         "Ours: the browser client on WebGL2, a viewer at rest, antialiased, the server with --hold 0.",
+        "Fine: three.js at 16 shaded samples a pixel, what it shows on a finer display seen from afar. How far its own plain picture is from that is what one shaded sample a pixel costs.",
         "Silhouettes: both, as a share of either; and what of one lies further than a pixel from the other, as a share of three.js's. Ours is where the picture differs from its background, so what \
          has the background's very colour is missing from it.",
         "Sheets: three.js, ours, FLIP (black 0, pale yellow 1).",
@@ -43,7 +44,7 @@ pub(super) fn describe(report: &mut Report, pairs: &Pairs) {
 
 /// What was found of all pairs.
 pub(super) fn add(report: &mut Report, out: &Path, found: &[Scored]) -> anyhow::Result<()> {
-    let mut table = Table::new(["model", "FLIP, covered", "covered %", "silhouettes, both %", "off %", "verdict"]);
+    let mut table = Table::new(["model", "FLIP, covered", "to fine", "three.js to fine", "covered %", "silhouettes, both %", "off %", "verdict"]);
     let mut worst_first: Vec<&Scored> = found.iter().collect();
     worst_first.sort_by(|a, b| b.flip_covered.total_cmp(&a.flip_covered));
     for scored in &worst_first {
@@ -51,6 +52,8 @@ pub(super) fn add(report: &mut Report, out: &Path, found: &[Scored]) -> anyhow::
         table.row([
             scored.name.clone(),
             format!("{:.4}", scored.flip_covered),
+            format!("{:.4}", scored.ours_to_fine),
+            format!("{:.4}", scored.three_to_fine),
             percent(scored.covered_share),
             percent(scored.silhouettes.iou),
             percent(scored.silhouettes.off_share),
@@ -87,8 +90,15 @@ fn verdict(scored: &Scored) -> String {
 
 fn row(scored: &Scored) -> Row {
     let mut row = Row::new(&scored.name, "beside");
-    if let Some(spread) = Spread::of(&[scored.flip_covered], Better::Lower) {
-        row.error.set("flip_covered", spread);
+    let errors = [
+        ("flip_covered", scored.flip_covered),
+        ("flip_to_fine", scored.ours_to_fine),
+        ("three_flip_to_fine", scored.three_to_fine),
+    ];
+    for (name, error) in errors {
+        if let Some(spread) = Spread::of(&[error], Better::Lower) {
+            row.error.set(name, spread);
+        }
     }
     row.counts.set("covered_share", scored.covered_share);
     row.counts.set("silhouettes_iou", scored.silhouettes.iou);

@@ -18,6 +18,9 @@ pub(super) struct Scored {
     pub name: String,
     /// Mean FLIP over covered pixels.
     pub flip_covered: f64,
+    /// The same, of our picture and of three.js's, against three.js's of 16 shaded samples a pixel.
+    pub ours_to_fine: f64,
+    pub three_to_fine: f64,
     /// Of all pixels.
     pub covered_share: f64,
     pub silhouettes: Silhouettes,
@@ -33,29 +36,41 @@ impl Scored {
         }
         let background = pair.background.context("a pair without background")?;
         let read = |file: &str| Picture::read(&folder.join(&pair.name).join(file));
-        let (mut three, ours) = (read("three.png")?, read("ours.png")?);
+        let (mut three, fine, ours) = (read("three.png")?, read("fine.png")?, read("ours.png")?);
         three.read_covered(&folder.join(&pair.name).join("covered.png"))?;
-        Scored::of_pictures(&pair.name, &three, &ours, background)
+        Scored::of_pictures(&pair.name, &three, &fine, &ours, background)
     }
 
-    fn of_pictures(name: &str, three: &Picture, ours: &Picture, background: [u8; 3]) -> anyhow::Result<Scored> {
+    fn of_pictures(
+        name: &str,
+        three: &Picture,
+        fine: &Picture,
+        ours: &Picture,
+        background: [u8; 3],
+    ) -> anyhow::Result<Scored> {
         let errors = flip_map(ours, three)?;
         let covered = three.covered.as_deref().context("three.js's picture says where it shows something")?;
-        let errors_there = || errors.iter().zip(covered).filter(|(_, covered)| **covered);
-        let count = errors_there().count();
-        if count == 0 {
+        if !covered.contains(&true) {
             bail!("three.js shows nothing");
         }
-        let sum: f64 = errors_there().map(|(&error, _)| f64::from(error)).sum();
         let error = error_picture(&errors, three.width_px, three.height_px);
         Ok(Scored {
             name: name.to_owned(),
-            flip_covered: sum / count as f64,
-            covered_share: count as f64 / errors.len() as f64,
+            flip_covered: mean_there(&errors, covered),
+            ours_to_fine: mean_there(&flip_map(ours, fine)?, covered),
+            three_to_fine: mean_there(&flip_map(three, fine)?, covered),
+            covered_share: covered.iter().filter(|covered| **covered).count() as f64 / covered.len() as f64,
             silhouettes: Silhouettes::of(covered, &differs(ours, background), three.width_px as usize),
             sheet: Picture::beside(&[three, ours, &error], GAP_PX),
         })
     }
+}
+
+/// Mean of errors where a mask is set, which is somewhere.
+fn mean_there(errors: &[f32], mask: &[bool]) -> f64 {
+    let there = errors.iter().zip(mask).filter(|(_, there)| **there);
+    let (sum, count) = there.fold((0.0, 0), |(sum, count), (&error, _)| (sum + f64::from(error), count + 1));
+    sum / f64::from(count)
 }
 
 /// How well two silhouettes agree.
@@ -113,8 +128,8 @@ mod tests {
     #[test]
     fn a_picture_beside_itself_is_perfect() {
         let three = square(20, [200, 40, 40]);
-        let scored = Scored::of_pictures("square", &three, &three, BACKGROUND).unwrap();
-        assert_eq!(scored.flip_covered, 0.0);
+        let scored = Scored::of_pictures("square", &three, &three, &three, BACKGROUND).unwrap();
+        assert_eq!((scored.flip_covered, scored.ours_to_fine, scored.three_to_fine), (0.0, 0.0, 0.0));
         assert_eq!(scored.silhouettes, Silhouettes { iou: 1.0, off_share: 0.0 });
         assert_eq!(scored.covered_share, 24.0 * 24.0 / 4096.0);
         assert_eq!((scored.sheet.width_px, scored.sheet.height_px), (3 * 64 + 2 * GAP_PX, 64));
@@ -123,8 +138,9 @@ mod tests {
     #[test]
     fn another_colour_is_an_error_and_no_other_silhouette() {
         let three = square(20, [200, 40, 40]);
-        let scored = Scored::of_pictures("square", &three, &square(20, [40, 200, 40]), BACKGROUND).unwrap();
+        let scored = Scored::of_pictures("square", &three, &three, &square(20, [40, 200, 40]), BACKGROUND).unwrap();
         assert!(scored.flip_covered > 0.3, "{}", scored.flip_covered);
+        assert_eq!((scored.ours_to_fine, scored.three_to_fine), (scored.flip_covered, 0.0));
         assert_eq!(scored.silhouettes.iou, 1.0);
     }
 
@@ -133,7 +149,7 @@ mod tests {
         let three = square(20, [200, 40, 40]);
         let silhouettes = |left_px: usize| {
             let ours = square(left_px, [200, 40, 40]);
-            Scored::of_pictures("square", &three, &ours, BACKGROUND).unwrap().silhouettes
+            Scored::of_pictures("square", &three, &three, &ours, BACKGROUND).unwrap().silhouettes
         };
         let (by_one, by_three) = (silhouettes(21), silhouettes(23));
         assert!(by_one.iou < 0.98 && by_one.off_share == 0.0, "{by_one:?}");
@@ -145,7 +161,7 @@ mod tests {
     fn nothing_to_compare_is_an_error() {
         let mut three = square(20, [200, 40, 40]);
         three.covered = Some(vec![false; 64 * 64]);
-        assert!(Scored::of_pictures("square", &three, &three, BACKGROUND).is_err());
+        assert!(Scored::of_pictures("square", &three, &three, &three, BACKGROUND).is_err());
         let failed = Pair { name: "x".into(), background: None, failed: Some("no such file".into()) };
         assert_eq!(Scored::of(&failed, Path::new("nowhere")).err().unwrap().to_string(), "no such file");
     }

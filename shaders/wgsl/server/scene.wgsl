@@ -173,7 +173,8 @@ fn code_of(v: Varying, slopes: Slopes) -> u32 {
 }
 
 // The normal as the material's normal map tilts it. Tangents are where the texture coordinates grow along the triangle, at right angles to the normal
-// (after Schueler, *Normal mapping without precomputed tangents*, 2006); green tilts towards the upper edge of the map, where v falls.
+// (after Schueler, *Normal mapping without precomputed tangents*, 2006); green tilts towards the upper edge of the map, where v falls. What is seen from
+// behind has the tilted normal turned round as a whole (glTF 2.0, 3.9.6).
 fn bumped(v: Varying, slopes: Slopes, normal: vec3f) -> vec3f {
     let material = materials[instances[v.instance].material];
     let scale = material.bump_scale;
@@ -195,7 +196,8 @@ fn bumped(v: Varying, slopes: Slopes, normal: vec3f) -> vec3f {
     let tangent = level * inverseSqrt(squared);
     let across = cross(normal, tangent);
     let upwards = across * -sign(dot(across, along_v));
-    let tilted = scale * (tilt.x * tangent + tilt.y * upwards) + max(tilt.z, 0.0) * normal;
+    let side = sign(dot(normal, v.normal_world));
+    let tilted = side * scale * (tilt.x * tangent + tilt.y * upwards) + max(tilt.z, 0.0) * normal;
     let length_squared = dot(tilted, tilted);
     return select(normal, tilted * inverseSqrt(max(length_squared, 1e-30)), length_squared > 1e-12);
 }

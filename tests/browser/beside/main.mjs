@@ -5,7 +5,8 @@
 //   VANTAGE_SIDE_PX      side of the pictures [default: 512]
 //   node beside/main.mjs OUT ENVIRONMENT.hdr FILE...
 //
-// Writes of each file OUT/NAME/three.png, covered.png (white where three.js shows something) and ours.png, and for all of them
+// Writes of each file OUT/NAME/three.png, fine.png (of it, too, 16 shaded samples a pixel), covered.png
+// (white where three.js shows something) and ours.png, and for all of them
 // OUT/pairs.json, which `vantage-report beside` reads. A file that one of them cannot show stays in that list, with the reason.
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { basename, dirname, extname, join, resolve } from 'node:path';
@@ -78,6 +79,7 @@ async function pair(context, files, { name, file, environment, out, log }) {
     const camera = await page.evaluate((wish) => window.beside.load(wish), { model, environment: `/environment/${basename(environment)}`, sidePx });
     const background = await ours(context, { file, environment, camera, path: join(folder, 'ours.png'), log });
     await writeFile(join(folder, 'three.png'), png(await page.evaluate((colour) => window.beside.picture(colour), background)));
+    await writeFile(join(folder, 'fine.png'), png(await page.evaluate((colour) => window.beside.finePicture(colour), background)));
     await writeFile(join(folder, 'covered.png'), png(await page.evaluate(() => window.beside.covered())));
     return { name, camera, background };
   } finally {
