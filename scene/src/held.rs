@@ -31,7 +31,14 @@ fn moulded(mesh: &Mesh, deformed: Deformed) -> Mesh {
     let around = |[low, high]: [Vec3; 2], corner: Vec3| [low.min(corner), high.max(corner)];
     let bounds = corners.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], around);
     let bounds = if mesh.indices.is_empty() { mesh.bounds } else { bounds.map(|corner| corner.to_array()) };
-    Mesh { vertices: deformed.vertices, indices: mesh.indices.clone(), material: mesh.material, bounds }
+    let Mesh { second_uvs, indices, material, .. } = mesh;
+    Mesh {
+        vertices: deformed.vertices,
+        second_uvs: second_uvs.clone(),
+        indices: indices.clone(),
+        material: *material,
+        bounds,
+    }
 }
 
 struct Held {

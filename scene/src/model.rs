@@ -15,17 +15,19 @@ pub struct Vertex {
     pub position: [f32; 3],
     /// Unit shading normal.
     pub normal: [f32; 3],
-    /// Base colour texture coordinates, with `KHR_texture_transform` applied.
+    /// Texture coordinates of the material's first texture, with `KHR_texture_transform` applied.
     pub uv: [f32; 2],
     /// Linear RGBA factor, 8 bits each: vertex colour.
     pub colour: [u8; 4],
 }
 
 /// Triangles with one material. Counter-clockwise triangles face the viewer.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Shared by the triangles.
     pub vertices: Vec<Vertex>,
+    /// Texture coordinates beside those of the vertices, as many; none where its material needs no others.
+    pub second_uvs: Vec<[f32; 2]>,
     /// Three a triangle, all in range.
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
@@ -145,10 +147,22 @@ pub struct Material {
 pub struct Bumps {
     /// Index into [`Scene::textures`].
     pub texture: u32,
-    /// From the vertices' texture coordinates to its own.
+    /// Which texture coordinates it goes by.
+    pub uv_set: UvSet,
+    /// From those to its own.
     pub from_uv: UvMap,
     /// What tilts are multiplied by.
     pub scale: f32,
+}
+
+/// Which of a mesh's texture coordinates a texture goes by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum UvSet {
+    /// Those of its vertices.
+    #[default]
+    First,
+    /// [`Mesh::second_uvs`].
+    Second,
 }
 
 /// An affine map of texture coordinates: the rows of its matrix, and what is added behind.
@@ -164,7 +178,9 @@ pub struct Map {
     pub quantity: Quantity,
     /// Index into [`Scene::textures`].
     pub texture: u32,
-    /// From the vertices' texture coordinates to its own.
+    /// Which texture coordinates it goes by.
+    pub uv_set: UvSet,
+    /// From those to its own.
     pub from_uv: UvMap,
     /// How far it is followed, 0 to 1: of an occlusion texture.
     pub strength: f32,
@@ -196,6 +212,12 @@ pub enum Quantity {
 }
 
 impl Material {
+    /// Whether a texture of it goes by [`Mesh::second_uvs`].
+    pub fn needs_second_uvs(&self) -> bool {
+        let sets = self.bumps.iter().map(|bumps| bumps.uv_set).chain(self.maps.iter().map(|map| map.uv_set));
+        sets.into_iter().any(|set| set == UvSet::Second)
+    }
+
     /// The roughness, 0 to 1, of the smoothest that it mirrors with: of itself or of its coat, in all but a hundredth of its texels.
     pub fn smoothest(&self, textures: &[Texture]) -> f32 {
         let by_map = |number: f32, quantity: Quantity| {

@@ -122,12 +122,7 @@ mod tests {
     fn mesh(positions: &[[f32; 3]], indices: &[u32]) -> Mesh {
         let vertex =
             |&position: &[f32; 3]| Vertex { position, normal: [0.0, 1.0, 0.0], uv: [0.0; 2], colour: [255; 4] };
-        Mesh {
-            vertices: positions.iter().map(vertex).collect(),
-            indices: indices.to_vec(),
-            material: 0,
-            bounds: [[0.0; 3]; 2],
-        }
+        Mesh { vertices: positions.iter().map(vertex).collect(), indices: indices.to_vec(), ..Mesh::default() }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use camera::{Pinhole, Rigid};
 use common::*;
 use glam::{DAffine3, DVec3, Vec3};
 use protocol::image::{octahedral_normal, octahedral_normal_with_rest};
-use scene::model::{Bumps, SAME_UV};
+use scene::model::{Bumps, SAME_UV, UvSet};
 use scene::{Deformed, Material};
 use vantage_server::discretize::Discretization;
 use vantage_server::render::SceneRenderer;
@@ -220,23 +220,30 @@ fn a_normal_map_tilts_along_its_texture_coordinates() {
     // 0.48 to the right and 0.36 to the upper edge of the map, 0.8 along the normal.
     let code = |tilt: f32| ((tilt + 1.0) / 2.0 * 255.0).round() as u8;
     let bumpy = |scale| Material {
-        bumps: Some(Bumps { texture: 0, from_uv: SAME_UV, scale }),
+        bumps: Some(Bumps { texture: 0, uv_set: UvSet::First, from_uv: SAME_UV, scale }),
         double_sided: true,
         ..Material::default()
     };
     let turned = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
     let cases = [
-        (1.0, DAffine3::IDENTITY, Vec3::new(0.48, 0.36, 0.8)),
+        (false, 1.0, DAffine3::IDENTITY, Vec3::new(0.48, 0.36, 0.8)),
         // Half as steep.
-        (0.5, DAffine3::IDENTITY, Vec3::new(0.24, 0.18, 0.8).normalize()),
-        (1.0, turned, Vec3::new(-0.36, 0.48, 0.8)),
-        (1.0, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)), Vec3::new(-0.48, 0.36, 0.8)),
+        (false, 0.5, DAffine3::IDENTITY, Vec3::new(0.24, 0.18, 0.8).normalize()),
+        (false, 1.0, turned, Vec3::new(-0.36, 0.48, 0.8)),
+        (false, 1.0, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)), Vec3::new(-0.48, 0.36, 0.8)),
         // From behind it is turned round as a whole: what stands out in front is a dent there.
-        (1.0, DAffine3::from_rotation_y(std::f64::consts::PI), Vec3::new(0.48, -0.36, 0.8)),
+        (false, 1.0, DAffine3::from_rotation_y(std::f64::consts::PI), Vec3::new(0.48, -0.36, 0.8)),
+        // By coordinates of the second set, which run down and to the right: right tilts down, and up tilts to the left.
+        (true, 1.0, DAffine3::IDENTITY, Vec3::new(-0.36, -0.48, 0.8)),
     ];
-    for (scale, placed, expected) in cases {
+    for (by_second, scale, placed, expected) in cases {
         let mut scene = scene(vec![square(3, 0)], vec![bumpy(scale)], &[(0, placed)]);
         scene.textures = vec![texture(2, 2, false, |_, _| [code(0.48), code(0.36), code(0.8), 255])];
+        if by_second {
+            scene.materials[0].bumps.as_mut().expect("bumpy").uv_set = UvSet::Second;
+            let mesh = &mut scene.meshes[0];
+            mesh.second_uvs = mesh.vertices.iter().map(|vertex| [vertex.uv[1], vertex.uv[0]]).collect();
+        }
         let camera = looking_back(DVec3::new(0.0, 0.0, 0.9), SIZE_PX);
         let captures = captures(&renderer(&gpu, &scene, &camera), &[camera], Discretization::Conventional);
         for (index, ids) in captures[0].ids.iter().enumerate() {

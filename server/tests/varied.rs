@@ -6,7 +6,7 @@ use camera::Pinhole;
 use common::*;
 use glam::{DAffine3, DVec3};
 use protocol::Look;
-use scene::model::{Map, Quantity, SAME_UV, UvMap};
+use scene::model::{Map, Quantity, SAME_UV, UvMap, UvSet};
 use scene::{Material, Scene};
 use vantage_server::config::Config;
 use vantage_server::discretize::{Capture, Discretization};
@@ -18,14 +18,26 @@ const SIZE_PX: u32 = 64;
 /// A square that fills the view, whose texture is rough and no metal to the left, smooth and metal to the right; the share of light that
 /// arrives is 1 above and 0.2 below.
 fn varied(from_uv: UvMap) -> Scene {
-    let map = |quantity, texture| Map { quantity, texture, from_uv, strength: 1.0 };
+    varied_by([UvSet::First; 2], from_uv)
+}
+
+/// The same by these sets of coordinates; along the second, the square lies with both of its coordinates exchanged.
+fn varied_by(sets: [UvSet; 2], from_uv: UvMap) -> Scene {
+    let map = |quantity, texture: u32| {
+        let uv_set = sets[texture as usize];
+        Map { quantity, texture, uv_set, from_uv, strength: 1.0 }
+    };
     let material = Material {
         metallic: 1.0,
         roughness: 0.5,
         maps: vec![map(Quantity::MetallicRoughness, 0), map(Quantity::Occlusion, 1)],
         ..Material::default()
     };
-    let mut scene = scene(vec![square(3, 0)], vec![material], &[(0, DAffine3::IDENTITY)]);
+    let mut square = square(3, 0);
+    if material.needs_second_uvs() {
+        square.second_uvs = square.vertices.iter().map(|vertex| [vertex.uv[1], vertex.uv[0]]).collect();
+    }
+    let mut scene = scene(vec![square], vec![material], &[(0, DAffine3::IDENTITY)]);
     let texel = |x: u32| if x == 0 { [0, 255, 0, 255] } else { [0, 51, 255, 255] };
     scene.textures = vec![
         texture(2, 1, true, |x, _| texel(x)),
@@ -44,21 +56,32 @@ fn capture(scene: &Scene, camera: &Pinhole, look: Look) -> (Capture, Vec<protoco
 #[test]
 fn samples_name_what_the_textures_say_there() {
     let camera = looking_back(DVec3::new(0.0, 0.0, 0.9), SIZE_PX);
-    // Half as fine, so that the right half is beyond the edge; and as it is.
-    for (from_uv, metal_from) in [(SAME_UV, 0.5), ([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 0.25)] {
-        let (capture, table) = capture(&varied(from_uv), &camera, Look::Full);
+    let half: UvMap = [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let (first, second) = (UvSet::First, UvSet::Second);
+    // As it is; half as fine, so that the right half is beyond the edge; and by the second set.
+    let cases = [
+        ([first, first], SAME_UV, 0.5),
+        ([first, first], half, 0.25),
+        ([first, second], SAME_UV, 0.5),
+        ([second, first], half, 0.25),
+        ([second, second], SAME_UV, 0.5),
+    ];
+    for (sets, from_uv, metal_from) in cases {
+        let (capture, table) = capture(&varied_by(sets, from_uv), &camera, Look::Full);
         for (index, ids) in capture.ids.iter().enumerate() {
             assert!(ids[0] != 0, "the square fills the view");
             let (x, y) = ((index as u32 % SIZE_PX) as f32 + 0.5, (index as u32 / SIZE_PX) as f32 + 0.5);
             let (u, v) = (0.5 + 0.9 * (x / 64.0 - 0.5), 0.5 + 0.9 * (y / 64.0 - 0.5));
-            if (u - metal_from).abs() < 0.02 || (v - 0.5).abs() < 0.02 {
+            let by = |set| if set == first { (u, v) } else { (v, u) };
+            let (across, down) = (by(sets[0]).0, by(sets[1]).1);
+            if (across - metal_from).abs() < 0.02 || (down - 0.5).abs() < 0.02 {
                 continue;
             }
             let found = table[usize::from(capture.colour[index][3])];
-            let (metallic, roughness) = if u < metal_from { (0.0, 0.5) } else { (1.0, 0.101) };
-            let occlusion = if v < 0.5 { 1.0 } else { 0.2 };
+            let (metallic, roughness) = if across < metal_from { (0.0, 0.5) } else { (1.0, 0.101) };
+            let occlusion = if down < 0.5 { 1.0 } else { 0.2 };
             let off = [found.metallic - metallic, found.roughness - roughness, found.occlusion - occlusion];
-            assert!(off.iter().all(|off| off.abs() < 0.02), "{found:?} at {u}, {v}");
+            assert!(off.iter().all(|off| off.abs() < 0.02), "{found:?} at {u}, {v} by {sets:?}");
         }
     }
 }

@@ -44,7 +44,16 @@ pub(super) fn describe(report: &mut Report, pairs: &Pairs) {
 
 /// What was found of all pairs.
 pub(super) fn add(report: &mut Report, out: &Path, found: &[Scored]) -> anyhow::Result<()> {
-    let mut table = Table::new(["model", "FLIP, covered", "to fine", "three.js to fine", "covered %", "silhouettes, both %", "off %", "verdict"]);
+    let mut table = Table::new([
+        "model",
+        "FLIP, covered",
+        "to fine",
+        "three.js to fine",
+        "covered %",
+        "silhouettes, both %",
+        "off %",
+        "verdict",
+    ]);
     let mut worst_first: Vec<&Scored> = found.iter().collect();
     worst_first.sort_by(|a, b| b.flip_covered.total_cmp(&a.flip_covered));
     for scored in &worst_first {

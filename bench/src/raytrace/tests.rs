@@ -56,11 +56,11 @@ pub(super) fn quad(corner: [f32; 3], u: [f32; 3], v: [f32; 3]) -> Mesh {
     let [corner, u, v] = [corner, u, v].map(Vec3::from);
     let normal = u.cross(v).normalize();
     let vertices = [corner, corner + u, corner + u + v, corner + v].map(|p| vertex(p, normal)).to_vec();
-    Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3], material: 0, bounds: [[0.0; 3]; 2] }
+    Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() }
 }
 
 fn joined(meshes: impl IntoIterator<Item = Mesh>) -> Mesh {
-    let mut all = Mesh { vertices: Vec::new(), indices: Vec::new(), material: 0, bounds: [[0.0; 3]; 2] };
+    let mut all = Mesh::default();
     for mesh in meshes {
         let first = all.vertices.len() as u32;
         all.vertices.extend(mesh.vertices);
@@ -98,7 +98,7 @@ fn ball(radius: f32) -> Mesh {
         [a, a + 1, a + row + 1, a, a + row + 1, a + row]
     };
     let indices = (0..SIDES).flat_map(|j| (0..SIDES).map(move |i| (i, j))).flat_map(cell).collect();
-    Mesh { vertices, indices, material: 0, bounds: [[0.0; 3]; 2] }
+    Mesh { vertices, indices, ..Mesh::default() }
 }
 
 pub(super) fn plain(base: f32) -> Material {
@@ -314,7 +314,7 @@ fn occlusion_in_closed_form() {
         let point = |k: u32| vertex(dvec3(r * rim(k).1, h, r * rim(k).0).as_vec3(), Vec3::Y);
         let vertices = (0..128).map(point).chain([vertex(dvec3(0.0, h, 0.0).as_vec3(), Vec3::Y)]).collect();
         let indices = (0..128).flat_map(|k| [k, (k + 1) % 128, 128]).collect();
-        (Mesh { vertices, indices, material: 0, bounds: [[0.0; 3]; 2] }, plain(1.0), DVec3::ZERO)
+        (Mesh { vertices, indices, ..Mesh::default() }, plain(1.0), DVec3::ZERO)
     };
     for (r, h) in [(1.0, 1.0), (0.5, 1.0), (2.0, 1.0)] {
         let found = free(vec![floor(), disc(r, h)], DVec3::ZERO, 3.0);

@@ -293,7 +293,7 @@ impl Mesher {
                 bounds[1][axis] = bounds[1][axis].max(x);
             }
         }
-        Mesh { vertices: self.vertices, indices: self.indices, material, bounds }
+        Mesh { vertices: self.vertices, indices: self.indices, material, bounds, ..Mesh::default() }
     }
 }
 

@@ -35,7 +35,7 @@ fn in_place_of(mesh: &Mesh, model: &Scene) -> Option<Mesh> {
     let vertices: Vec<Vertex> = vertices.iter().map(placed).collect();
     let positions = || vertices.iter().map(|vertex| Vec3::from(vertex.position));
     let bounds = [positions().reduce(Vec3::min)?.into(), positions().reduce(Vec3::max)?.into()];
-    Some(Mesh { vertices, indices, material: mesh.material, bounds })
+    Some(Mesh { vertices, indices, material: mesh.material, bounds, ..Mesh::default() })
 }
 
 /// The vertices of all instances, in world space at time 0, each with its normal turned, and the triangles of them.

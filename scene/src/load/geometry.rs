@@ -27,6 +27,8 @@ pub(super) struct Geometry {
     pub normals: Option<Vec<[f32; 3]>>,
     /// As many as positions.
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// See [`Mesh::second_uvs`]; as many as positions.
+    pub second_uvs: Option<Vec<[f32; 2]>>,
     /// As many as positions.
     pub colours: Option<Vec<[u8; 4]>>,
     /// Three a triangle, all in range.
@@ -75,7 +77,11 @@ impl Geometry {
         };
         let Builder { vertices, sources, .. } = builder;
         let bounds = bounds_of(&vertices);
-        Some(Built { mesh: Mesh { vertices, indices, material: self.material, bounds }, centre, sources })
+        let second_uvs = self
+            .second_uvs
+            .as_ref()
+            .map_or(Vec::new(), |uvs| sources.iter().map(|&source| finite(uvs[source as usize])).collect());
+        Some(Built { mesh: Mesh { vertices, second_uvs, indices, material: self.material, bounds }, centre, sources })
     }
 
     fn drop_faulty_triangles(&mut self, at: &str, keep_flat: bool, warnings: &mut Warnings) {
@@ -163,6 +169,10 @@ pub(super) fn bounds_of(vertices: &[Vertex]) -> [[f32; 3]; 2] {
     bounds.map(Into::into)
 }
 
+fn finite(uv: [f32; 2]) -> [f32; 2] {
+    uv.map(|x| if x.is_finite() { x } else { 0.0 })
+}
+
 struct Builder<'a> {
     geometry: &'a Geometry,
     centre: DVec3,
@@ -206,7 +216,7 @@ impl Builder<'_> {
         self.vertices.push(Vertex {
             position: (self.geometry.positions[index] - self.centre).as_vec3().into(),
             normal,
-            uv: uv.map(|x| if x.is_finite() { x } else { 0.0 }),
+            uv: finite(uv),
             colour: self.geometry.colours.as_ref().map_or([255; 4], |colours| colours[index]),
         });
         self.sources.push(source);

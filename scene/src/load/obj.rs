@@ -248,6 +248,7 @@ impl Obj {
                     .map(|corner| pick(&self.normals, corner.normal).unwrap_or(smooth[corner.position as usize]))
                     .collect(),
             ),
+            second_uvs: None,
             uvs: Some(
                 order.iter().map(|corner| self.uvs.get(corner.uv as usize).copied().unwrap_or_default()).collect(),
             ),

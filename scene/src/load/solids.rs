@@ -127,6 +127,7 @@ impl Builder<'_> {
             positions: Vec::with_capacity(count * CORNERS),
             normals: Some(Vec::with_capacity(count * CORNERS)),
             uvs: None,
+            second_uvs: None,
             colours: None,
             triangles: Vec::with_capacity(count * TRIANGLES.len()),
             material: from.material,
@@ -147,7 +148,9 @@ impl Builder<'_> {
     fn finish(self) -> Solids {
         let Builder { from, mut solids, sources } = self;
         let pick = |index: &u32| *index as usize;
-        solids.uvs = from.uvs.as_ref().map(|uvs| sources.iter().map(|index| uvs[pick(index)]).collect());
+        let picked = |uvs: &Vec<[f32; 2]>| sources.iter().map(|index| uvs[pick(index)]).collect();
+        solids.uvs = from.uvs.as_ref().map(picked);
+        solids.second_uvs = from.second_uvs.as_ref().map(picked);
         solids.colours =
             from.colours.as_ref().map(|colours| sources.iter().map(|index| colours[pick(index)]).collect());
         Solids { geometry: solids, sources: Some(sources) }
@@ -166,6 +169,7 @@ mod tests {
             positions: positions.to_vec(),
             normals: None,
             uvs: None,
+            second_uvs: None,
             colours: None,
             triangles: Vec::new(),
             material: 0,

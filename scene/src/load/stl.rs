@@ -28,7 +28,8 @@ pub(super) fn load(bytes: &[u8], request: &Request<'_>) -> Result<Scene, LoadErr
     };
     request.report(Stage::Read, 1, 1);
     let triangles = (0..positions.len() as u32 / 3).map(|facet| [3 * facet, 3 * facet + 1, 3 * facet + 2]).collect();
-    let geometry = Geometry { positions, normals: None, uvs: None, colours: None, triangles, material: 0 };
+    let geometry =
+        Geometry { positions, normals: None, uvs: None, second_uvs: None, colours: None, triangles, material: 0 };
     let double_sided = !is_closed(&geometry.positions, &geometry.triangles);
     let options = BuildOptions { missing_normals: MissingNormals::Flat, keep_flat_triangles: false };
     let built = geometry.build("STL", options, &mut warnings);

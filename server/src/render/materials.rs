@@ -4,9 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use gpu::MaterialUniform;
 use protocol::Material;
 use scene::Scene;
-use scene::model::{SAME_UV, UvMap, Wrap};
+use scene::model::{SAME_UV, UvMap, UvSet, Wrap};
 
-use super::palette::{self, CodeMap, Kinds, Palette};
+use super::palette::{self, CodeMap, CodeSet, Kinds, Palette};
 
 /// Normals: of a mirror or glass, and of everything in a view at rest.
 pub(super) const FINE_NORMAL: u32 = 1;
@@ -27,13 +27,19 @@ pub(crate) struct SurfaceMaterial {
     pub bump_scale: f32,
     /// Whether its code is told place by place, and how what tells it is wrapped.
     pub varies: u32,
+    /// The same by the second set of texture coordinates; what both tell is added.
+    pub varies_by_second: u32,
     /// Whether, where it is seen through, not its alpha but its material says how much.
     pub is_pane: u32,
-    pub padding: u32,
+    /// Whether its normal map goes by the second set of texture coordinates.
+    pub bumps_by_second: u32,
+    pub padding: [u32; 3],
     pub bumps_from_u: [f32; 4],
     pub bumps_from_v: [f32; 4],
     pub codes_from_u: [f32; 4],
     pub codes_from_v: [f32; 4],
+    pub second_codes_from_u: [f32; 4],
+    pub second_codes_from_v: [f32; 4],
 }
 
 /// The scene's materials as the shader has them, and what their samples refer to.
@@ -91,7 +97,13 @@ pub(crate) fn tables(scene: &Scene, varied: bool) -> Tables {
         let reflects = table[own].iter().any(|material| material.effect().is_some());
         let rows = |map: UvMap| map.map(|[x, y, offset]| [x, y, offset, 0.0]);
         let [bumps_from_u, bumps_from_v] = rows(material.bumps.map_or(SAME_UV, |bumps| bumps.from_uv));
-        let [codes_from_u, codes_from_v] = rows(map.map_or(SAME_UV, |map| map.from_uv));
+        let [first, second] = map.map_or([None, None], |map| map.sets.each_ref().map(Option::as_ref));
+        let from_uv = |set: Option<&CodeSet>| rows(set.map_or(SAME_UV, |set| set.from_uv));
+        let ([codes_from_u, codes_from_v], [second_codes_from_u, second_codes_from_v]) =
+            (from_uv(first), from_uv(second));
+        let varies =
+            |set: Option<&CodeSet>| set.map_or(0, |set| 1 + wrap_code(set.wrap[0]) + 3 * wrap_code(set.wrap[1]));
+        let bumps_by_second = material.bumps.is_some_and(|bumps| bumps.uv_set == UvSet::Second);
         SurfaceMaterial {
             base_colour: material.base_colour,
             alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
@@ -99,13 +111,17 @@ pub(crate) fn tables(scene: &Scene, varied: bool) -> Tables {
             double_sided: u32::from(material.double_sided),
             fine: if reflects || material.is_pane() { FINE_NORMAL } else { 0 },
             bump_scale: material.bumps.map_or(0.0, |bumps| bumps.scale),
-            varies: map.map_or(0, |map| 1 + wrap_code(map.wrap[0]) + 3 * wrap_code(map.wrap[1])),
+            varies: varies(first),
+            varies_by_second: varies(second),
             is_pane: u32::from(material.is_pane()),
-            padding: 0,
+            bumps_by_second: u32::from(bumps_by_second),
+            padding: [0; 3],
             bumps_from_u,
             bumps_from_v,
             codes_from_u,
             codes_from_v,
+            second_codes_from_u,
+            second_codes_from_v,
         }
     };
     let surfaces = scene.materials.iter().enumerate().map(surface).collect();

@@ -116,6 +116,7 @@ pub struct SceneRenderer {
     /// Whether triangles are told by the fragment stage; else corners are pulled (see [`SceneRenderer::with_pulling`]).
     native: bool,
     vertices: wgpu::Buffer,
+    second_uvs: wgpu::Buffer,
     indices: wgpu::Buffer,
     instances: wgpu::Buffer,
     surfaces: wgpu::Buffer,
@@ -425,7 +426,7 @@ impl SceneRenderer {
             }
         }
         let layout = Layouts::new(&self.gpu, false).scene;
-        let bound = [&self.instances, &self.surfaces, &self.vertices, &self.indices];
+        let bound = [&self.instances, &self.surfaces, &self.second_uvs, &self.vertices, &self.indices];
         Ok(pipelines::scene_group(&self.gpu, &layout, &bound))
     }
 

@@ -9,6 +9,9 @@
 //!
 //! Which entry lies where is looked up on the GPU in a texture of codes, whose every level is made of the same level of the textures: codes
 //! themselves have no mean.
+//!
+//! Textures by the second set of coordinates of a mesh meet those of the first anywhere. Each set's are cut into parts of their own, and every pair of
+//! parts is an entry; there are two textures of codes then, and a surface has the sum of both.
 
 use std::ops::Range;
 
@@ -17,7 +20,7 @@ use gpu::MaterialUniform;
 use protocol::Material;
 use rayon::prelude::*;
 use scene::Scene;
-use scene::model::{Map, Quantity, Texture, UvMap, Wrap};
+use scene::model::{Map, Quantity, Texture, UvMap, UvSet, Wrap};
 
 use super::texture::{self, CodeLevel, Content, Level};
 
@@ -147,6 +150,22 @@ fn mean<'a>(members: impl Iterator<Item = &'a Material> + Clone) -> Material {
     mean
 }
 
+/// Sets what a quantity says of a material to what it is of another.
+fn take(shown: &mut Material, from: &Material, quantity: Quantity) {
+    match quantity {
+        Quantity::MetallicRoughness => (shown.metallic, shown.roughness) = (from.metallic, from.roughness),
+        Quantity::Occlusion => shown.occlusion = from.occlusion,
+        Quantity::Emissive => shown.emissive = from.emissive,
+        Quantity::Transmission => shown.transmission = from.transmission,
+        Quantity::Specular => (shown.grazing, shown.straight) = (from.grazing, from.straight),
+        Quantity::SpecularColour => shown.straight = from.straight,
+        Quantity::Clearcoat => shown.clearcoat = from.clearcoat,
+        Quantity::ClearcoatRoughness => shown.clearcoat_roughness = from.clearcoat_roughness,
+        Quantity::Sheen => shown.sheen = from.sheen,
+        Quantity::SheenRoughness => shown.sheen_roughness = from.sheen_roughness,
+    }
+}
+
 /// Which codes belong together: those of one material that varies.
 #[derive(Debug, Clone, Default)]
 pub struct Kinds {
@@ -195,12 +214,19 @@ impl Kinds {
 /// Where the codes of a material lie.
 #[derive(Debug, Clone)]
 pub(crate) struct CodeMap {
-    pub levels: Vec<CodeLevel>,
-    /// From the vertices' texture coordinates.
-    pub from_uv: UvMap,
-    pub wrap: [Wrap; 2],
+    /// By set of texture coordinates; one of them at least.
+    pub sets: [Option<CodeSet>; 2],
     /// Which there are.
     pub codes: Range<usize>,
+}
+
+/// Codes by one set of texture coordinates; those of both are added.
+#[derive(Debug, Clone)]
+pub(crate) struct CodeSet {
+    pub levels: Vec<CodeLevel>,
+    /// From the set's coordinates.
+    pub from_uv: UvMap,
+    pub wrap: [Wrap; 2],
 }
 
 /// See the module.
@@ -212,6 +238,9 @@ pub(crate) struct Palette {
     pub kinds: Kinds,
 }
 
+/// Sets of texture coordinates in the order of [`CodeMap::sets`].
+const SETS: [UvSet; 2] = [UvSet::First, UvSet::Second];
+
 impl Palette {
     /// Of the materials of a scene whose numbers are `varying`, at most as many as there are codes from `first` on, the first one.
     pub fn new(scene: &Scene, varying: &[usize], first: usize) -> Palette {
@@ -220,35 +249,81 @@ impl Palette {
         let share = MAX_TEXELS / varying.len().max(1);
         let max_side_px = MAX_SIDE_PX.min(1 << (share.ilog2() / 2));
         // Levels of textures are large: no more of them are there than threads.
-        let source = |index: usize| Source::new(&scene.materials[index], &scene.textures, max_side_px);
-        let mut cuts: Vec<Cuts> = varying.par_iter().map(|&index| source(index).cuts()).collect();
-        for _ in cuts.len()..room {
-            let worst = cuts.iter_mut().max_by(|a, b| a.worst().total_cmp(&b.worst()));
-            let Some(worst) = worst.filter(|cuts| cuts.worst() > 0.0) else { break };
-            worst.cut();
+        let source = |index: usize, set: UvSet| Source::new(&scene.materials[index], &scene.textures, set, max_side_px);
+        let divided = |&index: &usize| Divided(SETS.map(|set| Some(source(index, set)?.cuts())));
+        let mut all: Vec<Divided> = varying.par_iter().map(divided).collect();
+        let mut left = room - varying.len();
+        while let Some(worst) =
+            all.iter_mut().flat_map(|divided| divided.cuttable(left)).max_by(|a, b| a.error.total_cmp(&b.error))
+        {
+            left -= worst.codes;
+            worst.cuts.cut();
         }
         let (mut entries, mut ranges) = (Vec::new(), Vec::new());
-        for cuts in &mut cuts {
+        for (divided, &index) in all.iter_mut().zip(varying) {
             let next = first + entries.len();
-            entries.extend(cuts.number(next));
+            entries.extend(divided.number(&scene.materials[index], next));
             ranges.push(next..first + entries.len());
         }
-        let maps: Vec<CodeMap> = varying
-            .par_iter()
-            .zip(&cuts)
-            .zip(&ranges)
-            .map(|((&index, cuts), codes)| source(index).code_map(cuts, codes.clone()))
-            .collect();
         let mut code_maps = vec![None; scene.materials.len()];
+        let maps: Vec<CodeMap> = (varying.par_iter().zip(&all).zip(&ranges))
+            .map(|((&index, Divided(cuts)), codes)| {
+                let of = |set: usize| Some(source(index, SETS[set])?.code_set(cuts[set].as_ref()?));
+                CodeMap { sets: [of(0), of(1)], codes: codes.clone() }
+            })
+            .collect();
         varying.iter().zip(maps).for_each(|(&index, map)| code_maps[index] = Some(map));
         Palette { kinds: Kinds::new(ranges, first, &entries), entries, code_maps }
     }
 }
 
-/// A material that varies, and the levels of its textures.
+/// What a material is in its places, cut into parts, by set of texture coordinates.
+struct Divided([Option<Cuts>; 2]);
+
+/// A cut that can be made.
+struct Cuttable<'a> {
+    cuts: &'a mut Cuts,
+    /// What it mends.
+    error: f32,
+    /// That it takes.
+    codes: usize,
+}
+
+impl Divided {
+    /// Those for which as many codes are left: a cut of one set is one of each part of the other.
+    fn cuttable(&mut self, left: usize) -> impl Iterator<Item = Cuttable<'_>> {
+        let counts = [0, 1].map(|set| self.0[set].as_ref().map_or(1, Cuts::count));
+        self.0.iter_mut().zip(counts.into_iter().rev()).filter_map(move |(cuts, codes)| {
+            let cuts = cuts.as_mut()?;
+            let error = cuts.worst();
+            (error > 0.0 && codes <= left).then_some(Cuttable { cuts, error, codes })
+        })
+    }
+
+    /// Numbers all pairs of parts from `first` on; what each is on the whole.
+    fn number(&mut self, material: &scene::Material, first: usize) -> Vec<Material> {
+        let [first_set, second_set] = &mut self.0;
+        let entries = first_set.as_mut().map(|cuts| cuts.number(first, 1));
+        let Some(second_set) = second_set else { return entries.unwrap_or_default() };
+        let Some(entries) = entries else { return second_set.number(first, 1) };
+        let of_second = || material.maps.iter().filter(|map| map.uv_set == UvSet::Second);
+        let both = |entry: &Material, second: &Material| {
+            let mut both = *entry;
+            of_second().for_each(|map| take(&mut both, second, map.quantity));
+            both
+        };
+        let seconds = second_set.number(0, entries.len());
+        seconds.iter().flat_map(|second| entries.iter().map(|entry| both(entry, second))).collect()
+    }
+}
+
+/// A material that varies by a set of texture coordinates, and the levels of its textures.
 struct Source<'a> {
     material: &'a scene::Material,
-    maps: Vec<SourceMap>,
+    /// Of all maps of the material, those of the set.
+    maps: Vec<Option<SourceMap>>,
+    from_uv: UvMap,
+    wrap: [Wrap; 2],
     size_px: [u32; 2],
 }
 
@@ -266,8 +341,11 @@ fn affine(map: UvMap) -> Affine2 {
 }
 
 impl<'a> Source<'a> {
-    fn new(material: &'a scene::Material, textures: &[Texture], max_side_px: u32) -> Source<'a> {
-        let first = affine(material.maps[0].from_uv);
+    /// `None` where it has no map by that set.
+    fn new(material: &'a scene::Material, textures: &[Texture], set: UvSet, max_side_px: u32) -> Option<Source<'a>> {
+        let is_own = |map: &&Map| map.uv_set == set;
+        let leading = material.maps.iter().find(is_own)?;
+        let first = affine(leading.from_uv);
         let map = |map: &Map| {
             let texture = &textures[map.texture as usize];
             let is_colour = map.quantity.is_colour();
@@ -277,12 +355,13 @@ impl<'a> Source<'a> {
             let from_first = from_first.unwrap_or(Affine2::IDENTITY);
             SourceMap { levels: texture::levels(texture, content), from_first, wrap: texture.wrap, is_colour }
         };
-        let maps: Vec<SourceMap> = material.maps.iter().map(map).collect();
+        let maps: Vec<_> = material.maps.iter().map(|own| Some(own).filter(is_own).map(map)).collect();
         let side = |of: fn(&Level) -> u32| {
-            maps.iter().map(|map| of(&map.levels[0])).max().map_or(1, |side| side.clamp(1, max_side_px))
+            maps.iter().flatten().map(|map| of(&map.levels[0])).max().map_or(1, |side| side.clamp(1, max_side_px))
         };
         let size_px = [side(|level| level.width_px), side(|level| level.height_px)];
-        Source { material, maps, size_px }
+        let wrap = textures[leading.texture as usize].wrap;
+        Some(Source { material, maps, from_uv: leading.from_uv, wrap, size_px })
     }
 
     fn level_size(&self, level: u32) -> [u32; 2] {
@@ -294,19 +373,24 @@ impl<'a> Source<'a> {
     }
 
     /// The levels of the maps whose texels are about as large as those of a level of codes.
-    fn alike(&self, level: u32) -> Vec<&Level> {
+    fn alike(&self, level: u32) -> Vec<Option<(&SourceMap, &Level)>> {
         let [width_px, _] = self.level_size(level);
         let of = |map: &SourceMap| {
             let texels = map.levels[0].width_px as f32 * map.from_first.matrix2.x_axis.length() / width_px as f32;
             (texels.max(1.0).log2().round() as usize).min(map.levels.len() - 1)
         };
-        self.maps.iter().map(|map| &map.levels[of(map)]).collect()
+        self.maps.iter().map(|map| map.as_ref().map(|map| (map, &map.levels[of(map)]))).collect()
     }
 
-    /// What the material is at a texel of a level.
-    fn at(&self, alike: &[&Level], [width_px, height_px]: [u32; 2], (x, y): (u32, u32)) -> Material {
+    /// What the material is at a texel of a level, as far as this set tells.
+    fn at(
+        &self,
+        alike: &[Option<(&SourceMap, &Level)>],
+        [width_px, height_px]: [u32; 2],
+        (x, y): (u32, u32),
+    ) -> Material {
         let uv = Vec2::new((x as f32 + 0.5) / width_px as f32, (y as f32 + 0.5) / height_px as f32);
-        with_texels(self.material, |index| self.maps[index].texel(alike[index], uv))
+        with_texels(self.material, |index| alike[index].map_or([1.0; 4], |(map, level)| map.texel(level, uv)))
     }
 
     fn cuts(&self) -> Cuts {
@@ -327,7 +411,7 @@ impl<'a> Source<'a> {
         Cuts::new(members)
     }
 
-    fn code_map(&self, cuts: &Cuts, codes: Range<usize>) -> CodeMap {
+    fn code_set(&self, cuts: &Cuts) -> CodeSet {
         let level = |level: u32| {
             let (size_px, alike) = (self.level_size(level), self.alike(level));
             let row = |y: u32| {
@@ -348,12 +432,7 @@ impl<'a> Source<'a> {
             let codes = (0..size_px[1]).into_par_iter().flat_map_iter(row).collect();
             CodeLevel { width_px: size_px[0], height_px: size_px[1], codes }
         };
-        CodeMap {
-            levels: (0..self.level_count()).map(level).collect(),
-            from_uv: self.material.maps[0].from_uv,
-            wrap: self.maps[0].wrap,
-            codes,
-        }
+        CodeSet { levels: (0..self.level_count()).map(level).collect(), from_uv: self.from_uv, wrap: self.wrap }
     }
 }
 
@@ -375,7 +454,7 @@ impl SourceMap {
     }
 }
 
-/// What a material is in its places, cut into parts.
+/// What a material is in its places by one set of texture coordinates, cut into parts.
 struct Cuts {
     members: Vec<(Material, Place)>,
     nodes: Vec<Node>,
@@ -452,13 +531,18 @@ impl Cuts {
         self.nodes[index] = Node::Cut { axis, middle, sides };
     }
 
-    /// Numbers the parts from `first` on, along the cuts; what each is on the whole.
-    fn number(&mut self, first: usize) -> Vec<Material> {
+    /// How many parts there are.
+    fn count(&self) -> usize {
+        self.nodes.len().div_ceil(2)
+    }
+
+    /// Numbers the parts from `first` on, so far apart, along the cuts; what each is on the whole.
+    fn number(&mut self, first: usize, apart: usize) -> Vec<Material> {
         let (mut stack, mut entries) = (vec![0], Vec::new());
         while let Some(index) = stack.pop() {
             match &mut self.nodes[index] {
                 Node::Part { members, code, .. } => {
-                    *code = (first + entries.len()) as u8;
+                    *code = (first + entries.len() * apart) as u8;
                     entries.push(mean(members.iter().map(|&member| &self.members[member as usize].0)));
                 }
                 Node::Cut { sides: [less, more], .. } => stack.extend([*more, *less]),

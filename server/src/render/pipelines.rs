@@ -56,7 +56,7 @@ impl Layouts {
         let (uniform, storage) =
             (wgpu::BufferBindingType::Uniform, wgpu::BufferBindingType::Storage { read_only: true });
         let pulled = if native { 0 } else { 2 };
-        let scene: Vec<_> = (0..2 + pulled).map(|binding| buffer_entry(binding, both, storage)).collect();
+        let scene: Vec<_> = (0..3 + pulled).map(|binding| buffer_entry(binding, both, storage)).collect();
         let texture = |binding| wgpu::BindGroupLayoutEntry {
             ty: wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Float { filterable: true },
@@ -69,13 +69,13 @@ impl Layouts {
             ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
             ..texture_entry(binding)
         };
-        let codes = wgpu::BindGroupLayoutEntry {
+        let codes = |binding| wgpu::BindGroupLayoutEntry {
             ty: wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Uint,
                 view_dimension: wgpu::TextureViewDimension::D2,
                 multisampled: false,
             },
-            ..texture_entry(4)
+            ..texture_entry(binding)
         };
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
             gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
@@ -83,7 +83,7 @@ impl Layouts {
         Layouts {
             view: layout("camera", &[buffer_entry(0, both, uniform)]),
             scene: layout("scene", &scene),
-            texture: layout("textures", &[texture(0), sampler(1), texture(2), sampler(3), codes]),
+            texture: layout("textures", &[texture(0), sampler(1), texture(2), sampler(3), codes(4), codes(5)]),
         }
     }
 }

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use gpu::Gpu;
 use rayon::prelude::*;
 use scene::model::{Texture, Wrap};
-use scene::{Bounds, Scene, Vertex};
+use scene::{Bounds, Mesh, Scene, Vertex};
 use wgpu::util::DeviceExt;
 
 use super::layers::Layers;
@@ -31,6 +31,8 @@ struct Placed {
 /// Vertices and indices of all meshes, one after the other; deforming instances have vertices of their own.
 struct Geometry {
     vertices: Vec<Vertex>,
+    /// As many, where any mesh has some; else none.
+    second_uvs: Vec<[f32; 2]>,
     indices: Vec<u32>,
     meshes: Vec<Placed>,
     deforming: HashMap<u32, Placed>,
@@ -38,10 +40,15 @@ struct Geometry {
 
 impl Geometry {
     fn new(scene: &Scene) -> Geometry {
-        let mut geometry =
-            Geometry { vertices: Vec::new(), indices: Vec::new(), meshes: Vec::new(), deforming: HashMap::new() };
+        let mut geometry = Geometry {
+            vertices: Vec::new(),
+            second_uvs: Vec::new(),
+            indices: Vec::new(),
+            meshes: Vec::new(),
+            deforming: HashMap::new(),
+        };
         for mesh in &scene.meshes {
-            let first_vertex = geometry.append(&mesh.vertices);
+            let first_vertex = geometry.append(mesh);
             let placed = Placed {
                 first_vertex,
                 vertex_count: mesh.vertices.len() as u32,
@@ -52,17 +59,21 @@ impl Geometry {
             geometry.meshes.push(placed);
         }
         for (object, instance) in scene.instances.iter().enumerate().filter(|(_, instance)| instance.deforms) {
-            let first_vertex = geometry.append(&scene.meshes[instance.mesh as usize].vertices);
+            let first_vertex = geometry.append(&scene.meshes[instance.mesh as usize]);
             let placed = Placed { first_vertex, ..geometry.meshes[instance.mesh as usize] };
             geometry.deforming.insert(object as u32, placed);
         }
         geometry
     }
 
-    fn append(&mut self, vertices: &[Vertex]) -> u32 {
-        let first = self.vertices.len() as u32;
-        self.vertices.extend_from_slice(vertices);
-        first
+    fn append(&mut self, mesh: &Mesh) -> u32 {
+        let first = self.vertices.len();
+        self.vertices.extend_from_slice(&mesh.vertices);
+        if !mesh.second_uvs.is_empty() {
+            self.second_uvs.resize(first, [0.0; 2]);
+            self.second_uvs.extend_from_slice(&mesh.second_uvs);
+        }
+        first as u32
     }
 }
 
@@ -176,8 +187,13 @@ impl SceneRenderer {
         let instances = buffer("instances", bytemuck::cast_slice(&records), copied);
         let surfaces =
             buffer("surface materials", bytemuck::cast_slice::<SurfaceMaterial, u8>(&surface_materials), copied);
-        let bound = [&instances, &surfaces, &vertices, &indices];
-        let scene_group = scene_group(gpu, &layouts.scene, &bound[..if native { 2 } else { 4 }]);
+        let second_uvs = buffer(
+            "second texture coordinates",
+            bytemuck::cast_slice(&geometry.second_uvs),
+            wgpu::BufferUsages::empty(),
+        );
+        let bound = [&instances, &surfaces, &second_uvs, &vertices, &indices];
+        let scene_group = scene_group(gpu, &layouts.scene, &bound[..if native { 3 } else { 5 }]);
         let batch_of_deforming = slots
             .iter()
             .filter(|slot| geometry.deforming.contains_key(&slot.object))
@@ -189,6 +205,7 @@ impl SceneRenderer {
             layouts,
             native,
             vertices,
+            second_uvs,
             indices,
             instances,
             surfaces,
@@ -256,13 +273,14 @@ fn texture_groups(
     let group = |&[base, normals, codes]: &Textures| {
         let (base, normals) = (of(base, false).unwrap_or(&white), of(normals, true).unwrap_or(&level));
         let codes = codes.and_then(|material| code_maps[material as usize].as_ref());
-        let codes = codes.map(|map| texture::upload_codes(gpu, &map.levels));
+        let codes = [0, 1].map(|set| Some(texture::upload_codes(gpu, &codes?.sets[set].as_ref()?.levels)));
         let resources = [base, normals].into_iter().flat_map(|(view, sampler)| {
             [wgpu::BindingResource::TextureView(view), wgpu::BindingResource::Sampler(sampler)]
         });
-        let codes = wgpu::BindingResource::TextureView(codes.as_ref().unwrap_or(&no_codes));
+        let codes =
+            codes.each_ref().map(|codes| wgpu::BindingResource::TextureView(codes.as_ref().unwrap_or(&no_codes)));
         let entries: Vec<_> = resources
-            .chain([codes])
+            .chain(codes)
             .zip(0..)
             .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
             .collect();

@@ -52,7 +52,7 @@ pub fn mesh(vertices: Vec<Vertex>, indices: Vec<u32>, material: u32) -> Mesh {
         positions().fold(Vec3::INFINITY, Vec3::min).to_array(),
         positions().fold(Vec3::NEG_INFINITY, Vec3::max).to_array(),
     ];
-    Mesh { bounds, vertices, indices, material }
+    Mesh { bounds, vertices, indices, material, ..Mesh::default() }
 }
 
 /// A square of side 2 in the plane z = 0 that faces +z, in `cells` x `cells` pairs of triangles.

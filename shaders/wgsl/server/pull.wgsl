@@ -2,15 +2,15 @@
 // between them.
 #import "server/scene.wgsl"
 
-@group(1) @binding(2) var<storage, read> vertex_words: array<u32>;
-@group(1) @binding(3) var<storage, read> vertex_indices: array<u32>;
+@group(1) @binding(3) var<storage, read> vertex_words: array<u32>;
+@group(1) @binding(4) var<storage, read> vertex_indices: array<u32>;
 
 // Words of a vertex: position 3, normal 3, texture coordinates 2, colour 1.
 const VERTEX_WORDS: u32 = 9u;
 
-// The corner at a place in the index buffer.
-fn pulled_vertex(place: u32, instance: u32) -> MeshVertex {
-    let at = (instances[instance].first_vertex + vertex_indices[place]) * VERTEX_WORDS;
+// Of all vertices, that of a number.
+fn pulled_vertex(vertex_index: u32) -> MeshVertex {
+    let at = vertex_index * VERTEX_WORDS;
     var vertex: MeshVertex;
     vertex.position = bitcast<vec3f>(vec3u(vertex_words[at], vertex_words[at + 1u], vertex_words[at + 2u]));
     vertex.normal = bitcast<vec3f>(vec3u(vertex_words[at + 3u], vertex_words[at + 4u], vertex_words[at + 5u]));
@@ -19,6 +19,8 @@ fn pulled_vertex(place: u32, instance: u32) -> MeshVertex {
     return vertex;
 }
 
+// The corner at a place in the index buffer.
 fn pulled_corner(place: u32, instance: u32) -> Varying {
-    return corner(pulled_vertex(place, instance), instance, (place - instances[instance].first_index) / 3u);
+    let index = instances[instance].first_vertex + vertex_indices[place];
+    return corner(pulled_vertex(index), index, instance, (place - instances[instance].first_index) / 3u);
 }

@@ -5,8 +5,8 @@ enable primitive_index;
 #import "server/truth.wgsl"
 
 @vertex
-fn vertex(vertex: MeshVertex, @builtin(instance_index) instance: u32) -> Varying {
-    return corner(vertex, instance, 0u);
+fn vertex(vertex: MeshVertex, @builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Varying {
+    return corner(vertex, index, instance, 0u);
 }
 
 @fragment

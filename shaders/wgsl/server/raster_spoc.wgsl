@@ -102,6 +102,7 @@ fn vertex(@builtin(vertex_index) place: u32) -> Varying {
     v.clip = spoc_clip_from_eye(camera, split.push, camera.eye_from_world * point.position);
     v.normal_world = a.normal_world * weights.x + b.normal_world * weights.y + c.normal_world * weights.z;
     v.uv = a.uv * weights.x + b.uv * weights.y + c.uv * weights.z;
+    v.second_uv = a.second_uv * weights.x + b.second_uv * weights.y + c.second_uv * weights.z;
     v.colour = a.colour * weights.x + b.colour * weights.y + c.colour * weights.z;
     return v;
 }

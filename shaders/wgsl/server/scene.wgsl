@@ -55,24 +55,35 @@ struct SurfaceMaterial {
     bump_scale: f32,
     // 0: `code` holds everywhere. Else `codes` tells it, place by place, and this is 1 + how they are wrapped along u + 3 times how along v.
     varies: u32,
+    // The same by the second set of texture coordinates and `second_codes`: what both tell is added.
+    varies_by_second: u32,
     // 1: where it is seen through, not its alpha but its material says how much.
     is_pane: u32,
+    // 1 where its normal map goes by the second set of texture coordinates.
+    bumps_by_second: u32,
     padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
     // Rows of the affine maps from texture coordinates to those of the normal map and of the codes.
     bumps_from_u: vec4f,
     bumps_from_v: vec4f,
     codes_from_u: vec4f,
     codes_from_v: vec4f,
+    second_codes_from_u: vec4f,
+    second_codes_from_v: vec4f,
 }
 
 @group(1) @binding(0) var<storage, read> instances: array<Instance>;
 @group(1) @binding(1) var<storage, read> materials: array<SurfaceMaterial>;
+// By vertex; texture coordinates beside those of the vertices, where any material needs some.
+@group(1) @binding(2) var<storage, read> second_uvs: array<vec2f>;
 @group(2) @binding(0) var base_texture: texture_2d<f32>;
 @group(2) @binding(1) var base_sampler: sampler;
 @group(2) @binding(2) var normal_texture: texture_2d<f32>;
 @group(2) @binding(3) var normal_sampler: sampler;
 // Indices into the material table of the samples, of a material whose textures say more than its colour.
 @group(2) @binding(4) var codes: texture_2d<u32>;
+@group(2) @binding(5) var second_codes: texture_2d<u32>;
 
 // Whether fragments below the material's alpha cut-off are dropped.
 override cut_out: bool = false;
@@ -94,9 +105,11 @@ struct Varying {
     @location(4) @interpolate(flat, either) instance: u32,
     // The triangle within its mesh where the vertex stage has to tell it; the same at all three corners.
     @location(5) @interpolate(flat, either) triangle: u32,
+    @location(6) second_uv: vec2f,
 }
 
-fn corner(vertex: MeshVertex, instance_index: u32, triangle: u32) -> Varying {
+// `index`: of the vertex among all.
+fn corner(vertex: MeshVertex, index: u32, instance_index: u32, triangle: u32) -> Varying {
     let instance = instances[instance_index];
     let p_mesh = vec4f(vertex.position, 1.0);
     let p_anchor = vec3f(
@@ -113,6 +126,7 @@ fn corner(vertex: MeshVertex, instance_index: u32, triangle: u32) -> Varying {
         dot(instance.world_normal_from_mesh_z.xyz, vertex.normal),
     );
     out.uv = vertex.uv;
+    out.second_uv = second_uvs[min(index, arrayLength(&second_uvs) - 1u)];
     out.colour = vertex.colour;
     out.instance = instance_index;
     out.triangle = triangle;
@@ -126,19 +140,36 @@ struct Slopes {
     dy_position: vec3f,
     dx_uv: vec2f,
     dy_uv: vec2f,
+    dx_second_uv: vec2f,
+    dy_second_uv: vec2f,
 }
 
 fn slopes_of(v: Varying) -> Slopes {
-    return Slopes(dpdxCoarse(v.position), dpdyCoarse(v.position), dpdxCoarse(v.uv), dpdyCoarse(v.uv));
+    return Slopes(
+        dpdxCoarse(v.position),
+        dpdyCoarse(v.position),
+        dpdxCoarse(v.uv),
+        dpdyCoarse(v.uv),
+        dpdxCoarse(v.second_uv),
+        dpdyCoarse(v.second_uv),
+    );
 }
 
-// Texture coordinates by the rows of an affine map, and what becomes of their differences.
-fn affine_uv(from_u: vec4f, from_v: vec4f, uv: vec2f) -> vec2f {
-    return turned_uv(from_u, from_v, uv) + vec2f(from_u.z, from_v.z);
+// A place in a texture, and how it changes a pixel to the right and down.
+struct UvPlace {
+    uv: vec2f,
+    dx: vec2f,
+    dy: vec2f,
 }
 
-fn turned_uv(from_u: vec4f, from_v: vec4f, uv: vec2f) -> vec2f {
-    return vec2f(dot(from_u.xy, uv), dot(from_v.xy, uv));
+// By the rows of an affine map from the first or the second set of texture coordinates.
+fn uv_place(v: Varying, slopes: Slopes, by_second: bool, from_u: vec4f, from_v: vec4f) -> UvPlace {
+    let from_uv = mat2x2f(vec2f(from_u.x, from_v.x), vec2f(from_u.y, from_v.y));
+    let offset = vec2f(from_u.z, from_v.z);
+    if by_second {
+        return UvPlace(from_uv * v.second_uv + offset, from_uv * slopes.dx_second_uv, from_uv * slopes.dy_second_uv);
+    }
+    return UvPlace(from_uv * v.uv + offset, from_uv * slopes.dx_uv, from_uv * slopes.dy_uv);
 }
 
 // A texel's place along a side of a texture, as `scene::model::Wrap` has it.
@@ -152,23 +183,33 @@ fn wrapped(place: f32, side: f32, mode: u32) -> i32 {
     return i32(clamp(share * side, 0.0, side - 1.0));
 }
 
-// The index into the material table of the samples: of the texel that lies there, of the level whose texels are about as large as a pixel. It is
-// the same for a quad, as devices may load from one level for all four.
+// The index into the material table of the samples.
 fn code_of(v: Varying, slopes: Slopes) -> u32 {
     let material = materials[instances[v.instance].material];
-    if material.varies == 0u {
+    if material.varies == 0u && material.varies_by_second == 0u {
         return material.code;
     }
-    let dx = turned_uv(material.codes_from_u, material.codes_from_v, slopes.dx_uv);
-    let dy = turned_uv(material.codes_from_u, material.codes_from_v, slopes.dy_uv);
+    var code = 0u;
+    if material.varies != 0u {
+        code += code_at(codes, material.varies, uv_place(v, slopes, false, material.codes_from_u, material.codes_from_v));
+    }
+    if material.varies_by_second != 0u {
+        let place = uv_place(v, slopes, true, material.second_codes_from_u, material.second_codes_from_v);
+        code += code_at(second_codes, material.varies_by_second, place);
+    }
+    return code;
+}
+
+// Of the texel that lies there, of the level whose texels are about as large as a pixel. It is the same for a quad, as devices may load from one level
+// for all four.
+fn code_at(codes: texture_2d<u32>, varies: u32, place: UvPlace) -> u32 {
     let size = textureDimensions(codes);
-    let texels = max(length(dx * vec2f(size)), length(dy * vec2f(size)));
+    let texels = max(length(place.dx * vec2f(size)), length(place.dy * vec2f(size)));
     let level = clamp(i32(round(log2(max(texels, 1.0)))), 0, i32(textureNumLevels(codes)) - 1);
     // Not asked of the texture: llvmpipe answers for one fragment's level to all that it shades together.
     let level_size = vec2f(max(size >> vec2u(u32(level)), vec2u(1u)));
-    let uv = affine_uv(material.codes_from_u, material.codes_from_v, v.uv);
-    let wrap = material.varies - 1u;
-    let texel = vec2i(wrapped(uv.x, level_size.x, wrap % 3u), wrapped(uv.y, level_size.y, wrap / 3u));
+    let wrap = varies - 1u;
+    let texel = vec2i(wrapped(place.uv.x, level_size.x, wrap % 3u), wrapped(place.uv.y, level_size.y, wrap / 3u));
     return textureLoad(codes, texel, level).x;
 }
 
@@ -178,16 +219,15 @@ fn code_of(v: Varying, slopes: Slopes) -> u32 {
 fn bumped(v: Varying, slopes: Slopes, normal: vec3f) -> vec3f {
     let material = materials[instances[v.instance].material];
     let scale = material.bump_scale;
-    let dx_uv = turned_uv(material.bumps_from_u, material.bumps_from_v, slopes.dx_uv);
-    let dy_uv = turned_uv(material.bumps_from_u, material.bumps_from_v, slopes.dy_uv);
-    let turn = dx_uv.x * dy_uv.y - dx_uv.y * dy_uv.x;
+    let place = uv_place(v, slopes, material.bumps_by_second != 0u, material.bumps_from_u, material.bumps_from_v);
+    let turn = place.dx.x * place.dy.y - place.dx.y * place.dy.x;
     if scale == 0.0 || turn == 0.0 {
         return normal;
     }
-    let texel = textureSampleGrad(normal_texture, normal_sampler, affine_uv(material.bumps_from_u, material.bumps_from_v, v.uv), dx_uv, dy_uv).xyz;
+    let texel = textureSampleGrad(normal_texture, normal_sampler, place.uv, place.dx, place.dy).xyz;
     let tilt = 2.0 * texel - 1.0;
-    let along_u = (slopes.dx_position * dy_uv.y - slopes.dy_position * dx_uv.y) * sign(turn);
-    let along_v = (slopes.dy_position * dx_uv.x - slopes.dx_position * dy_uv.x) * sign(turn);
+    let along_u = (slopes.dx_position * place.dy.y - slopes.dy_position * place.dx.y) * sign(turn);
+    let along_v = (slopes.dy_position * place.dx.x - slopes.dx_position * place.dy.x) * sign(turn);
     let level = along_u - normal * dot(normal, along_u);
     let squared = dot(level, level);
     if squared == 0.0 {

@@ -24,7 +24,7 @@ pub(in crate::topics) fn grounded(scene: Scene) -> Scene {
         |x: f32, z: f32| Vertex { position: [x, 0.0, z], normal: Vec3::Y.into(), uv: [0.0; 2], colour: [255; 4] };
     let vertices = vec![vertex(-half, half), vertex(half, half), vertex(half, -half), vertex(-half, -half)];
     let bounds = [[-half, 0.0, -half], [half, 0.0, half]];
-    let ground = Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3], material: 0, bounds };
+    let ground = Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3], bounds, ..Mesh::default() };
     let place = DAffine3::from_translation(middle.with_y(low.y));
     let bounds = scene.bounds;
     Scene { bounds, ..scene.with("ground", ground, Material { name: "ground".into(), ..Material::default() }, place) }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::accessor::{Accessors, Count};
 use super::document::Document;
 use super::draco::Decompressed;
-use super::material::UvSource;
+use super::material::{UvSource, UvSources};
 use crate::load::{LoadError, LoadLimits, Warnings};
 
 /// What one target at weight 1 adds. Either may be empty: nothing is added.
@@ -33,7 +33,7 @@ pub(super) struct Place<'a> {
     pub accessors: Accessors<'a>,
     pub limits: &'a LoadLimits,
     /// By material.
-    pub uv_sources: &'a [Option<UvSource>],
+    pub uv_sources: &'a [UvSources],
     /// Of points and lines every one of so many is drawn.
     pub solid_step: usize,
 }

@@ -1,7 +1,8 @@
 //! Materials, and the textures that they are drawn with.
 //!
-//! A mesh has one set of texture coordinates, those of its material's first texture, and every texture of the material says how its own follow from
-//! them. A texture by another set of coordinates is left out, with a warning.
+//! A mesh has the texture coordinates of its material's first texture, and where the material needs them a second set, those of the first texture whose
+//! coordinates do not follow from these. Every texture of the material says how its own follow from one of both. A texture by a third set of
+//! coordinates is left out, with a warning.
 
 use std::collections::HashMap;
 
@@ -12,11 +13,14 @@ use super::document::{self, Document, Sampler, TextureInfo, TextureTransform};
 use super::images::image_of;
 use crate::load::Warnings;
 use crate::load::source::shorten;
-use crate::model::{Bumps, Map, Quantity, SAME_UV, UvMap, Wrap};
+use crate::model::{Bumps, Map, Quantity, SAME_UV, UvMap, UvSet, Wrap};
 use crate::{Material, Texture};
 
 /// Where a blended material is not seen through, as in shadows, it is cut out at this opacity; it is also the default of masked ones (glTF 2.0, 5.19.9).
 const DEFAULT_CUTOFF: f32 = 0.5;
+
+/// Where the sets of coordinates of a material come from; none where it needs no such set.
+pub(super) type UvSources = [Option<UvSource>; 2];
 
 /// Where a mesh's texture coordinates come from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,8 +70,8 @@ pub(super) struct Materials {
     pub materials: Vec<Material>,
     /// Of the scene.
     pub textures: Vec<Texture>,
-    /// By material.
-    pub uv_sources: Vec<Option<UvSource>>,
+    /// By material: of its first and its second set.
+    pub uv_sources: Vec<UvSources>,
 }
 
 /// Makes the scene's materials from the document's and the images that they need.
@@ -77,13 +81,13 @@ pub(super) fn read(document: &Document, images: Vec<Option<RgbaImage>>, warnings
     for (index, material) in document.materials.iter().enumerate() {
         let name = material.name.as_deref().map_or(String::new(), |name| format!(" {:?}", shorten(name)));
         let at = format!("materials[{index}]{name}");
-        let mut textured = textured(material, &mut textures, &at, warnings);
+        let textured = textured(material, &mut textures, &at, warnings);
         let numbers = numbers(material, &at, warnings);
-        all.uv_sources.push(textured.uv_source.take());
+        all.uv_sources.push(textured.uv_sources);
         all.materials.push(Material { texture: textured.base, bumps: textured.bumps, maps: textured.maps, ..numbers });
     }
     all.materials.push(Material { metallic: 1.0, ..Material::default() });
-    all.uv_sources.push(None);
+    all.uv_sources.push([None; 2]);
     all.textures = textures.textures;
     all
 }
@@ -91,8 +95,7 @@ pub(super) fn read(document: &Document, images: Vec<Option<RgbaImage>>, warnings
 /// What a material's textures are for.
 #[derive(Default)]
 struct Textured {
-    /// Of the first texture.
-    uv_source: Option<UvSource>,
+    uv_sources: UvSources,
     base: Option<u32>,
     bumps: Option<Bumps>,
     maps: Vec<Map>,
@@ -108,23 +111,31 @@ fn textured(material: &document::Material, textures: &mut Textures<'_>, at: &str
         let what = quantity.map_or(if is_base { "base colour" } else { "normal" }, name_of);
         let Some(texture) = textures.of(info, what, at, warnings) else { continue };
         let own = UvSource::of(info);
-        let Some(from_uv) = textured.uv_source.get_or_insert(own).to(own) else {
-            warnings.add(format!("{at}: drawn without its {what} texture, which has other coordinates than its first"));
+        let Some((uv_set, from_uv)) = set_of(&mut textured.uv_sources, own) else {
+            warnings.add(format!("{at}: drawn without its {what} texture, which has a third set of coordinates"));
             continue;
         };
         match quantity {
             None if is_base => textured.base = Some(texture),
             None => {
                 let scale = info.scale.filter(|scale| scale.is_finite()).unwrap_or(1.0);
-                textured.bumps = Some(Bumps { texture, from_uv, scale });
+                textured.bumps = Some(Bumps { texture, uv_set, from_uv, scale });
             }
             Some(quantity) => {
                 let strength = info.strength.map_or(1.0, unit);
-                textured.maps.push(Map { quantity, texture, from_uv, strength });
+                textured.maps.push(Map { quantity, texture, uv_set, from_uv, strength });
             }
         }
     }
     textured
+}
+
+/// The set whose coordinates those of a texture follow from, and how; the first that is free becomes its own.
+fn set_of(sources: &mut UvSources, own: UvSource) -> Option<(UvSet, UvMap)> {
+    [UvSet::First, UvSet::Second].into_iter().zip(sources).find_map(|(set, source)| {
+        let from_uv = source.get_or_insert(own).to(own)?;
+        Some((set, from_uv))
+    })
 }
 
 fn name_of(quantity: Quantity) -> &'static str {

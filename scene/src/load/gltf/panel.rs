@@ -43,7 +43,7 @@ mod tests {
 
     fn mesh(corners: &[[f32; 3]], indices: &[u32]) -> Mesh {
         let vertices = corners.iter().map(|&position| Vertex { position, ..bytemuck::Zeroable::zeroed() }).collect();
-        Mesh { vertices, indices: indices.to_vec(), material: 0, bounds: [[0.0; 3]; 2] }
+        Mesh { vertices, indices: indices.to_vec(), ..Mesh::default() }
     }
 
     #[test]

@@ -49,11 +49,12 @@ impl Primitive {
             }
             None => place.document.materials.len(),
         };
-        let uv_source = place.uv_sources[material];
+        let [first_uvs, second_uvs] = place.uv_sources[material];
         let geometry = Geometry {
             positions: positions.into_iter().map(|p| DVec3::from(p.map(f64::from))).collect(),
             normals: reader.floats::<3>("NORMAL", count)?,
-            uvs: reader.uvs(uv_source, count, warnings)?,
+            uvs: reader.uvs(first_uvs, count, warnings)?,
+            second_uvs: reader.uvs(second_uvs, count, warnings)?,
             colours: reader.colours(count)?,
             triangles: Vec::new(),
             material: material as u32,

@@ -182,7 +182,8 @@ impl Reader<'_> {
             uvs.iter_mut().for_each(|uvs| uvs.push(uv));
             colours.iter_mut().for_each(|colours| colours.push(colour));
         }
-        self.geometry = Some(Geometry { positions, normals, uvs, colours, triangles: Vec::new(), material: 0 });
+        self.geometry =
+            Some(Geometry { positions, normals, uvs, second_uvs: None, colours, triangles: Vec::new(), material: 0 });
         Ok(())
     }
 

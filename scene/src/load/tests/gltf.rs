@@ -9,7 +9,7 @@ use super::build::{Builder, TRIANGLE};
 use super::{assert_near, first_triangle, load_chosen, load_gltf, refusal};
 use crate::Scene;
 use crate::load::{Choice, LoadError, LoadLimits};
-use crate::model::{Quantity, UvMap};
+use crate::model::{Quantity, UvMap, UvSet};
 
 fn triangle_with(change: impl FnOnce(&mut Builder)) -> Scene {
     let mut builder = Builder::of_positions(&TRIANGLE);
@@ -393,11 +393,15 @@ fn a_room_seen_from_inside_is_walked_in_and_a_box_is_turned() {
     assert!(!box_of(1.0, true).walk, "too small to walk in");
 }
 
-/// A document of one triangle with texture coordinates and a material; a texture of one grey texel, 51.
+/// A document of one triangle with three sets of texture coordinates and a material; a texture of one grey texel, 51.
 fn with_material(material: serde_json::Value) -> Scene {
     let mut builder = Builder::of_positions(&TRIANGLE);
     let uvs = builder.floats(&[1.0, 0.0, 0.0, 1.0, 0.5, 0.5], "VEC2");
-    builder.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+    let others = [builder.floats(&[0.0, 0.0, 1.0, 0.0, 1.0, 1.0], "VEC2"), builder.floats(&[0.25; 6], "VEC2")];
+    let attributes = &mut builder.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_0"] = json!(uvs);
+    attributes["TEXCOORD_1"] = json!(others[0]);
+    attributes["TEXCOORD_2"] = json!(others[1]);
     builder.json["meshes"][0]["primitives"][0]["material"] = json!(0);
     builder.json["materials"] = json!([material]);
     let mut png = std::io::Cursor::new(Vec::new());
@@ -435,17 +439,35 @@ fn every_texture_of_a_material_lies_where_its_transform_says() {
 }
 
 #[test]
-fn a_texture_by_other_coordinates_is_named_and_left_out() {
+fn a_texture_by_other_coordinates_makes_a_second_set_and_by_third_ones_is_named_and_left_out() {
     let scene = with_material(json!({
-        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0, "texCoord": 2}},
+        "normalTexture": {"index": 0, "texCoord": 1},
+        "occlusionTexture": {"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform": {"scale": [2.0, 1.0]}}},
+        "emissiveTexture": {"index": 0},
+    }));
+    let (material, mesh) = (&scene.materials[0], &scene.meshes[0]);
+    let bumps = material.bumps.expect("a normal map");
+    let sets: Vec<(Quantity, UvSet)> = material.maps.iter().map(|map| (map.quantity, map.uv_set)).collect();
+    assert!(material.texture.is_some() && material.needs_second_uvs());
+    assert_eq!(bumps.uv_set, UvSet::Second);
+    // Which comes first has the set: what is left without one is that of metal and roughness or of occlusion.
+    assert_eq!(sets, [(Quantity::Occlusion, UvSet::Second), (Quantity::Emissive, UvSet::First)]);
+    assert_eq!(material.maps[0].from_uv[0], [2.0, 0.0, 0.0]);
+    assert_eq!(mesh.second_uvs, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+    assert_eq!(mesh.vertices[1].uv, [0.0, 1.0]);
+    let named = |warning: &String| warning.contains("drawn without its metallic-roughness texture, which has a third");
+    assert!(scene.warnings.iter().any(named), "{:?}", scene.warnings);
+}
+
+#[test]
+fn a_mesh_whose_material_needs_one_set_has_no_second() {
+    let scene = with_material(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}},
         "occlusionTexture": {"index": 0, "texCoord": 1},
     }));
-    assert!(scene.materials[0].maps.is_empty() && scene.materials[0].texture.is_some());
-    assert!(
-        scene.warnings.iter().any(|warning| warning.contains("drawn without its occlusion texture")),
-        "{:?}",
-        scene.warnings
-    );
+    assert!(!scene.materials[0].needs_second_uvs() && scene.meshes[0].second_uvs.is_empty());
+    assert_eq!(scene.meshes[0].vertices[1].uv, [1.0, 0.0]);
 }
 
 #[test]
