@@ -24,7 +24,7 @@ pub(super) struct Scored {
     /// Of all pixels.
     pub covered_share: f64,
     pub silhouettes: Silhouettes,
-    /// three.js, ours, FLIP.
+    /// three.js, the same finely, ours, FLIP of ours to the first.
     pub sheet: Picture,
 }
 
@@ -61,7 +61,7 @@ impl Scored {
             three_to_fine: mean_there(&flip_map(three, fine)?, covered),
             covered_share: covered.iter().filter(|covered| **covered).count() as f64 / covered.len() as f64,
             silhouettes: Silhouettes::of(covered, &differs(ours, background), three.width_px as usize),
-            sheet: Picture::beside(&[three, ours, &error], GAP_PX),
+            sheet: Picture::beside(&[three, fine, ours, &error], GAP_PX),
         })
     }
 }
@@ -132,7 +132,7 @@ mod tests {
         assert_eq!((scored.flip_covered, scored.ours_to_fine, scored.three_to_fine), (0.0, 0.0, 0.0));
         assert_eq!(scored.silhouettes, Silhouettes { iou: 1.0, off_share: 0.0 });
         assert_eq!(scored.covered_share, 24.0 * 24.0 / 4096.0);
-        assert_eq!((scored.sheet.width_px, scored.sheet.height_px), (3 * 64 + 2 * GAP_PX, 64));
+        assert_eq!((scored.sheet.width_px, scored.sheet.height_px), (4 * 64 + 3 * GAP_PX, 64));
     }
 
     #[test]

@@ -26,7 +26,7 @@ use super::texture::{self, CodeLevel, Content, Level};
 
 /// Parts whose members are, in the mean of squares, this near to their entry are not cut, in numbers of which 1 is all that there is. Chosen, not
 /// derived: six materials of a helmet fill the table before they come so near, and those of a test of clear coats take 59 entries.
-const FINE_ENOUGH: f32 = 0.02;
+const FINE_ENOUGH: f32 = 0.005;
 /// Texels that entries are made of at most, strewn over the finest level; those of coarse levels, which hold means, come on top.
 const MAX_MEMBERS: usize = 1 << 14;
 /// Sides of textures of codes at most, and texels of all of them together.
@@ -52,7 +52,7 @@ pub(crate) fn place(material: &Material) -> Place {
         material.roughness,
         material.transmission,
         // What else differs is seen only where there is some of it.
-        material.occlusion,
+        material.occlusion.sqrt(),
         material.clearcoat,
         material.clearcoat * material.clearcoat_roughness,
         sr,

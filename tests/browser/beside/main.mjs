@@ -3,6 +3,7 @@
 //   VANTAGE_SERVER_BIN   the server's binary
 //   VANTAGE_WEB_DIR      the built web client
 //   VANTAGE_SIDE_PX      side of the pictures [default: 512]
+//   VANTAGE_MADE         set: models that are made here, too
 //   node beside/main.mjs OUT ENVIRONMENT.hdr FILE...
 //
 // Writes of each file OUT/NAME/three.png, fine.png (of it, too, 16 shaded samples a pixel), covered.png
@@ -15,6 +16,7 @@ import { openPage } from '../lib/browser.mjs';
 import { freePort, startServer } from '../lib/server.mjs';
 import { PATIENCE_MS, still, until } from '../lib/state.mjs';
 import { serveFiles } from './files.mjs';
+import { writeMade } from './made.mjs';
 
 // On a software adapter it draws as fast as WebGPU, and three.js uses it too.
 const RENDERER = 'webgl2';
@@ -88,6 +90,7 @@ async function pair(context, files, { name, file, environment, out, log }) {
 }
 
 async function main([out, environment, ...paths]) {
+  if (process.env.VANTAGE_MADE) paths.push(...await writeMade(out));
   if (!bin || !web || !environment || paths.length === 0) {
     console.error('usage: node beside/main.mjs OUT ENVIRONMENT.hdr FILE..., with VANTAGE_SERVER_BIN and VANTAGE_WEB_DIR');
     process.exit(2);

@@ -1,4 +1,4 @@
-// Scene files of squares with materials, and environments, whose pictures are known.
+// Scene files that are made, and environments, whose pictures are known.
 import { mkdtemp, rm, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -9,7 +9,7 @@ const FLOAT = 5126;
 const UNLIT = { KHR_materials_unlit: {} };
 
 /** A PNG file of `size` x `size` texels; `texel(x, y)` gives RGBA bytes. */
-function png(size, texel) {
+export function png(size, texel) {
   const rows = [];
   for (let y = 0; y < size; y += 1) {
     rows.push(0);
@@ -35,36 +35,57 @@ const halves = (left, right) => png(16, (x) => (x < 8 ? left : right));
 
 const dataUri = (type, bytes) => `data:${type};base64,${bytes.toString('base64')}`;
 
-/** A glTF document of squares of one metre that face +z: their middles, and their materials. */
-function squares(places, materials, images) {
-  const [positions, normals, uvs, indices] = [[-0.5, -0.5, 0, 0.5, -0.5, 0, 0.5, 0.5, 0, -0.5, 0.5, 0], [], [0, 1, 1, 1, 1, 0, 0, 0], [0, 1, 2, 0, 2, 3]];
-  for (let corner = 0; corner < 4; corner += 1) normals.push(0, 0, 1);
-  const parts = [Float32Array.from(positions), Float32Array.from(normals), Float32Array.from(uvs), Uint32Array.from(indices)];
-  const bytes = parts.map((part) => Buffer.from(part.buffer));
-  let offset = 0;
-  const bufferViews = bytes.map(({ length }) => {
-    offset += length;
-    return { buffer: 0, byteOffset: offset - length, byteLength: length };
+/** Components of the attributes that a shape may have. */
+const ATTRIBUTES = { POSITION: 3, NORMAL: 3, TANGENT: 4, TEXCOORD_0: 2, TEXCOORD_1: 2 };
+
+/**
+ * A glTF document of shapes, each a node: numbers by the names of their attributes, `indices`, `material` and `at`, its place. Images are PNG files, and
+ * textures of the same numbers.
+ */
+export function document(shapes, materials, images) {
+  const [bufferViews, accessors, parts] = [[], [], []];
+  let byteLength = 0;
+  const accessor = (numbers, componentType, components) => {
+    const bytes = Buffer.from(numbers.buffer);
+    bufferViews.push({ buffer: 0, byteOffset: byteLength, byteLength: bytes.length });
+    byteLength += parts.push(bytes) && bytes.length;
+    const type = components === 1 ? 'SCALAR' : `VEC${components}`;
+    return accessors.push({ bufferView: bufferViews.length - 1, componentType, type, count: numbers.length / components }) - 1;
+  };
+  const meshes = shapes.map((shape) => {
+    const given = Object.entries(ATTRIBUTES).filter(([name]) => shape[name]);
+    const attributes = Object.fromEntries(given.map(([name, components]) => [name, accessor(Float32Array.from(shape[name]), FLOAT, components)]));
+    const along = (axis) => shape.POSITION.filter((_, index) => index % 3 === axis);
+    const ends = (of) => [0, 1, 2].map((axis) => Math.fround(along(axis).reduce((a, b) => of(a, b))));
+    Object.assign(accessors[attributes.POSITION], { min: ends(Math.min), max: ends(Math.max) });
+    return { primitives: [{ attributes, indices: accessor(Uint32Array.from(shape.indices), UINT, 1), material: shape.material }] };
   });
-  const accessors = [[FLOAT, 'VEC3', 4], [FLOAT, 'VEC3', 4], [FLOAT, 'VEC2', 4], [UINT, 'SCALAR', 6]]
-    .map(([componentType, type, count], bufferView) => ({ bufferView, componentType, type, count }));
-  Object.assign(accessors[0], { min: [-0.5, -0.5, 0], max: [0.5, 0.5, 0] });
-  const primitive = { attributes: { POSITION: 0, NORMAL: 1, TEXCOORD_0: 2 }, indices: 3 };
+  const used = new Set(materials.flatMap(({ extensions }) => Object.keys(extensions ?? {})));
   return {
     asset: { version: '2.0' },
     scene: 0,
-    scenes: [{ nodes: places.map((_, node) => node) }],
-    nodes: places.map((translation, mesh) => ({ mesh, translation })),
-    meshes: materials.map((_, material) => ({ primitives: [{ ...primitive, material }] })),
+    scenes: [{ nodes: shapes.map((_, node) => node) }],
+    nodes: shapes.map(({ at }, mesh) => ({ mesh, translation: at })),
+    meshes,
     materials,
-    textures: images.map((_, source) => ({ source })),
-    images: images.map((image) => ({ uri: dataUri('image/png', image) })),
+    ...(images.length > 0 && {
+      textures: images.map((_, source) => ({ source })),
+      images: images.map((image) => ({ uri: dataUri('image/png', image) })),
+    }),
     accessors,
     bufferViews,
-    buffers: [{ uri: dataUri('application/octet-stream', Buffer.concat(bytes)), byteLength: offset }],
-    extensionsUsed: ['KHR_materials_unlit'],
+    buffers: [{ uri: dataUri('application/octet-stream', Buffer.concat(parts)), byteLength }],
+    ...(used.size > 0 && { extensionsUsed: [...used] }),
   };
 }
+
+/** A square of one metre that faces +z. */
+const SQUARE = {
+  POSITION: [-0.5, -0.5, 0, 0.5, -0.5, 0, 0.5, 0.5, 0, -0.5, 0.5, 0],
+  NORMAL: [0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1],
+  TEXCOORD_0: [0, 1, 1, 1, 1, 0, 0, 0],
+  indices: [0, 1, 2, 0, 2, 3],
+};
 
 /** A Radiance file: light of 1 from above, none from below. */
 function lightFromAbove() {
@@ -91,7 +112,7 @@ function materialsFile() {
     { pbrMetallicRoughness: plain(1, 0, 0, 0.5), alphaMode: 'BLEND', extensions: UNLIT },
   ];
   const places = [[-0.6, -0.6, 0], [0.6, 0.6, 0], [0.6, -0.6, 0], [-0.6, 0.6, 0], [-0.6, 0.6, 0.1]];
-  return squares(places, materials, images);
+  return document(places.map((at, material) => ({ ...SQUARE, at, material })), materials, images);
 }
 
 /** Writes both, hands their paths to `use`, and takes them away. */
