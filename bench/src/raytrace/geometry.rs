@@ -81,7 +81,8 @@ pub(super) struct Facet {
 pub(super) struct Corners {
     /// Of the length that the instance's transform gives them.
     pub normals_world: [DVec3; 3],
-    pub uvs: [DVec2; 3],
+    /// The first set of texture coordinates, then the second.
+    pub uvs: [[DVec2; 3]; 2],
     /// Linear RGBA.
     pub colours: [[f64; 4]; 3],
     pub material: u32,
@@ -173,8 +174,9 @@ fn placed(scene: &Scene, snapshot: &Snapshot, object: usize) -> Vec<(Facet, Corn
     // A map that turns left to right turns the winding with it; outwards stays outwards.
     let mirrored = world_from_mesh.matrix3.determinant() < 0.0;
     let facet = |triangle: &[u32]| {
-        let [a, b, c] = [0, 1, 2].map(|k| &vertices[triangle[k] as usize]);
-        let of = if mirrored { [a, c, b] } else { [a, b, c] };
+        let index_of =
+            if mirrored { [triangle[0], triangle[2], triangle[1]] } else { [triangle[0], triangle[1], triangle[2]] };
+        let of = index_of.map(|index| &vertices[index as usize]);
         let [p, q, r] = of.map(|vertex| world_from_mesh.transform_point3(Vec3::from(vertex.position).as_dvec3()));
         let facet = Facet {
             corner: p,
@@ -186,7 +188,12 @@ fn placed(scene: &Scene, snapshot: &Snapshot, object: usize) -> Vec<(Facet, Corn
         };
         let corners = Corners {
             normals_world: of.map(|vertex| normal_from_mesh * Vec3::from(vertex.normal).as_dvec3()),
-            uvs: of.map(|vertex| DVec2::new(vertex.uv[0].into(), vertex.uv[1].into())),
+            uvs: [
+                of.map(|vertex| DVec2::new(vertex.uv[0].into(), vertex.uv[1].into())),
+                index_of.map(|index| {
+                    mesh.second_uvs.get(index as usize).map_or(DVec2::ZERO, |&[u, v]| DVec2::new(u.into(), v.into()))
+                }),
+            ],
             colours: of.map(|vertex: &Vertex| [0, 1, 2, 3].map(|k| f64::from(vertex.colour[k]) / 255.0 * tint[k])),
             material: mesh.material,
         };
@@ -219,6 +226,15 @@ impl Facet {
     /// Towards the side from which its corners run counter-clockwise; not of unit length.
     pub fn outward(&self) -> DVec3 {
         self.edge_1.cross(self.edge_2)
+    }
+
+    /// How its place changes with texture coordinates that lie so at its corners; `None` where these lie on a line.
+    pub fn along(&self, [a, b, c]: [DVec2; 3]) -> Option<[DVec3; 2]> {
+        let (one, two) = (b - a, c - a);
+        let turn = one.perp_dot(two);
+        let along_u = (self.edge_1 * two.y - self.edge_2 * one.y) / turn;
+        let along_v = (self.edge_2 * one.x - self.edge_1 * two.x) / turn;
+        (turn != 0.0 && along_u.is_finite() && along_v.is_finite()).then_some([along_u, along_v])
     }
 
     fn may_be_hit(&self, query: &Query, direction: DVec3) -> bool {

@@ -1,10 +1,14 @@
-//! The look, written anew from the words of [`protocol::Lighting`]: `shown = sRGB(1 - exp(-c))` with
-//! `c = emissive + base * (ambient + sum of diffuse light)`.
+//! The look, written anew from the words of [`protocol::Lighting`]: `shown = sRGB(tone(c))`; in the plain look with
+//! `c = emissive + base * (ambient + sum of diffuse light)`, in the full one as [`super::full`] has it.
 
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
-use protocol::{Light, Lighting};
+use protocol::{Light, Lighting, Tone};
+use scene::environment::Environment;
+
+use super::full::{FullSky, Shaded};
+use super::tone;
 
 /// The sRGB transfer function of IEC 61966-2-1, to linear light.
 pub(super) fn linear_from_srgb(encoded: f64) -> f64 {
@@ -17,21 +21,9 @@ pub(super) fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Linear colour on the screen, 0 to 1, of exposed light.
-pub(super) fn linear_from_light(c: DVec3) -> DVec3 {
-    DVec3::ONE - (-c).exp()
-}
-
 /// The code of a linear colour on the screen.
 pub(super) fn code_from_linear(linear: DVec3) -> [u8; 3] {
     linear.to_array().map(|channel| (srgb_from_linear(channel) * 255.0).round() as u8)
-}
-
-/// The light `c` that is shown as a linear colour: `-ln(1 - colour)`. No light is shown as full white, so the colour
-/// counts up to what lies amid those that are shown as the code 255, which begin at 254.5.
-pub(super) fn light_shown_as(linear: DVec3) -> DVec3 {
-    let most = linear_from_srgb(254.75 / 255.0);
-    linear.to_array().map(|channel| -(1.0 - channel.clamp(0.0, most)).ln()).into()
 }
 
 /// The lights of a scene, in f64.
@@ -39,6 +31,9 @@ pub(super) struct Lights {
     ambient: DVec3,
     lights: Vec<Light>,
     burley: bool,
+    tone: Tone,
+    /// Of the full look.
+    sky: Option<FullSky>,
     /// What arrives where a ray leaves the scene.
     pub background: DVec3,
 }
@@ -48,14 +43,53 @@ fn rgb(colour: [f32; 3]) -> DVec3 {
 }
 
 impl Lights {
-    pub fn new(lighting: &Lighting) -> Lights {
+    /// Under an environment, if the look is full.
+    pub fn new(lighting: &Lighting, environment: Option<&Environment>) -> Lights {
+        let sky = environment.filter(|_| lighting.sky > 0.0);
         let background = lighting.background.map(|code| linear_from_srgb(f64::from(code) / 255.0));
         Lights {
             ambient: rgb(lighting.ambient),
             lights: lighting.lights.clone(),
             burley: lighting.burley,
-            background: light_shown_as(background.into()),
+            tone: lighting.tone,
+            sky: sky.map(|environment| FullSky::new(environment, lighting.sky.into())),
+            background: tone::light_shown_as(lighting.tone, background.into()),
         }
+    }
+
+    /// Linear colour on the screen, 0 to 1, of exposed light.
+    pub fn shown(&self, light: DVec3) -> DVec3 {
+        tone::shown(self.tone, light)
+    }
+
+    /// The light that is shown as a linear colour.
+    pub fn shown_as(&self, linear: DVec3) -> DVec3 {
+        tone::light_shown_as(self.tone, linear)
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.sky.is_some()
+    }
+
+    /// The light of a surface without lights: in the plain look what is shown as its base colour, in the full one that colour.
+    pub fn of_unlit(&self, base: DVec3) -> DVec3 {
+        if self.is_full() { base } else { self.shown_as(base) }
+    }
+
+    /// What a surface sends back in the full look along a ray that came along `direction` (unit length).
+    pub fn full(
+        &self,
+        p_world: DVec3,
+        surface: &Shaded,
+        normal: DVec3,
+        direction: DVec3,
+        arrives: impl Fn(DVec3, f64) -> bool,
+    ) -> DVec3 {
+        let Some(sky) = &self.sky else { return DVec3::ZERO };
+        let of_lamps = self.arriving(p_world, normal, arrives);
+        let of_lamps =
+            of_lamps.map(|(to_light, irradiance)| irradiance * sky.of_lamp(surface, normal, -direction, to_light));
+        surface.emissive + sky.leaving(surface, normal, -direction) + of_lamps.sum::<DVec3>()
     }
 
     /// What a surface sends back along a ray that came along `direction` (unit length), per unit of base colour. `arrives` tells
@@ -67,20 +101,29 @@ impl Lights {
         direction: DVec3,
         arrives: impl Fn(DVec3, f64) -> bool,
     ) -> DVec3 {
-        let from = |light: &Light| {
+        let from = |(to_light, irradiance): (DVec3, DVec3)| {
+            let n_l = normal.dot(to_light);
+            let factor = if self.burley { steep_burley(n_l, normal, to_light, -direction) } else { 1.0 };
+            irradiance * (n_l * FRAC_1_PI * factor)
+        };
+        self.ambient + self.arriving(p_world, normal, arrives).map(from).sum::<DVec3>()
+    }
+
+    /// The unit vectors towards the lights that arrive at a surface, each with its irradiance on what faces it.
+    fn arriving(
+        &self,
+        p_world: DVec3,
+        normal: DVec3,
+        arrives: impl Fn(DVec3, f64) -> bool,
+    ) -> impl Iterator<Item = (DVec3, DVec3)> {
+        self.lights.iter().filter_map(move |light| {
             let (to_light, irradiance) = arriving(light, p_world);
             let distance_m = match light {
                 Light::Directional { .. } => f64::INFINITY,
                 Light::Point { position_world, .. } => DVec3::from(*position_world).distance(p_world),
             };
-            let n_l = normal.dot(to_light);
-            if n_l <= 0.0 || !arrives(to_light, distance_m) {
-                return DVec3::ZERO;
-            }
-            let factor = if self.burley { steep_burley(n_l, normal, to_light, -direction) } else { 1.0 };
-            irradiance * (n_l * FRAC_1_PI * factor)
-        };
-        self.ambient + self.lights.iter().map(from).sum::<DVec3>()
+            (normal.dot(to_light) > 0.0 && arrives(to_light, distance_m)).then_some((to_light, irradiance))
+        })
     }
 }
 
@@ -129,7 +172,8 @@ mod tests {
                 burley: false,
                 ..Lighting::default()
             };
-            assert_eq!(code_from_linear(linear_from_light(Lights::new(&lighting).background)), [code; 3]);
+            let lights = Lights::new(&lighting, None);
+            assert_eq!(code_from_linear(lights.shown(lights.background)), [code; 3]);
         }
     }
 }

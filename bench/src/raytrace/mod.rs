@@ -20,7 +20,7 @@
 //!   these: what is blended adds its colour by its alpha; a pane adds what it does not let pass, and tints the rest. Shown colours are mixed, in linear light. Without, what
 //!   is blended is cut out, and panes are not there.
 //!
-//! *Light* is exposed light `c` before the transfer to the screen, `shown = sRGB(1 - exp(-c))`, which is made once, at
+//! *Light* is exposed light `c` before the transfer to the screen, `shown = sRGB(tone(c))`, which is made once, at
 //! the end. A ray that leaves the scene brings the light that is shown as the lighting's background, and a surface
 //! without lights the light that is shown as its base colour. The look itself has no shadows; with [`Effects::shadows`] a light arrives
 //! where a ray to it meets nothing, from either side and whatever its material.
@@ -35,17 +35,22 @@
 //! passes through that reflector's object: clients that look reflections up in impostors of the surroundings do the
 //! same.
 //!
-//! Base colour textures are read between four texels of the full image; distant ones alias where the GPU's mip-maps do
+//! In the *full look* ([`RayTruth::under`]) materials are those of glTF, and what they send back is summed over directions; see `full`. Mirrors and glass
+//! are what they are in the plain one.
+//!
+//! Textures are read between four texels of the full image; distant ones alias where the GPU's mip-maps do
 //! not, which more samples a pixel mend.
 
 mod effects;
 mod errors;
+mod full;
 mod geometry;
 mod light;
 mod occlusion;
 mod path;
 mod surface;
 mod texture;
+mod tone;
 
 #[cfg(test)]
 mod tests;
@@ -54,6 +59,7 @@ use camera::Pinhole;
 use glam::{DVec2, DVec3};
 use protocol::Lighting;
 use rayon::prelude::*;
+use scene::environment::Environment;
 use scene::{Scene, Snapshot};
 
 pub use effects::Effects;
@@ -61,7 +67,7 @@ pub use errors::masked_errors;
 
 use crate::compare::Picture;
 use geometry::Ray;
-use light::{Lights, code_from_linear, linear_from_light};
+use light::{Lights, code_from_linear};
 use path::{Arrived, follow};
 use surface::{Kind, Surface, Surfaces};
 
@@ -116,9 +122,14 @@ pub struct RayTruth {
 }
 
 impl RayTruth {
-    /// All triangles of a snapshot of `scene`, and what lights them.
+    /// All triangles of a snapshot of `scene`, and what lights them. The sky of a full look does not.
     pub fn new(scene: &Scene, snapshot: &Snapshot, lighting: &Lighting) -> RayTruth {
-        RayTruth { surfaces: Surfaces::new(scene, snapshot), lights: Lights::new(lighting) }
+        RayTruth { surfaces: Surfaces::new(scene, snapshot), lights: Lights::new(lighting, None) }
+    }
+
+    /// The same in the full look, under the environment that its sky was made of.
+    pub fn under(scene: &Scene, snapshot: &Snapshot, lighting: &Lighting, environment: &Environment) -> RayTruth {
+        RayTruth { surfaces: Surfaces::new(scene, snapshot), lights: Lights::new(lighting, Some(environment)) }
     }
 
     /// What a camera sees, with `samples_per_side` times as many rays for each pixel, in a grid, whose colours as shown
@@ -152,10 +163,10 @@ impl RayTruth {
         let at = |offset: DVec2| self.along(camera, effects, corner_px + offset);
         let centre = at(DVec2::splat(0.5));
         if side == 1 {
-            return (centre, code_from_linear(linear_from_light(centre.light)));
+            return (centre, code_from_linear(self.lights.shown(centre.light)));
         }
         let offset = |index: u32| (DVec2::new((index % side).into(), (index / side).into()) + 0.5) / f64::from(side);
-        let sum: DVec3 = (0..side * side).map(|index| linear_from_light(at(offset(index)).light)).sum();
+        let sum: DVec3 = (0..side * side).map(|index| self.lights.shown(at(offset(index)).light)).sum();
         (centre, code_from_linear(sum / f64::from(side * side)))
     }
 

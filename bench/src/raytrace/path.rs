@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::effects::Effects;
 use super::geometry::{Among, Query, Ray};
-use super::light::{Lights, light_shown_as, linear_from_light};
+use super::light::Lights;
 use super::surface::{Kind, Surface, Surfaces};
 
 /// Total reflections within glass; a ray that meets another one ends at the background.
@@ -43,15 +43,14 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
     loop {
         let blending = effects.blending && arrived.bounces == 0;
         let Some(surface) = surfaces.first_of(&ray, &query, blending) else {
-            arrived.light = behind(&through, tint * lights.background);
+            arrived.light = behind(lights, &through, tint * lights.background);
             arrived.reflected_object = None;
             return arrived;
         };
         arrived.first = arrived.first.or(Some(surface));
         if blending && (surface.hides < 1.0 || surface.passing > 0.0) {
-            let own = Surface { base: surface.base * (1.0 - surface.passing), ..surface };
-            let shown = linear_from_light(surfaces.lit(&own, ray.direction, lights, effects.shadows));
-            let passing = DVec3::ONE.lerp(surface.base * surface.passing, surface.hides);
+            let shown = lights.shown(surfaces.lit(&surface, ray.direction, lights, effects.shadows));
+            let passing = DVec3::ONE.lerp(surfaces.passing(&surface, ray.direction, lights), surface.hides);
             through.push((shown * surface.hides, passing));
             query.t_range[0] = ray.t_of(surface.p) + surfaces.geometry.skip_m / ray.direction.length();
             arrived.seen_through = arrived.seen_through.saturating_add(1);
@@ -61,7 +60,7 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
         let kind = surfaces.kind(&surface);
         if kind == Kind::Plain || !effects.reflections || arrived.bounces >= effects.max_bounces {
             let light = tint * surfaces.lit(&surface, ray.direction, lights, effects.shadows);
-            arrived.light = behind(&through, light);
+            arrived.light = behind(lights, &through, light);
             return arrived;
         }
         arrived.bounces += 1;
@@ -72,7 +71,7 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
             _ => Some(leaving(&surface, reflected(direction, &surface))),
         };
         let Some(leaving) = leaving else {
-            arrived.light = behind(&through, tint * lights.background);
+            arrived.light = behind(lights, &through, tint * lights.background);
             arrived.reflected_object = None;
             return arrived;
         };
@@ -84,12 +83,12 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
 }
 
 /// The light that is shown where light lies behind what is seen through: shown colours are mixed, in linear light.
-fn behind(through: &[(DVec3, DVec3)], light: DVec3) -> DVec3 {
+fn behind(lights: &Lights, through: &[(DVec3, DVec3)], light: DVec3) -> DVec3 {
     if through.is_empty() {
         return light;
     }
-    let shown = through.iter().rev().fold(linear_from_light(light), |below, (own, passing)| own + passing * below);
-    light_shown_as(shown)
+    let shown = through.iter().rev().fold(lights.shown(light), |below, (own, passing)| own + passing * below);
+    lights.shown_as(shown)
 }
 
 fn leaving(surface: &Surface, direction: DVec3) -> Leaving {

@@ -1,11 +1,12 @@
 //! What a ray finds where it hits: colour, normals, material.
 
 use glam::{DVec2, DVec3, DVec4, Vec4};
+use scene::model::{Bumps, Quantity, UvMap};
 use scene::{Material, Scene, Snapshot};
 
-use super::geometry::{Among, Corners, Geometry, Hit, Query, Ray};
+use super::full::Shaded;
+use super::geometry::{Among, Corners, Facet, Geometry, Hit, Query, Ray};
 use super::light::Lights;
-use super::light::light_shown_as;
 use super::texture::LinearTexture;
 
 /// What a surface does with a ray; see [`crate::raytrace`] for the definitions.
@@ -45,6 +46,8 @@ pub(super) struct Surface {
     pub object: u16,
     pub material: u32,
     pub facet: u32,
+    /// Texture coordinates, of both sets.
+    uvs: [DVec2; 2],
 }
 
 impl Surface {
@@ -54,11 +57,40 @@ impl Surface {
     }
 }
 
+/// All textures as materials read them.
+fn textures(scene: &Scene) -> Vec<Read> {
+    let mut all: Vec<Read> = scene.textures.iter().map(|_| Read::default()).collect();
+    let mut read = |texture: u32, is_colour: bool| {
+        let slot = &mut all[texture as usize];
+        let slot = if is_colour { &mut slot.colours } else { &mut slot.numbers };
+        slot.get_or_insert_with(|| LinearTexture::new(&scene.textures[texture as usize], is_colour));
+    };
+    for material in &scene.materials {
+        material.texture.iter().for_each(|&texture| read(texture, true));
+        material.bumps.iter().for_each(|bumps| read(bumps.texture, false));
+        material.maps.iter().for_each(|map| read(map.texture, map.quantity.is_colour()));
+    }
+    all
+}
+
+/// Texture coordinates through an affine map.
+fn through(map: &UvMap, uv: DVec2) -> DVec2 {
+    let row = |[x, y, offset]: [f32; 3]| f64::from(x) * uv.x + f64::from(y) * uv.y + f64::from(offset);
+    DVec2::new(row(map[0]), row(map[1]))
+}
+
 /// Triangles with their materials.
 pub(super) struct Surfaces {
     pub geometry: Geometry,
     materials: Vec<Material>,
-    textures: Vec<LinearTexture>,
+    textures: Vec<Read>,
+}
+
+/// A texture as it is read: as numbers, as colours, or both.
+#[derive(Default)]
+struct Read {
+    numbers: Option<LinearTexture>,
+    colours: Option<LinearTexture>,
 }
 
 impl Surfaces {
@@ -66,8 +98,14 @@ impl Surfaces {
         Surfaces {
             geometry: Geometry::new(scene, snapshot),
             materials: scene.materials.clone(),
-            textures: scene.textures.iter().map(LinearTexture::new).collect(),
+            textures: textures(scene),
         }
+    }
+
+    fn texel(&self, texture: u32, is_colour: bool, uv: DVec2) -> DVec4 {
+        let read = &self.textures[texture as usize];
+        let texture = if is_colour { &read.colours } else { &read.numbers };
+        texture.as_ref().map_or(DVec4::ONE, |texture| texture.at(uv))
     }
 
     /// The nearest surface along a ray; what is blended is cut out, and panes are not there.
@@ -97,9 +135,12 @@ impl Surfaces {
         let turned = |normal: DVec3, turn: bool| if turn { -normal } else { normal };
         let material = &self.materials[corners.material as usize];
         let base = self.base(corners, hit.weights);
-        let shading = Corners::mix(&corners.normals_world, hit.weights).normalize_or(outward);
+        let smooth = Corners::mix(&corners.normals_world, hit.weights).normalize_or(outward);
+        let uvs = corners.uvs.map(|uvs| Corners::mix(&uvs, hit.weights));
+        let shading = material.bumps.map_or(smooth, |bumps| self.bumped(&bumps, facet, corners, uvs, smooth));
         Surface {
             p: ray.at(hit.t),
+            uvs,
             shading: turned(shading, facet.double_sided && from_behind),
             geometric: turned(outward, from_behind),
             base: base.truncate(),
@@ -114,10 +155,67 @@ impl Surfaces {
     /// Linear RGBA: texture times material times vertex colour.
     fn base(&self, corners: &Corners, weights: DVec2) -> DVec4 {
         let material = &self.materials[corners.material as usize];
-        let uv = Corners::mix(&corners.uvs, weights);
-        let texel = material.texture.map_or(DVec4::ONE, |texture| self.textures[texture as usize].at(uv));
+        let uv = Corners::mix(&corners.uvs[0], weights);
+        let texel = material.texture.map_or(DVec4::ONE, |texture| self.texel(texture, true, uv));
         let colour = Corners::mix(&corners.colours.map(DVec4::from), weights);
         texel * colour * Vec4::from(material.base_colour).as_dvec4()
+    }
+
+    /// A normal as a normal map tilts it (glTF 2.0, 3.9.3): red along the coordinate u on the surface, green against v.
+    fn bumped(&self, bumps: &Bumps, facet: &Facet, corners: &Corners, uvs: [DVec2; 2], normal: DVec3) -> DVec3 {
+        let set = bumps.uv_set as usize;
+        let Some([along_u, along_v]) = facet.along(corners.uvs[set].map(|uv| through(&bumps.from_uv, uv))) else {
+            return normal;
+        };
+        let texel = self.texel(bumps.texture, false, through(&bumps.from_uv, uvs[set])).truncate() * 2.0 - DVec3::ONE;
+        let tangent = along_u.reject_from_normalized(normal).normalize_or_zero();
+        let across = normal.cross(tangent);
+        let upwards = if across.dot(along_v) > 0.0 { -across } else { across };
+        let tilted = (tangent * texel.x + upwards * texel.y) * f64::from(bumps.scale) + normal * texel.z.max(0.0);
+        tilted.normalize_or(normal)
+    }
+
+    /// What the material of a surface is there.
+    fn shaded(&self, surface: &Surface) -> Shaded {
+        let material = &self.materials[surface.material as usize];
+        let rgb = |colour: [f32; 3]| DVec3::from(colour.map(f64::from));
+        let mut shaded = Shaded {
+            base: surface.base,
+            metallic: material.metallic.into(),
+            roughness: material.roughness.into(),
+            occlusion: 1.0,
+            emissive: rgb(material.emissive),
+            straight: rgb(material.specular_colour),
+            grazing: material.specular.into(),
+            coat: material.clearcoat.into(),
+            coat_roughness: material.clearcoat_roughness.into(),
+            sheen: rgb(material.sheen),
+            sheen_roughness: material.sheen_roughness.into(),
+            passing: surface.passing,
+        };
+        for map in &material.maps {
+            let uv = through(&map.from_uv, surface.uvs[map.uv_set as usize]);
+            let texel = self.texel(map.texture, map.quantity.is_colour(), uv);
+            match map.quantity {
+                Quantity::MetallicRoughness => {
+                    (shaded.roughness, shaded.metallic) = (shaded.roughness * texel.y, shaded.metallic * texel.z)
+                }
+                Quantity::Occlusion => shaded.occlusion = 1.0 + f64::from(map.strength) * (texel.x - 1.0),
+                Quantity::Emissive => shaded.emissive *= texel.truncate(),
+                Quantity::Transmission => shaded.passing *= texel.x,
+                Quantity::Specular => shaded.grazing *= texel.w,
+                Quantity::SpecularColour => shaded.straight *= texel.truncate(),
+                Quantity::Clearcoat => shaded.coat *= texel.x,
+                Quantity::ClearcoatRoughness => shaded.coat_roughness *= texel.y,
+                Quantity::Sheen => shaded.sheen *= texel.truncate(),
+                Quantity::SheenRoughness => shaded.sheen_roughness *= texel.w,
+            }
+        }
+        let ior = f64::from(material.ior);
+        shaded.straight = (shaded.straight * ((ior - 1.0) / (ior + 1.0)).powi(2)).min(DVec3::ONE) * shaded.grazing;
+        // Narrower rims are not drawn by the look.
+        shaded.sheen_roughness = shaded.sheen_roughness.max(0.07);
+        shaded
     }
 
     pub fn kind(&self, surface: &Surface) -> Kind {
@@ -129,7 +227,7 @@ impl Surfaces {
     pub fn lit(&self, surface: &Surface, direction: DVec3, lights: &Lights, shadows: bool) -> DVec3 {
         let material = &self.materials[surface.material as usize];
         if material.unlit {
-            return light_shown_as(surface.base);
+            return lights.of_unlit(surface.base);
         }
         let p_world = self.geometry.anchor_world + surface.p;
         let emissive: DVec3 = material.emissive.map(f64::from).into();
@@ -140,7 +238,18 @@ impl Surfaces {
             !shadows || self.first(&ray, &query).is_none()
         };
         let direction = direction.normalize_or_zero();
-        emissive + surface.base * lights.diffuse(p_world, surface.shading, direction, arrives)
+        if lights.is_full() {
+            return lights.full(p_world, &self.shaded(surface), surface.shading, direction, arrives);
+        }
+        emissive + surface.base * (1.0 - surface.passing) * lights.diffuse(p_world, surface.shading, direction, arrives)
+    }
+
+    /// The share of the light behind a surface that passes it along a ray: nothing but of a pane.
+    pub fn passing(&self, surface: &Surface, direction: DVec3, lights: &Lights) -> DVec3 {
+        if surface.passing == 0.0 || !lights.is_full() {
+            return surface.base * surface.passing;
+        }
+        self.shaded(surface).passing(surface.shading.dot(-direction.normalize_or_zero()))
     }
 
     /// Whether nothing lies between a surface and the end of `way`, which begins on it.

@@ -127,7 +127,7 @@ fn camera(eye: DVec3, size_px: u32) -> Pinhole {
 }
 
 fn code(c: f64) -> u8 {
-    code_from_linear(linear_from_light(DVec3::splat(c)))[0]
+    code_from_linear(Lights::new(&ambient(1.0), None).shown(DVec3::splat(c)))[0]
 }
 
 #[test]
@@ -151,8 +151,8 @@ fn a_plane_mirror_shows_a_ball_at_the_place_of_its_image() {
     assert_eq!(picture.rgb[shown[shown.len() / 2]], [code(0.5 * 0.8); 3], "the ball's light times the mirror's colour");
     assert!(shown.iter().all(|&pixel| picture.first_object[pixel] == Some(0) && picture.bounces[pixel] == 1));
     // Past the ball the mirror shows the background, dimmed.
-    let background = Lights::new(&ambient(1.0)).background;
-    assert_eq!(picture.rgb[0], code_from_linear(linear_from_light(background * 0.5)));
+    let lights = Lights::new(&ambient(1.0), None);
+    assert_eq!(picture.rgb[0], code_from_linear(lights.shown(lights.background * 0.5)));
     assert_eq!((picture.reflected_object[0], picture.bounces[0]), (None, 1));
 }
 

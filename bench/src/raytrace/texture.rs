@@ -1,4 +1,4 @@
-//! Base colour textures: decoded to linear light first, then read between four texels, without mip-maps.
+//! Textures: colours decoded to linear light first, then read between four texels, without mip-maps.
 
 use glam::{DVec2, DVec4};
 use scene::Texture;
@@ -6,7 +6,7 @@ use scene::model::Wrap;
 
 use super::light::linear_from_srgb;
 
-/// A texture in linear light.
+/// A texture: colours in linear light, or numbers.
 pub(super) struct LinearTexture {
     size_px: [i64; 2],
     wrap: [Wrap; 2],
@@ -15,8 +15,9 @@ pub(super) struct LinearTexture {
 }
 
 impl LinearTexture {
-    pub fn new(texture: &Texture) -> LinearTexture {
-        let linear: [f64; 256] = std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0));
+    pub fn new(texture: &Texture, is_colour: bool) -> LinearTexture {
+        let decode = |number: f64| if is_colour { linear_from_srgb(number) } else { number };
+        let linear: [f64; 256] = std::array::from_fn(|code| decode(code as f64 / 255.0));
         let texel = |rgba: &[u8]| {
             let [r, g, b] = [0, 1, 2].map(|channel| linear[usize::from(rgba[channel])]);
             DVec4::new(r, g, b, f64::from(rgba[3]) / 255.0)
@@ -29,7 +30,7 @@ impl LinearTexture {
         }
     }
 
-    /// Linear RGBA at texture coordinates, from the top left.
+    /// Its four channels at texture coordinates, from the top left.
     pub fn at(&self, uv: DVec2) -> DVec4 {
         let size_px = DVec2::new(self.size_px[0] as f64, self.size_px[1] as f64);
         let place_px = uv * size_px;
@@ -79,11 +80,12 @@ mod tests {
     fn black_and_white_mix_in_linear_light() {
         let rgba = vec![0, 0, 0, 255, 255, 255, 255, 255];
         let pair = Texture { width_px: 2, height_px: 1, rgba, wrap: [Wrap::Clamp; 2], nearest: false };
-        let texture = LinearTexture::new(&pair);
+        let texture = LinearTexture::new(&pair, true);
         assert_eq!(texture.at(DVec2::new(0.25, 0.5)), DVec4::new(0.0, 0.0, 0.0, 1.0));
         assert!((texture.at(DVec2::new(0.5, 0.5)).x - 0.5).abs() < 1e-12);
         assert!(
-            (LinearTexture::new(&Texture { nearest: true, ..pair }).at(DVec2::new(0.51, 0.5)).x - 1.0).abs() < 1e-12
+            (LinearTexture::new(&Texture { nearest: true, ..pair }, true).at(DVec2::new(0.51, 0.5)).x - 1.0).abs()
+                < 1e-12
         );
     }
 }

@@ -5,6 +5,10 @@
 //! which shows what it is that the plane of materials brings. The truth of each eye is the full scene in the look, by the plain renderer.
 //!
 //! The bytes of that plane are found by taking it away: what the set costs with it, less what it costs where every sample has one material.
+//!
+//! How near the full look itself is to what glTF says of its materials, `rays` tells.
+
+mod rays;
 
 use std::sync::Arc;
 
@@ -113,6 +117,8 @@ fn measure(run: &Run, eyes: usize, report: &mut Report) -> anyhow::Result<()> {
         "Truth: the full scene with materials that vary, in the look of the way, one sample at each pixel's centre, by a renderer that shares nothing with the \
          reconstruction. Eyes as in `reconstruction`. Mirrors and glass show no impostors here.",
         "Bytes: the coded set; of the plane of materials, what the set costs less where all samples have one; of the sky, once a session.",
+        "Beside rays: the same eyes, 256x256, where the materials of glTF are summed over 512 directions of each lobe, in f64, under the same studio, with nine rays a pixel, by code of its \
+         own; once the plain renderer's picture of 16 samples a pixel, whose light is filtered beforehand as clients have it, once a client's frame.",
         "Times are wall times of this machine: server = an image with its readback, frame = drawing, lighting and filling, the median of three.",
     ]
     .map(str::to_owned)
@@ -137,6 +143,7 @@ fn scene(
     let mut view = ClientView::new(gpu, size_px)?;
     let progress = Progress::new(label.clone(), (Way::ALL.len() * eyes) as u64);
     let mut rows = Vec::new();
+    let mut beside_rays = Vec::new();
     for way in Way::ALL {
         progress.say(format!("{label}: {}", way.name()));
         let mut stage = Stage::new(gpu, loaded.clone(), way.look()).with_context(|| name.to_owned())?;
@@ -152,9 +159,13 @@ fn scene(
         });
         let found = found.collect::<anyhow::Result<Vec<Found>>>()?;
         rows.push(row(&label, way, &stage, &found));
+        if way == Way::Full {
+            progress.say(format!("{label}: rays"));
+            beside_rays = rays::rows(gpu, (&mut stage, &mut discretizer), &eyes, &run.out, report)?;
+        }
     }
     bars(&label, &rows, report);
-    report.rows.extend(rows);
+    report.rows.extend(rows.into_iter().chain(beside_rays));
     Ok(())
 }
 
@@ -175,11 +186,7 @@ fn at_eye(
     view: &mut ClientView,
     eye: &Eye,
 ) -> anyhow::Result<Found> {
-    stage.show(0.0, eye.middle.translation)?;
-    let (views, precision) = sets::planned(&stage.scene, eye.middle, &eye.output, &PLAN);
-    let set = sets::make(stage, discretizer, &views, PLAN.discretization, precision)?;
-    let mut held = HeldSet::new(gpu, &set.images, (stage.renderer.materials(), &stage.lighting))?;
-    held.held.sky = stage.sky().cloned();
+    let (set, held) = held_at(gpu, stage, discretizer, eye)?;
     let drawn = view.frame(&held, &eye.output, Default::default())?;
     let frames = (0..FRAMES).map(|_| view.draw(&held, &eye.output, Default::default()));
     let frames_ms = frames.collect::<anyhow::Result<Vec<f64>>>()?;
@@ -197,6 +204,21 @@ fn at_eye(
         bytes: bytes(&settled),
         bytes_without_materials: bytes(&without),
     })
+}
+
+/// What a client holds of the scene who looks at it from an eye, and the set that it was sent.
+fn held_at(
+    gpu: &Gpu,
+    stage: &mut Stage,
+    discretizer: &mut Discretizer,
+    eye: &Eye,
+) -> anyhow::Result<(sets::ImageSet, HeldSet)> {
+    stage.show(0.0, eye.middle.translation)?;
+    let (views, precision) = sets::planned(&stage.scene, eye.middle, &eye.output, &PLAN);
+    let set = sets::make(stage, discretizer, &views, PLAN.discretization, precision)?;
+    let mut held = HeldSet::new(gpu, &set.images, (stage.renderer.materials(), &stage.lighting))?;
+    held.held.sky = stage.sky().cloned();
+    Ok((set, held))
 }
 
 fn row(label: &str, way: Way, stage: &Stage, found: &[Found]) -> Row {
