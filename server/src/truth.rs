@@ -54,7 +54,7 @@ impl TruthRenderer {
             constants: &[],
             faces: Faces::Front,
         };
-        let pipelines = Pipelines::new(&gpu, scene.is_native(), &pass)?;
+        let pipelines = Pipelines::new(&gpu, scene.kind(), &pass)?;
         let sky_view = SkyTexture::default().of(&gpu, None);
         Ok(TruthRenderer { gpu, own_layout, pipelines, sky: None, sky_view })
     }

@@ -86,7 +86,7 @@ impl EndsPass {
         });
         let (formats, own_layout) = (&[OBJECT_FORMAT], Some(&layout));
         let pass = Pass { fragment: "object", formats, own_layout, constants: &[], faces: Faces::Front };
-        let pipelines = Pipelines::new(&gpu, scene.is_native(), &pass)?;
+        let pipelines = Pipelines::new(&gpu, scene.kind(), &pass)?;
         Ok(EndsPass { gpu, layout, pipelines, targets: None })
     }
 

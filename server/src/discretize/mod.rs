@@ -180,7 +180,7 @@ fn pipelines(
         constants: &constants,
         faces: Faces::Front,
     };
-    Pipelines::new(scene.gpu(), scene.is_native(), &pass)
+    Pipelines::new(scene.gpu(), scene.kind(), &pass)
 }
 
 /// Images on their way from the GPU.

@@ -42,6 +42,18 @@ pub(crate) struct SurfaceMaterial {
     pub second_codes_from_v: [f32; 4],
 }
 
+impl SurfaceMaterial {
+    /// Whether it has a normal map or varies from place to place.
+    pub fn is_detailed(&self) -> bool {
+        self.bump_scale != 0.0 || self.varies != 0 || self.varies_by_second != 0
+    }
+
+    /// The same without these.
+    pub fn without_detail(&self) -> SurfaceMaterial {
+        SurfaceMaterial { bump_scale: 0.0, varies: 0, varies_by_second: 0, ..*self }
+    }
+}
+
 /// The scene's materials as the shader has them, and what their samples refer to.
 pub(crate) struct Tables {
     pub surfaces: Vec<SurfaceMaterial>,

@@ -24,8 +24,9 @@ pub use error::RenderError;
 use layers::Layers;
 pub use layers::{Blended, Layer};
 pub use palette::Kinds;
+use pipelines::Variant;
 pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry, texture_entry};
-pub use pipelines::{Faces, Layouts, Pass, Pipelines};
+pub use pipelines::{Faces, Layouts, Pass, Pipelines, SceneKind};
 pub(crate) use rays::RayBuffers;
 pub use rays::{FirstHit, RayScene};
 pub(crate) use upload::triangle_bases;
@@ -76,6 +77,8 @@ pub(crate) struct Batch {
     pub slots: std::ops::Range<u32>,
     pub texture: usize,
     pub cut_out: bool,
+    /// Whether its material has a normal map or varies from place to place.
+    pub detailed: bool,
     pub double_sided: bool,
 }
 
@@ -241,9 +244,8 @@ impl SceneRenderer {
     /// Leaves normal maps out from now on, and how materials vary, or no longer: surfaces that are not looked at but cast are as smooth as their
     /// meshes.
     pub(crate) fn smooth(&mut self, is_smooth: bool) {
-        let is_bumpy = |surface: &materials::SurfaceMaterial| surface.bump_scale != 0.0 || surface.varies != 0;
-        if std::mem::replace(&mut self.is_smooth, is_smooth) != is_smooth && self.surface_materials.iter().any(is_bumpy)
-        {
+        let was_smooth = std::mem::replace(&mut self.is_smooth, is_smooth);
+        if was_smooth != is_smooth && self.surface_materials.iter().any(materials::SurfaceMaterial::is_detailed) {
             self.write_materials();
         }
     }
@@ -251,11 +253,10 @@ impl SceneRenderer {
     /// Writes materials as they are drawn now.
     fn write_materials(&self) {
         let finely = self.detail != Detail::Motion;
-        let drawn = |surface: &materials::SurfaceMaterial| materials::SurfaceMaterial {
-            fine: if finely { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine },
-            bump_scale: if self.is_smooth { 0.0 } else { surface.bump_scale },
-            varies: if self.is_smooth { 0 } else { surface.varies },
-            ..*surface
+        let drawn = |surface: &materials::SurfaceMaterial| {
+            let surface = if self.is_smooth { surface.without_detail() } else { *surface };
+            let fine = if finely { materials::FINE_NORMAL | materials::FINE_COLOUR } else { surface.fine };
+            materials::SurfaceMaterial { fine, ..surface }
         };
         let drawn: Vec<_> = self.surface_materials.iter().map(drawn).collect();
         self.gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&drawn));
@@ -301,8 +302,9 @@ impl SceneRenderer {
     }
 
     /// Which kind of pipelines draws it.
-    pub fn is_native(&self) -> bool {
-        self.native
+    pub fn kind(&self) -> SceneKind {
+        let detailed = self.batches.iter().any(|batch| batch.detailed);
+        SceneKind { native: self.native, detailed }
     }
 
     /// The bind group of a camera, for [`SceneRenderer::draw`].
@@ -350,7 +352,8 @@ impl SceneRenderer {
     /// The pipeline and the texture of a run.
     pub(crate) fn set_run(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, run: &Run) {
         let batch = &self.batches[run.batch];
-        pass.set_pipeline(pipelines.of(batch.double_sided, run.mirrored, batch.cut_out));
+        let &Batch { double_sided, cut_out, detailed, .. } = batch;
+        pass.set_pipeline(pipelines.of(Variant { double_sided, mirrored: run.mirrored, cut_out, detailed }));
         pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
     }
 

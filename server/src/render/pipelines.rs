@@ -105,19 +105,39 @@ pub struct Pass<'a> {
     pub formats: &'a [wgpu::TextureFormat],
     /// Layout of group 3.
     pub own_layout: Option<&'a wgpu::BindGroupLayout>,
-    /// Values of the fragment stage's `override` constants beside `cut_out`.
+    /// Values of the fragment stage's `override` constants beside `cut_out` and `detailed`.
     pub constants: &'a [(&'a str, f64)],
     /// Which sides are drawn.
     pub faces: Faces,
 }
 
+/// Which pipelines draw a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SceneKind {
+    /// Whether fragments are told their triangle; else the vertex stage pulls corners.
+    pub native: bool,
+    /// Whether any material has a normal map or varies from place to place.
+    pub detailed: bool,
+}
+
+/// Which of a pass's pipelines draws an instance.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Variant {
+    pub double_sided: bool,
+    pub mirrored: bool,
+    pub cut_out: bool,
+    pub detailed: bool,
+}
+
 /// See `Pipelines::of`.
 pub struct Pipelines {
     /// One side culled, the same mirrored, both sides drawn; each without and with cut-outs.
-    variants: Vec<[wgpu::RenderPipeline; 2]>,
+    plain: Vec<[wgpu::RenderPipeline; 2]>,
+    /// The same for materials of detail; none where a scene has none.
+    detailed: Vec<[wgpu::RenderPipeline; 2]>,
 }
 
-/// In the order of `Pipelines::variants`.
+/// In the order of [`Pipelines::plain`].
 fn sides(faces: Faces) -> [(wgpu::FrontFace, Option<wgpu::Face>); 3] {
     let culled = match faces {
         Faces::Front => wgpu::Face::Back,
@@ -128,14 +148,14 @@ fn sides(faces: Faces) -> [(wgpu::FrontFace, Option<wgpu::Face>); 3] {
 
 impl Pipelines {
     /// Builds the pipelines of a pass, for scenes with triangles told natively or by pulled vertices.
-    pub fn new(gpu: &Gpu, native: bool, pass: &Pass<'_>) -> Result<Pipelines, RenderError> {
-        let file = if native { "server/raster_native.wgsl" } else { "server/raster_pulled.wgsl" };
-        Pipelines::of_file(gpu, file, native, pass)
+    pub fn new(gpu: &Gpu, kind: SceneKind, pass: &Pass<'_>) -> Result<Pipelines, RenderError> {
+        let file = if kind.native { "server/raster_native.wgsl" } else { "server/raster_pulled.wgsl" };
+        Pipelines::of_file(gpu, file, kind, pass)
     }
 
     /// The same with the entry points of another file; not native, its vertex stage has no vertex buffers.
-    pub(crate) fn of_file(gpu: &Gpu, file: &str, native: bool, pass: &Pass<'_>) -> Result<Pipelines, RenderError> {
-        let layouts = Layouts::new(gpu, native);
+    pub(crate) fn of_file(gpu: &Gpu, file: &str, kind: SceneKind, pass: &Pass<'_>) -> Result<Pipelines, RenderError> {
+        let layouts = Layouts::new(gpu, kind.native);
         let module = gpu.shader(file)?;
         let groups = [Some(&layouts.view), Some(&layouts.scene), Some(&layouts.texture), pass.own_layout];
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -143,26 +163,29 @@ impl Pipelines {
             bind_group_layouts: &groups[..if pass.own_layout.is_some() { 4 } else { 3 }],
             immediate_size: 0,
         });
-        let build = |sides, cut_out| pipeline(gpu, &module, &layout, native, pass, sides, cut_out);
-        let variants = sides(pass.faces).into_iter().map(|sides| [build(sides, false), build(sides, true)]).collect();
-        Ok(Pipelines { variants })
+        let all = |detailed: bool| {
+            let build =
+                |sides, cut_out| pipeline(gpu, (&module, &layout), kind.native, pass, sides, [cut_out, detailed]);
+            sides(pass.faces).into_iter().map(|sides| [build(sides, false), build(sides, true)]).collect()
+        };
+        Ok(Pipelines { plain: all(false), detailed: if kind.detailed { all(true) } else { Vec::new() } })
     }
 
     /// The pipeline for a kind of instance.
-    pub(crate) fn of(&self, double_sided: bool, mirrored: bool, cut_out: bool) -> &wgpu::RenderPipeline {
-        let sides = if double_sided { 2 } else { usize::from(mirrored) };
-        &self.variants[sides][usize::from(cut_out)]
+    pub(super) fn of(&self, variant: Variant) -> &wgpu::RenderPipeline {
+        let sides = if variant.double_sided { 2 } else { usize::from(variant.mirrored) };
+        let all = if variant.detailed { &self.detailed } else { &self.plain };
+        &all[sides][usize::from(variant.cut_out)]
     }
 }
 
 fn pipeline(
     gpu: &Gpu,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
+    (module, layout): (&wgpu::ShaderModule, &wgpu::PipelineLayout),
     native: bool,
     pass: &Pass<'_>,
     (front_face, cull_mode): (wgpu::FrontFace, Option<wgpu::Face>),
-    cut_out: bool,
+    flags: [bool; 2],
 ) -> wgpu::RenderPipeline {
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Unorm8x4];
     let vertices = [Some(wgpu::VertexBufferLayout {
@@ -170,8 +193,8 @@ fn pipeline(
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &attributes,
     })];
-    let constants: Vec<(&str, f64)> =
-        pass.constants.iter().copied().chain([("cut_out", f64::from(u8::from(cut_out)))]).collect();
+    let flags = ["cut_out", "detailed"].into_iter().zip(flags.map(|flag| f64::from(u8::from(flag))));
+    let constants: Vec<(&str, f64)> = pass.constants.iter().copied().chain(flags).collect();
     let targets: Vec<_> = pass.formats.iter().map(|&format| Some(format.into())).collect();
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(pass.fragment),

@@ -83,7 +83,12 @@ fn is_cut_out(material: &scene::Material) -> bool {
 }
 
 /// Instances in the order in which they are drawn: those of one batch together.
-fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Batch>, Vec<Slot>, Vec<InstanceRecord>) {
+fn batches(
+    scene: &Scene,
+    geometry: &Geometry,
+    distinct: &[Textures],
+    surfaces: &[SurfaceMaterial],
+) -> (Vec<Batch>, Vec<Slot>, Vec<InstanceRecord>) {
     let triangle_bases = triangle_bases(scene);
     let mut order: Vec<u32> = (0..scene.instances.len() as u32).collect();
     let material_of = |object: u32| scene.meshes[scene.instances[object as usize].mesh as usize].material;
@@ -111,6 +116,7 @@ fn batches(scene: &Scene, geometry: &Geometry, distinct: &[Textures]) -> (Vec<Ba
                 slots: slots.len() as u32..slots.len() as u32,
                 texture: distinct.binary_search(&textures_of(scene, mesh.material)).expect("all that differ are there"),
                 cut_out: is_cut_out(material),
+                detailed: surfaces[mesh.material as usize].is_detailed(),
                 double_sided: material.double_sided,
             });
             last = Some((instance.mesh, instance.deforms));
@@ -171,9 +177,9 @@ impl SceneRenderer {
         check(gpu, scene, &geometry)?;
         let layouts = Layouts::new(gpu, native);
         let distinct = distinct_textures(scene);
-        let (batches, slots, records) = batches(scene, &geometry, &distinct);
         let Tables { surfaces: surface_materials, table: material_table, code_maps, kinds } =
             materials::tables(scene, varied);
+        let (batches, slots, records) = batches(scene, &geometry, &distinct, &surface_materials);
         let buffer = |label, contents: &[u8], usage| {
             // An empty scene still needs buffers to bind.
             let contents = if contents.is_empty() { &[0; size_of::<InstanceRecord>()] } else { contents };

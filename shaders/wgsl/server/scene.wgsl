@@ -87,6 +87,8 @@ struct SurfaceMaterial {
 
 // Whether fragments below the material's alpha cut-off are dropped.
 override cut_out: bool = false;
+// Whether the material may have a normal map or vary from place to place: without, nothing is read for it.
+override detailed: bool = false;
 
 struct MeshVertex {
     @location(0) position: vec3f,
@@ -186,7 +188,7 @@ fn wrapped(place: f32, side: f32, mode: u32) -> i32 {
 // The index into the material table of the samples.
 fn code_of(v: Varying, slopes: Slopes) -> u32 {
     let material = materials[instances[v.instance].material];
-    if material.varies == 0u && material.varies_by_second == 0u {
+    if !detailed || (material.varies == 0u && material.varies_by_second == 0u) {
         return material.code;
     }
     var code = 0u;
@@ -219,6 +221,9 @@ fn code_at(codes: texture_2d<u32>, varies: u32, place: UvPlace) -> u32 {
 fn bumped(v: Varying, slopes: Slopes, normal: vec3f) -> vec3f {
     let material = materials[instances[v.instance].material];
     let scale = material.bump_scale;
+    if !detailed {
+        return normal;
+    }
     let place = uv_place(v, slopes, material.bumps_by_second != 0u, material.bumps_from_u, material.bumps_from_v);
     let turn = place.dx.x * place.dy.y - place.dx.y * place.dy.x;
     if scale == 0.0 || turn == 0.0 {

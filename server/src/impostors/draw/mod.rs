@@ -25,7 +25,7 @@ use std::time::Instant;
 
 use gpu::{Gpu, Readback};
 
-use crate::render::{Pass, Pipelines, RenderError, SceneRenderer, check_camera};
+use crate::render::{Pass, Pipelines, RenderError, SceneKind, SceneRenderer, check_camera};
 use crate::targets::{self, Attachments, planes};
 use crate::timer::Timer;
 use frame::Frame;
@@ -38,7 +38,7 @@ pub struct ImpostorDrawer {
     spoc: Option<SpocPass>,
     graph: GraphPass,
     /// Built when first asked for.
-    pipelines: Vec<((Kind, Faces), Pipelines)>,
+    pipelines: Vec<((Kind, Faces, SceneKind), Pipelines)>,
     /// Kept for the next image of the same size.
     attachments: Option<Attachments>,
 }
@@ -87,7 +87,8 @@ impl ImpostorDrawer {
         let near_m = self.check(camera)?;
         let kind = Kind::of(camera);
         self.prepare(scene, kind, subject.faces)?;
-        let Some((_, pipelines)) = self.pipelines.iter().find(|(key, _)| *key == (kind, subject.faces)) else {
+        let Some((_, pipelines)) = self.pipelines.iter().find(|(key, _)| *key == (kind, subject.faces, scene.kind()))
+        else {
             unreachable!("prepared")
         };
         let size_px = camera.size_px();
@@ -147,26 +148,28 @@ impl ImpostorDrawer {
 
     /// Builds what a kind of camera needs.
     fn prepare(&mut self, scene: &SceneRenderer, kind: Kind, faces: Faces) -> Result<(), RenderError> {
-        if self.pipelines.iter().any(|(key, _)| *key == (kind, faces)) {
+        let key = (kind, faces, scene.kind());
+        if self.pipelines.iter().any(|(known, _)| *known == key) {
             return Ok(());
         }
+        let pulled = SceneKind { native: false, ..scene.kind() };
         let formats = &targets::FORMATS;
         let pass = |own_layout| Pass { fragment: "plain", formats, own_layout, constants: &[], faces };
         let built = match kind {
-            Kind::Pinhole => Pipelines::new(&self.gpu, scene.is_native(), &pass(None))?,
+            Kind::Pinhole => Pipelines::new(&self.gpu, scene.kind(), &pass(None))?,
             Kind::Spoc => {
                 let spoc = match self.spoc.take() {
                     Some(spoc) => spoc,
                     None => SpocPass::new(&self.gpu)?,
                 };
                 let spoc = self.spoc.insert(spoc);
-                Pipelines::of_file(&self.gpu, "server/raster_spoc.wgsl", false, &pass(Some(spoc.layout())))?
+                Pipelines::of_file(&self.gpu, "server/raster_spoc.wgsl", pulled, &pass(Some(spoc.layout())))?
             }
             Kind::Graph => {
-                Pipelines::of_file(&self.gpu, "server/raster_graph.wgsl", false, &pass(Some(self.graph.layout())))?
+                Pipelines::of_file(&self.gpu, "server/raster_graph.wgsl", pulled, &pass(Some(self.graph.layout())))?
             }
         };
-        self.pipelines.push(((kind, faces), built));
+        self.pipelines.push((key, built));
         Ok(())
     }
 }
