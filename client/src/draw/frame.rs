@@ -138,7 +138,7 @@ impl FrameRenderer {
             held: HeldPass::new(gpu)?,
             occlusion: None,
             shadows: None,
-            light: LightPass::new(gpu)?,
+            light: LightPass::new(gpu),
             reflect: None,
             fill: FillPass::new(gpu)?,
             present: FullscreenPass::new(gpu, "client/present.wgsl", "show", &present_bindings(), &[output_format])?,
@@ -250,9 +250,6 @@ impl FrameRenderer {
             lights: self.shadows.as_ref().and_then(ShadowRenderer::shares),
             strengths: options.strengths,
         };
-        if !shares.is_all() {
-            self.light.prepare_occluded().expect(EMBEDDED);
-        }
         // What is beside the largest part of a pixel gets that part's shares of light; the largest comes last, and stays.
         for part in (0..parts.max(1)).rev() {
             if parts > 1 {
@@ -369,7 +366,7 @@ impl FrameRenderer {
         let Some(layers) = shown.layers.filter(|_| shown.is_seen_through()) else { return false };
         let made = || Through::new(&self.gpu, self.output_format).expect(EMBEDDED);
         let through = self.through.get_or_insert_with(made);
-        through.layers.draw(encoder, layers, &mut self.light, seen).expect(EMBEDDED);
+        through.layers.draw(encoder, layers, &mut self.light, seen);
         true
     }
 

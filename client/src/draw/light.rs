@@ -9,7 +9,8 @@ use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, TextureFormat};
 
 use crate::draw::effects::Strengths;
-use crate::draw::fullscreen::{Binding, FullscreenPass, uniform};
+use crate::draw::frame::EMBEDDED;
+use crate::draw::fullscreen::{Binding, FullscreenPass, Onto, Program, uniform};
 use crate::draw::lit::{Lit, LitLayer};
 use crate::draw::shares::Shares;
 
@@ -17,37 +18,59 @@ use crate::draw::shares::Shares;
 #[derive(Debug)]
 pub(crate) struct LightPass {
     gpu: Gpu,
-    pass: FullscreenPass,
     sky: SkyTexture,
-    /// With less light where it is hidden; made when it is first needed.
-    occluded: Option<Occluded>,
-    /// Of what is seen through, likewise.
-    layer: Option<FullscreenPass>,
+    plain: ByLook,
+    /// With less light where it is hidden.
+    occluded: ByLook,
+    /// Of what is seen through.
+    layer: ByLook,
+    /// A texel that says that all light arrives; made when it is first needed.
+    all: Option<wgpu::TextureView>,
 }
 
+/// A fragment stage of `client/light.wgsl` for the plain look, and for the full one: a frame in the plain look would take a tenth longer on a software
+/// adapter, which goes through both sides of what a uniform decides. Each is made when it is first drawn with.
 #[derive(Debug)]
-struct Occluded {
-    pass: FullscreenPass,
-    /// A texel that says that all arrives.
-    all: wgpu::TextureView,
+struct ByLook {
+    fragment: &'static str,
+    bindings: Vec<Binding>,
+    formats: Vec<TextureFormat>,
+    made: [Option<FullscreenPass>; 2],
+}
+
+impl ByLook {
+    fn new(fragment: &'static str, bindings: &[Binding], formats: &[TextureFormat]) -> ByLook {
+        ByLook { fragment, bindings: bindings.to_vec(), formats: formats.to_vec(), made: [None, None] }
+    }
+
+    fn of(&mut self, gpu: &Gpu, lighting: &LightingUniform) -> &FullscreenPass {
+        let is_full = lighting.sky > 0.0;
+        let (fragment, bindings, formats) = (self.fragment, &self.bindings, &self.formats);
+        self.made[usize::from(is_full)].get_or_insert_with(|| {
+            let constants = [("may_be_full", f64::from(u8::from(is_full)))];
+            let program = Program { constants: &constants, ..Program::fullscreen("client/light.wgsl", fragment) };
+            FullscreenPass::of(gpu, program, Onto::Nothing, bindings, formats).expect(EMBEDDED)
+        })
+    }
 }
 
 impl LightPass {
-    pub(crate) fn new(gpu: &Gpu) -> Result<LightPass, shaders::ShaderError> {
-        let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light", &BINDINGS, &[Lit::COLOUR, Lit::W])?;
-        Ok(LightPass { gpu: gpu.clone(), pass, sky: SkyTexture::default(), occluded: None, layer: None })
-    }
-
-    /// Makes ready for light that does not arrive everywhere.
-    pub(crate) fn prepare_occluded(&mut self) -> Result<(), shaders::ShaderError> {
-        if self.occluded.is_none() {
-            self.occluded = Some(Occluded::new(&self.gpu)?);
+    pub(crate) fn new(gpu: &Gpu) -> LightPass {
+        let shares = [Binding::FloatTexture; 2];
+        let occluded: Vec<Binding> = BINDINGS.into_iter().chain(shares).collect();
+        let formats = [Lit::COLOUR, Lit::W, LitLayer::THROUGH];
+        LightPass {
+            gpu: gpu.clone(),
+            sky: SkyTexture::default(),
+            plain: ByLook::new("light", &BINDINGS, &formats[..2]),
+            occluded: ByLook::new("light_occluded", &occluded, &formats[..2]),
+            layer: ByLook::new("light_layer", &BINDINGS, &formats),
+            all: None,
         }
-        Ok(())
     }
 
-    /// Before [`LightPass::prepare_occluded`] all light arrives, whatever the shares say. What was captured by this very camera, `at_rest`, has the
-    /// side's normal that the camera sees, however it is bent; elsewhere surfaces of two sides are turned towards the eye.
+    /// Light arrives by its shares where these say so. What was captured by this very camera, `at_rest`, has the side's normal that the camera sees,
+    /// however it is bent; elsewhere surfaces of two sides are turned towards the eye.
     pub(crate) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -64,7 +87,7 @@ impl LightPass {
             shadow_strength: shadows,
             ..lighting_of(held, eye_world, exposure)
         };
-        let is_occluded = self.occluded.is_some() && !shares.is_all();
+        let is_occluded = !shares.is_all();
         if let (Some(of_lights), true) = (&shares.lights, is_occluded) {
             for (&light, channel) in of_lights.lights.iter().zip(0..) {
                 lighting.lights[light].shadow = 1 + channel;
@@ -72,14 +95,15 @@ impl LightPass {
         }
         let sources = self.sources((held, camera), &lighting, at_rest);
         let mut inputs = sources.inputs(gbuffer);
-        let mut pass = &self.pass;
-        if let Some(occluded) = self.occluded.as_ref().filter(|_| is_occluded) {
-            let ambient = shares.ambient.map_or(&occluded.all, |target| &target.view);
-            let of_lights = shares.lights.map_or(&occluded.all, |shares| &shares.target.view);
+        let mut pass = &mut self.plain;
+        if is_occluded {
+            let all = self.all.get_or_insert_with(|| all_light(&self.gpu));
+            let ambient = shares.ambient.map_or(&*all, |target| &target.view);
+            let of_lights = shares.lights.map_or(&*all, |shares| &shares.target.view);
             inputs.extend([ambient, of_lights].map(BindingResource::TextureView));
-            pass = &occluded.pass;
+            pass = &mut self.occluded;
         }
-        pass.encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
+        pass.of(&self.gpu, &lighting).encode(encoder, &inputs, &[&lit.colour.view, &lit.w.view]);
     }
 
     /// The same of a layer of what is seen through, on which no shadow falls.
@@ -90,18 +114,11 @@ impl LightPass {
         (held, camera): (&Held, &Pinhole),
         exposure: f32,
         lit: &LitLayer,
-    ) -> Result<(), shaders::ShaderError> {
-        if self.layer.is_none() {
-            let formats = [Lit::COLOUR, Lit::W, LitLayer::THROUGH];
-            self.layer = Some(FullscreenPass::new(&self.gpu, "client/light.wgsl", "light_layer", &BINDINGS, &formats)?);
-        }
+    ) {
         let lighting = lighting_of(held, camera.world_from_eye.translation, exposure);
         let sources = self.sources((held, camera), &lighting, false);
-        if let Some(pass) = &self.layer {
-            let targets = [&lit.lit.colour.view, &lit.lit.w.view, &lit.through.view];
-            pass.encode(encoder, &sources.inputs(gbuffer), &targets);
-        }
-        Ok(())
+        let targets = [&lit.lit.colour.view, &lit.lit.w.view, &lit.through.view];
+        self.layer.of(&self.gpu, &lighting).encode(encoder, &sources.inputs(gbuffer), &targets);
     }
 
     fn sources(&mut self, (held, camera): (&Held, &Pinhole), lighting: &LightingUniform, at_rest: bool) -> Sources {
@@ -153,27 +170,22 @@ pub(crate) fn lighting_of(held: &Held, eye_world: DVec3, exposure: f32) -> Light
     LightingUniform { exposure, ..held.lighting.as_ref().map_or_else(bytemuck::Zeroable::zeroed, of) }
 }
 
-impl Occluded {
-    fn new(gpu: &Gpu) -> Result<Occluded, shaders::ShaderError> {
-        let shares = [Binding::FloatTexture; 2];
-        let bindings: Vec<Binding> = BINDINGS.into_iter().chain(shares).collect();
-        let formats = [Lit::COLOUR, Lit::W];
-        let pass = FullscreenPass::new(gpu, "client/light.wgsl", "light_occluded", &bindings, &formats)?;
-        let all = gpu.device.create_texture_with_data(
-            &gpu.queue,
-            &wgpu::TextureDescriptor {
-                label: Some("all light"),
-                size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: TextureFormat::Rgba8Unorm,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            },
-            wgpu::util::TextureDataOrder::LayerMajor,
-            &[u8::MAX; 4],
-        );
-        Ok(Occluded { pass, all: all.create_view(&wgpu::TextureViewDescriptor::default()) })
-    }
+/// A texel that says that all light arrives.
+fn all_light(gpu: &Gpu) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &wgpu::TextureDescriptor {
+            label: Some("all light"),
+            size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        &[u8::MAX; 4],
+    );
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

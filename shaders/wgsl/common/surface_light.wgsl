@@ -18,8 +18,11 @@ struct Seen {
     light_share: vec4f,
 }
 
+// Whether the look may be full: where it is known not to be, nothing is left of it.
+override may_be_full: bool = true;
+
 fn is_full() -> bool {
-    return lighting.sky > 0.0;
+    return may_be_full && lighting.sky > 0.0;
 }
 
 fn light_off(seen: Seen, material: Material) -> vec3f {

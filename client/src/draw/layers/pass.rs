@@ -68,17 +68,16 @@ impl LayersPass {
         layers: &Layers,
         light: &mut LightPass,
         Seen { held, camera, smoothing, exposure }: &Seen<'_>,
-    ) -> Result<(), SurfaceError> {
+    ) {
         let size_px = (camera.width_px, camera.height_px);
         let targets = self.targets.take().filter(|targets| targets.size_px == size_px);
         let mut targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px));
         targets.lit.resize_with(layers.surfaces().len(), || LitLayer::new(&self.gpu, size_px));
         for (surfaces, lit) in layers.surfaces().zip(&targets.lit) {
             self.surface.encode(encoder, surfaces, camera, *smoothing, &targets.gbuffer);
-            light.encode_layer(encoder, &targets.gbuffer, (held, camera), *exposure, lit)?;
+            light.encode_layer(encoder, &targets.gbuffer, (held, camera), *exposure, lit);
         }
         self.targets = Some(targets);
-        Ok(())
     }
 
     /// What of the layers drawn last lies over opaque surfaces, by their inverse depth as the same camera sees them, with as many pixels or a whole share of
