@@ -184,7 +184,7 @@ fn pulled_vertices_give_equal_ids() {
     let native = renderer(&gpu, &scene, &cameras[0]);
     let mut pulled = SceneRenderer::with_pulling(&gpu, &scene).expect("the scene uploads");
     pulled.update(&scene.at(0.0), cameras[0].world_from_eye.translation).expect("same scene");
-    assert!(native.is_native() && !pulled.is_native());
+    assert!(native.kind().native && !pulled.kind().native);
     for method in [Discretization::Conventional, Discretization::PIXEL] {
         let ours = captures(&native, &cameras, method);
         let theirs = captures(&pulled, &cameras, method);

@@ -73,6 +73,11 @@ pub(super) fn add(report: &mut Report, out: &Path, found: &[Scored]) -> anyhow::
         add_figure(report, out, &scored.sheet, format!("{}.png", scored.name), caption)?;
         report.rows.push(row(scored));
     }
+    let mean = |of: fn(&Scored) -> f64| format!("{:.4}", found.iter().map(of).sum::<f64>() / found.len().max(1) as f64);
+    let means =
+        [mean(|scored| scored.flip_covered), mean(|scored| scored.ours_to_fine), mean(|scored| scored.three_to_fine)];
+    let [flip, to_fine, of_three] = means;
+    table.row(["mean".to_owned(), flip, to_fine, of_three, String::new(), String::new(), String::new(), String::new()]);
     report.tables.push(("Models, the worst first".to_owned(), table));
     if !found.is_empty() {
         let halves: Vec<Picture> = worst_first.iter().map(|scored| half(&scored.sheet)).collect();

@@ -198,7 +198,7 @@ impl Surfaces {
             let texel = self.texel(map.texture, map.quantity.is_colour(), uv);
             match map.quantity {
                 Quantity::MetallicRoughness => {
-                    (shaded.roughness, shaded.metallic) = (shaded.roughness * texel.y, shaded.metallic * texel.z)
+                    (shaded.roughness, shaded.metallic) = (shaded.roughness * texel.y, shaded.metallic * texel.z);
                 }
                 Quantity::Occlusion => shaded.occlusion = 1.0 + f64::from(map.strength) * (texel.x - 1.0),
                 Quantity::Emissive => shaded.emissive *= texel.truncate(),
