@@ -181,11 +181,15 @@ mod tests {
             fine,
             bump_scale,
             varies,
+            varies_by_second,
             is_pane,
+            bumps_by_second,
             bumps_from_u,
             bumps_from_v,
             codes_from_u,
-            codes_from_v
+            codes_from_v,
+            second_codes_from_u,
+            second_codes_from_v
         );
     }
 
