@@ -1,7 +1,9 @@
 //! Models that look unlike three.js for a reason that we know.
 
-use super::output::UNEXPLAINED;
 use super::score::Scored;
+
+/// FLIP of a model without an explanation at most.
+pub(super) const UNEXPLAINED: f64 = 0.08;
 
 /// The reason, where one is known.
 pub(super) fn why(scored: &Scored) -> Option<&'static str> {

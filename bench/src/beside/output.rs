@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::explained;
+use super::explained::{self, UNEXPLAINED};
 use super::pairs::Pairs;
 use super::score::Scored;
 use crate::compare::Picture;
@@ -16,8 +16,6 @@ use crate::spread::{Better, Spread};
 const MEAN: f64 = 0.06;
 /// Of any model at most.
 const WORST: f64 = 0.12;
-/// Of a model without an explanation at most.
-pub(super) const UNEXPLAINED: f64 = 0.08;
 /// Pixels of silhouettes that are off by more than a pixel, as a share, at most: a pixel of the outline here and there.
 const SILHOUETTES_OFF: f64 = 0.01;
 const GAP_PX: u32 = 4;

@@ -8,23 +8,8 @@ use protocol::{Light, Lighting, Tone};
 use scene::environment::Environment;
 
 use super::full::{FullSky, Shaded};
+use super::srgb::linear_from_srgb;
 use super::tone;
-
-/// The sRGB transfer function of IEC 61966-2-1, to linear light.
-pub(super) fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
-/// The same transfer function, from linear light; both from 0 to 1.
-pub(super) fn srgb_from_linear(linear: f64) -> f64 {
-    let linear = linear.clamp(0.0, 1.0);
-    if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// The code of a linear colour on the screen.
-pub(super) fn code_from_linear(linear: DVec3) -> [u8; 3] {
-    linear.to_array().map(|channel| (srgb_from_linear(channel) * 255.0).round() as u8)
-}
 
 /// The lights of a scene, in f64.
 pub(super) struct Lights {
@@ -160,6 +145,7 @@ fn steep_burley(n_l: f64, normal: DVec3, to_light: DVec3, to_eye: DVec3) -> f64 
 
 #[cfg(test)]
 mod tests {
+    use super::super::srgb::code_from_linear;
     use super::*;
 
     #[test]

@@ -48,6 +48,7 @@ mod geometry;
 mod light;
 mod occlusion;
 mod path;
+mod srgb;
 mod surface;
 mod texture;
 mod tone;
@@ -67,8 +68,9 @@ pub use errors::masked_errors;
 
 use crate::compare::Picture;
 use geometry::Ray;
-use light::{Lights, code_from_linear};
+use light::Lights;
 use path::{Arrived, follow};
+use srgb::code_from_linear;
 use surface::{Kind, Surface, Surfaces};
 
 /// Where a camera's ray first met the scene.

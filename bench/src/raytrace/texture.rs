@@ -4,7 +4,7 @@ use glam::{DVec2, DVec4};
 use scene::Texture;
 use scene::model::Wrap;
 
-use super::light::linear_from_srgb;
+use super::srgb::linear_from_srgb;
 
 /// A texture: colours in linear light, or numbers.
 pub(super) struct LinearTexture {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use protocol::Tone;
 
-use super::light::linear_from_srgb;
+use super::srgb::linear_from_srgb;
 
 /// The Khronos PBR neutral tone mapper (2024): where it begins to compress, and how fast it takes colour away.
 const NEUTRAL: (f64, f64) = (0.8 - 0.04, 0.15);

@@ -11,7 +11,7 @@ use crate::draw::antialiasing::{Antialias, FrameTimes};
 use crate::draw::coverage::{self, Coverage};
 use crate::draw::effects::Strengths;
 use crate::draw::fill::{FillPass, LEVELS, Pyramid};
-use crate::draw::fullscreen::{Binding, FullscreenPass, Target, uniform};
+use crate::draw::fullscreen::{Binding, EMBEDDED, FullscreenPass, Target, uniform};
 use crate::draw::held_pass::HeldPass;
 use crate::draw::layers::{LayersPass, Over, Seen};
 use crate::draw::light::LightPass;
@@ -26,9 +26,6 @@ use crate::draw::shadow::{self, ShadowRenderer};
 use crate::draw::shares::Shares;
 use crate::draw::shown::Shown;
 use crate::receive::follow::Follow;
-
-/// Why passes that are made while drawing can be made.
-pub(crate) const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them";
 
 /// How a frame is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,6 +3,9 @@
 use gpu::Gpu;
 use wgpu::{BindingResource, ShaderStages, TextureFormat, TextureSampleType, TextureView, TextureViewDimension};
 
+/// Why passes that are made while drawing can be made.
+pub(crate) const EMBEDDED: &str = "the shaders are embedded, and tests compose each of them";
+
 /// What a binding holds, in the order of the shader's bindings.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Binding {

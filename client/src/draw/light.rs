@@ -9,8 +9,7 @@ use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, TextureFormat};
 
 use crate::draw::effects::Strengths;
-use crate::draw::frame::EMBEDDED;
-use crate::draw::fullscreen::{Binding, FullscreenPass, Onto, Program, uniform};
+use crate::draw::fullscreen::{Binding, EMBEDDED, FullscreenPass, Onto, Program, uniform};
 use crate::draw::lit::{Lit, LitLayer};
 use crate::draw::shares::Shares;
 

@@ -14,6 +14,7 @@ use web_time::Instant;
 use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
 use crate::draw::effects::{Drawn, Effects, InTime};
 use crate::draw::frame::{self, FrameRenderer};
+use crate::draw::fullscreen::EMBEDDED;
 use crate::draw::impostors::Impostors;
 use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
@@ -182,7 +183,7 @@ impl Picture {
         if drawn.occlusion != before.occlusion {
             let off = occlusion::Settings::default();
             let settings = if drawn.occlusion { self.options.occlusion } else { off };
-            self.renderer.set_occlusion(settings).expect(frame::EMBEDDED);
+            self.renderer.set_occlusion(settings).expect(EMBEDDED);
             let occludes = drawn.occlusion && settings.occlusion == Occlusion::Graph;
             self.occluders = occludes.then(|| occlusion::occluders(&self.gpu, corners));
             self.occluders.iter_mut().for_each(|occluders| occluders.rebuild(held));
@@ -243,7 +244,7 @@ impl Picture {
     }
 
     fn draw_camera_image(&mut self, held: &Held, size_px: (u32, u32), output: &wgpu::TextureView) {
-        let made = || CameraImagePass::new(&self.gpu, self.format).expect(frame::EMBEDDED);
+        let made = || CameraImagePass::new(&self.gpu, self.format).expect(EMBEDDED);
         let pass = self.camera_image_pass.get_or_insert_with(made);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let frame::Options { mark_uncovered, coverage_in_alpha, exposure, .. } = self.options.frame;

@@ -62,6 +62,11 @@ pub(super) fn facet_direction(roughness: f64, eye: DVec3, point: DVec2) -> Optio
     Some((light, (1.0 + of_eye) / (1.0 + of_eye + of_light)))
 }
 
+/// Of so many points that are strewn evenly over the unit square.
+pub(super) fn hammersley(index: u32, count: u32) -> DVec2 {
+    DVec2::new((f64::from(index) + 0.5) / f64::from(count), f64::from(index.reverse_bits()) / 2f64.powi(32))
+}
+
 /// A direction in proportion to its cosine.
 pub(super) fn cosine_direction(point: DVec2) -> DVec3 {
     let (radius, turn) = (point.x.sqrt(), TAU * point.y);
@@ -116,7 +121,7 @@ impl Table {
 
 impl Albedo {
     pub fn new() -> Albedo {
-        let points: Vec<DVec2> = (0..SUMMED).map(|index| super::hammersley(index, SUMMED)).collect();
+        let points: Vec<DVec2> = (0..SUMMED).map(|index| hammersley(index, SUMMED)).collect();
         let count = points.len() as f64;
         let facets = Table::of(|roughness, eye| {
             let weight = |&point: &DVec2| facet_direction(roughness, eye, point).map_or(0.0, |(_, weight)| weight);

@@ -13,7 +13,7 @@ mod tests;
 use glam::{DMat3, DVec2, DVec3};
 use scene::environment::Environment;
 
-use lobes::{Albedo, Pair};
+use lobes::{Albedo, Pair, hammersley};
 pub(super) use shaded::Shaded;
 
 /// Directions of a lobe: with twice as many, pictures of the tests differ by less than a step of 8 bits.
@@ -119,8 +119,4 @@ fn frame(normal: DVec3) -> DMat3 {
 /// Rousiers, *Moving Frostbite to physically based rendering*, 2014, 4.10.2).
 fn mirrored_share(occlusion: f64, n_v: f64, roughness: f64) -> f64 {
     ((n_v + occlusion).powf((-16.0 * roughness - 1.0).exp2()) - 1.0 + occlusion).clamp(0.0, 1.0)
-}
-
-fn hammersley(index: u32, count: u32) -> DVec2 {
-    DVec2::new((f64::from(index) + 0.5) / f64::from(count), f64::from(index.reverse_bits()) / 2f64.powi(32))
 }

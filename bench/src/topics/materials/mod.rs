@@ -8,6 +8,7 @@
 //!
 //! How near the full look itself is to what glTF says of its materials, `rays` tells.
 
+mod held;
 mod rays;
 
 use std::sync::Arc;
@@ -19,25 +20,25 @@ use protocol::held::{Edit, NextSteps, Update};
 use protocol::wire::encode_update;
 use protocol::{DepthImage, Look, Sky};
 use server::coding::CodingRule;
-use server::discretize::{Discretization, Discretizer};
+use server::discretize::Discretizer;
 use server::render::SceneRenderer;
 
 use super::reconstruction::eyes::{self, Eye};
-use crate::client_view::{ClientView, HeldSet};
+use crate::client_view::ClientView;
 use crate::compare::score;
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
-use crate::sets::{self, SetPlan};
+use crate::sets;
 use crate::spread::{Better, Spread};
 use crate::stage::{Stage, picture};
 use crate::topic::{Run, Topic, scene_label};
+use held::{PLAN, held_at};
 
 /// See the module.
 pub struct Materials;
 
 /// Output where `--size` gives none.
 const OUTPUT_PX: (u32, u32) = (512, 512);
-const PLAN: SetPlan = SetPlan { discretization: Discretization::COVERED, images: 4, image_px: 512 };
 const EYES: usize = 12;
 const QUICK_EYES: usize = 3;
 const SEED: u64 = 1;
@@ -204,21 +205,6 @@ fn at_eye(
         bytes: bytes(&settled),
         bytes_without_materials: bytes(&without),
     })
-}
-
-/// What a client holds of the scene who looks at it from an eye, and the set that it was sent.
-fn held_at(
-    gpu: &Gpu,
-    stage: &mut Stage,
-    discretizer: &mut Discretizer,
-    eye: &Eye,
-) -> anyhow::Result<(sets::ImageSet, HeldSet)> {
-    stage.show(0.0, eye.middle.translation)?;
-    let (views, precision) = sets::planned(&stage.scene, eye.middle, &eye.output, &PLAN);
-    let set = sets::make(stage, discretizer, &views, PLAN.discretization, precision)?;
-    let mut held = HeldSet::new(gpu, &set.images, (stage.renderer.materials(), &stage.lighting))?;
-    held.held.sky = stage.sky().cloned();
-    Ok((set, held))
 }
 
 fn row(label: &str, way: Way, stage: &Stage, found: &[Found]) -> Row {

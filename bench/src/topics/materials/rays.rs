@@ -7,7 +7,7 @@ use gpu::Gpu;
 use scene::environment::Environment;
 use server::discretize::Discretizer;
 
-use super::held_at;
+use super::held::held_at;
 use crate::client_view::ClientView;
 use crate::compare::flip::error_picture;
 use crate::compare::{Picture, flip_map, score};

@@ -62,7 +62,7 @@ impl Kind {
 }
 
 impl ImpostorDrawer {
-    /// A drawer of scenes of `scene`'s kind ([`SceneRenderer::is_native`]).
+    /// A drawer of scenes of `scene`'s kind ([`SceneRenderer::kind`]).
     ///
     /// # Errors
     /// [`RenderError`] where the GPU fails.
