@@ -4,6 +4,7 @@ use camera::{Pinhole, Rigid};
 use gpu::Gpu;
 use protocol::Look;
 use scene::environment::Environment;
+use scene::model::{Bumps, SAME_UV, Texture, UvSet, Wrap};
 use vantage_bench::raytrace::{Effects, RayTruth, reflectors};
 use vantage_bench::stage::{Stage, load_scene};
 
@@ -45,7 +46,14 @@ fn without_reflections_it_is_the_truth_of_the_gpu() {
 fn materials_under_a_sky_are_what_rays_sum_up() {
     let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
     let mut scene = load_scene("teapots", 1.0).expect("built in");
+    // 0.2 along u, 0.25 against v, 0.95 along the normal.
+    let rgba = vec![153, 159, 248, 255];
+    let tilted = Texture { width_px: 1, height_px: 1, rgba, wrap: [Wrap::Repeat; 2], nearest: false };
+    let texture = scene.textures.len() as u32;
+    scene.textures.push(tilted);
+    let bumps = Bumps { texture, uv_set: UvSet::First, from_uv: SAME_UV, scale: 1.0 };
     for (index, material) in scene.materials.iter_mut().enumerate() {
+        material.bumps = (index % 2 == 0).then_some(bumps);
         material.metallic = [0.0, 1.0, 0.5][index % 3];
         material.roughness = 0.25 + 0.15 * (index % 5) as f32;
         material.clearcoat = [0.0, 0.0, 0.8, 0.0][index % 4];

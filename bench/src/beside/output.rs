@@ -126,7 +126,7 @@ fn bars(found: &[Scored]) -> Vec<Bar> {
     let is_open = |scored: &&Scored| scored.flip_covered > UNEXPLAINED && explained::why(scored).is_none();
     let open = found.iter().filter(is_open).count();
     vec![
-        Bar::at_most("mean FLIP over covered pixels, all models", MEAN, mean, ""),
+        Bar::at_most(format!("mean FLIP over covered pixels, {} models", found.len()), MEAN, mean, ""),
         Bar::at_most("the same of the worst model", WORST, worst(&|scored| scored.flip_covered), ""),
         Bar::at_most(format!("models above {UNEXPLAINED} without an explanation"), 0.0, Some(open as f64), ""),
         Bar::at_most(

@@ -9,6 +9,9 @@ use super::geometry::{Among, Corners, Facet, Geometry, Hit, Query, Ray};
 use super::light::Lights;
 use super::texture::LinearTexture;
 
+/// The look's own: fibres that are smoother count as this rough, as their rims would be narrower than a pixel.
+const LEAST_SHEEN_ROUGHNESS: f64 = 0.07;
+
 /// What a surface does with a ray; see [`crate::raytrace`] for the definitions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
@@ -213,8 +216,7 @@ impl Surfaces {
         }
         let ior = f64::from(material.ior);
         shaded.straight = (shaded.straight * ((ior - 1.0) / (ior + 1.0)).powi(2)).min(DVec3::ONE) * shaded.grazing;
-        // Narrower rims are not drawn by the look.
-        shaded.sheen_roughness = shaded.sheen_roughness.max(0.07);
+        shaded.sheen_roughness = shaded.sheen_roughness.max(LEAST_SHEEN_ROUGHNESS);
         shaded
     }
 

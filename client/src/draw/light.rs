@@ -18,7 +18,8 @@ use crate::draw::shares::Shares;
 pub(crate) struct LightPass {
     gpu: Gpu,
     sky: SkyTexture,
-    plain: ByLook,
+    /// Where all light arrives.
+    unhidden: ByLook,
     /// With less light where it is hidden.
     occluded: ByLook,
     /// Of what is seen through.
@@ -61,7 +62,7 @@ impl LightPass {
         LightPass {
             gpu: gpu.clone(),
             sky: SkyTexture::default(),
-            plain: ByLook::new("light", &BINDINGS, &formats[..2]),
+            unhidden: ByLook::new("light", &BINDINGS, &formats[..2]),
             occluded: ByLook::new("light_occluded", &occluded, &formats[..2]),
             layer: ByLook::new("light_layer", &BINDINGS, &formats),
             all: None,
@@ -94,7 +95,7 @@ impl LightPass {
         }
         let sources = self.sources((held, camera), &lighting, at_rest);
         let mut inputs = sources.inputs(gbuffer);
-        let mut pass = &mut self.plain;
+        let mut pass = &mut self.unhidden;
         if is_occluded {
             let all = self.all.get_or_insert_with(|| all_light(&self.gpu));
             let ambient = shares.ambient.map_or(&*all, |target| &target.view);

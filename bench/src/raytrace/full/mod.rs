@@ -19,6 +19,10 @@ pub(super) use shaded::Shaded;
 /// Directions of a lobe: with twice as many, pictures of the tests differ by less than a step of 8 bits.
 const DIRECTIONS: u32 = 512;
 
+/// Interpolated normals lean away from the eye at outlines. A surface counts as seen from this cosine at least: 0.06 degrees above it, where facets
+/// as rough as squares of roughness of 1e-4 still send light back.
+const LEAST_COSINE: f64 = 1e-3;
+
 /// The sky of the full look.
 pub(super) struct FullSky {
     environment: Environment,
@@ -43,8 +47,7 @@ impl FullSky {
     pub fn leaving(&self, surface: &Shaded, normal: DVec3, to_eye: DVec3) -> DVec3 {
         let world_from_local = frame(normal);
         let mut eye = world_from_local.transpose() * to_eye;
-        // Interpolated normals lean away from the eye at outlines.
-        eye.z = eye.z.max(1e-3);
+        eye.z = eye.z.max(LEAST_COSINE);
         let eye = eye.normalize();
         let from = |local: DVec3| self.radiance(world_from_local * local);
         let count = self.points.len() as f64;
@@ -89,7 +92,7 @@ impl FullSky {
         if light.z <= 0.0 {
             return DVec3::ZERO;
         }
-        eye.z = eye.z.max(1e-4);
+        eye.z = eye.z.max(LEAST_COSINE);
         let pair = Pair::new(eye.normalize(), light);
         let per_cosine = (surface.diffuse(&pair) + surface.lost(&pair, &self.albedo)) / std::f64::consts::PI;
         let mut leaving = per_cosine * light.z + surface.fresnel(pair.l_h) * lobes::ggx(surface.roughness, &pair);
