@@ -2,6 +2,8 @@
 
 extern crate impostor as vantage_impostor;
 
+#[path = "reflect/rough.rs"]
+mod rough;
 #[path = "../../impostor/tests/support/mod.rs"]
 mod support;
 #[path = "reflect/walks.rs"]

@@ -181,7 +181,7 @@ pub struct MaterialUniform {
     pub transmission: f32,
     /// 1 and more.
     pub ior: f32,
-    /// [`MaterialUniform::UNLIT`], [`MaterialUniform::DOUBLE_SIDED`], [`MaterialUniform::THIN`]; from [`MaterialUniform::STRAIGHT_SHIFT`] on eight bits a channel, the roots
+    /// [`MaterialUniform::UNLIT`], [`MaterialUniform::DOUBLE_SIDED`], [`MaterialUniform::THIN`], [`MaterialUniform::ROUGH_MIRROR`]; from [`MaterialUniform::STRAIGHT_SHIFT`] on eight bits a channel, the roots
     /// of what is mirrored of light that falls straight on.
     pub flags: u32,
     /// 0 to 1.
@@ -205,6 +205,8 @@ impl MaterialUniform {
     pub const DOUBLE_SIDED: u32 = 2;
     /// Light passes it straight on.
     pub const THIN: u32 = 4;
+    /// Rays bring what it mirrors.
+    pub const ROUGH_MIRROR: u32 = 8;
     /// See [`MaterialUniform::flags`].
     pub const STRAIGHT_SHIFT: u32 = 8;
     /// Entries of the table in a uniform buffer: one a material code of a sample. 16 KiB, as much as any device binds at once.
@@ -215,6 +217,15 @@ impl MaterialUniform {
         let default = MaterialUniform::from(&Material::default());
         let used = materials.iter().map(MaterialUniform::from);
         used.chain(std::iter::repeat(default)).take(MaterialUniform::TABLE_LEN).collect()
+    }
+
+    /// The same where rays bring what rough mirrors show.
+    pub fn table_with_rays(materials: &[Material]) -> Vec<MaterialUniform> {
+        let mut table = MaterialUniform::table(materials);
+        for (uniform, material) in table.iter_mut().zip(materials) {
+            uniform.flags |= if material.is_rough_mirror() { MaterialUniform::ROUGH_MIRROR } else { 0 };
+        }
+        table
     }
 }
 

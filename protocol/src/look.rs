@@ -48,11 +48,13 @@ pub enum Effect {
 }
 
 impl Material {
-    /// From this [`Material::metallic`] on, and up to [`Material::MIRROR_ROUGHNESS`], a surface is a mirror: a rougher one shows
-    /// what is around as a blur, which is not drawn.
+    /// From this [`Material::metallic`] on, and up to [`Material::MIRROR_ROUGHNESS`], a surface is a mirror.
     pub const MIRROR_METALLIC: f32 = 0.9;
     /// See [`Material::MIRROR_METALLIC`].
     pub const MIRROR_ROUGHNESS: f32 = 0.1;
+    /// Up to this roughness a metal is a rough mirror. Half of the facets of a rougher one lean by more than 14 degrees: what it shows is wider than the
+    /// half of a hemisphere, and hardly told from what it mirrors of the sky.
+    pub const ROUGH_MIRROR_ROUGHNESS: f32 = 0.5;
     /// From this [`Material::transmission`] on a surface is glass; below it, most of its light is its own.
     pub const GLASS_TRANSMISSION: f32 = 0.5;
 
@@ -65,6 +67,14 @@ impl Material {
         } else {
             None
         }
+    }
+
+    /// Whether it shows what is near as a blur: metals between mirrors and [`Material::ROUGH_MIRROR_ROUGHNESS`]. Only the full look has such; the
+    /// plain one shows them as any other surface.
+    pub fn is_rough_mirror(&self) -> bool {
+        self.metallic >= Material::MIRROR_METALLIC
+            && self.roughness > Material::MIRROR_ROUGHNESS
+            && self.roughness <= Material::ROUGH_MIRROR_ROUGHNESS
     }
 }
 

@@ -101,7 +101,7 @@ impl Stage {
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
         Stage {
             first_triangles: if deforms { triangle_bases(&scene).into() } else { Arc::default() },
-            needs: Needs::new(&scene),
+            needs: if imager.sky().is_some() { Needs::under_sky(&scene) } else { Needs::new(&scene) },
             reliefs: Reliefs::default(),
             scene,
             rules,

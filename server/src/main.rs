@@ -26,6 +26,7 @@ fn main() -> ExitCode {
         scene::builtin::names()
             .chain(scene::builtin::blended())
             .chain(scene::builtin::reflecting())
+            .chain(scene::builtin::rough())
             .for_each(|name| println!("{name}"));
         return ExitCode::SUCCESS;
     }

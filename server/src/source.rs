@@ -12,7 +12,7 @@ use crate::scale::scaled;
 #[derive(Debug, Error)]
 pub enum SourceError {
     /// Neither a built-in name nor a file.
-    #[error("{name:?} is neither a file nor a built-in scene; built in are: {}", scene::builtin::names().chain(scene::builtin::blended()).chain(scene::builtin::reflecting()).collect::<Vec<_>>().join(", "))]
+    #[error("{name:?} is neither a file nor a built-in scene; built in are: {}", scene::builtin::names().chain(scene::builtin::blended()).chain(scene::builtin::reflecting()).chain(scene::builtin::rough()).collect::<Vec<_>>().join(", "))]
     Unknown {
         /// As given.
         name: String,

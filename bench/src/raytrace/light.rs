@@ -7,7 +7,7 @@ use glam::DVec3;
 use protocol::{Light, Lighting, Tone};
 use scene::environment::Environment;
 
-use super::full::{FullSky, Shaded};
+use super::full::{Around, FullSky, Shaded};
 use super::srgb::linear_from_srgb;
 use super::tone;
 
@@ -68,13 +68,14 @@ impl Lights {
         surface: &Shaded,
         normal: DVec3,
         direction: DVec3,
+        around: Around<'_>,
         arrives: impl Fn(DVec3, f64) -> bool,
     ) -> DVec3 {
         let Some(sky) = &self.sky else { return DVec3::ZERO };
         let of_lamps = self.arriving(p_world, normal, arrives);
         let of_lamps =
             of_lamps.map(|(to_light, irradiance)| irradiance * sky.of_lamp(surface, normal, -direction, to_light));
-        surface.emissive + sky.leaving(surface, normal, -direction) + of_lamps.sum::<DVec3>()
+        surface.emissive + sky.leaving(surface, normal, -direction, around) + of_lamps.sum::<DVec3>()
     }
 
     /// What a surface sends back along a ray that came along `direction` (unit length), per unit of base colour. `arrives` tells

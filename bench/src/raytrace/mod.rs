@@ -36,7 +36,8 @@
 //! same.
 //!
 //! In the *full look* ([`RayTruth::under`]) materials are those of glTF, and what they send back is summed over directions; see `full`. Mirrors and glass
-//! are what they are in the plain one.
+//! are what they are in the plain one. A metal (0.9 and more) whose roughness is above 0.1 and up to 0.5 is a *rough mirror* where reflections are
+//! followed: what its lobe mirrors is the first surface along each of its directions, lit as one that does not reflect, or the sky.
 //!
 //! Textures are read between four texels of the full image; distant ones alias where the GPU's mip-maps do
 //! not, which more samples a pixel mend.

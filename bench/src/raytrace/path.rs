@@ -58,6 +58,13 @@ pub(super) fn follow(surfaces: &Surfaces, lights: &Lights, effects: &Effects, ra
         }
         arrived.reflected_object = (arrived.bounces > 0).then_some(surface.object);
         let kind = surfaces.kind(&surface);
+        let is_rough = effects.reflections && lights.is_full() && surfaces.is_rough_mirror(&surface);
+        if is_rough && arrived.bounces == 0 {
+            let light = surfaces.lit_rough(&surface, ray.direction, lights, effects);
+            arrived.light = behind(lights, &through, light);
+            arrived.bounces = 1;
+            return arrived;
+        }
         if kind == Kind::Plain || !effects.reflections || arrived.bounces >= effects.max_bounces {
             let light = tint * surfaces.lit(&surface, ray.direction, lights, effects.shadows);
             arrived.light = behind(lights, &through, light);

@@ -4,7 +4,8 @@ use glam::{DVec2, DVec3, DVec4, Vec4};
 use scene::model::{Bumps, Quantity, UvMap};
 use scene::{Material, Scene, Snapshot};
 
-use super::full::Shaded;
+use super::effects::Effects;
+use super::full::{Around, Shaded};
 use super::geometry::{Among, Corners, Facet, Geometry, Hit, Query, Ray};
 use super::light::Lights;
 use super::texture::LinearTexture;
@@ -227,6 +228,38 @@ impl Surfaces {
     /// The light that a surface sends back along a ray, as if it were no reflector. With `shadows` only from lights that nothing
     /// hides.
     pub fn lit(&self, surface: &Surface, direction: DVec3, lights: &Lights, shadows: bool) -> DVec3 {
+        self.lit_around(surface, direction, lights, shadows, Around::Sky)
+    }
+
+    /// Whether a surface is a rough mirror: metal as smooth as shows what is near.
+    pub fn is_rough_mirror(&self, surface: &Surface) -> bool {
+        let shaded = self.shaded(surface);
+        shaded.metallic >= 0.9 && shaded.roughness > 0.1 && shaded.roughness <= 0.5
+    }
+
+    /// The same of a rough mirror in the full look, which shows what is near.
+    pub fn lit_rough(&self, surface: &Surface, direction: DVec3, lights: &Lights, effects: &Effects) -> DVec3 {
+        let near = |way: DVec3| {
+            let query = Query {
+                among: Among::Shown,
+                without: (!effects.self_reflection).then_some(surface.object),
+                leaves: Some(surface.facet),
+                t_range: [self.geometry.skip_m, f64::INFINITY],
+            };
+            let met = self.first(&Ray { origin: surface.p, direction: way }, &query)?;
+            Some(self.lit_around(&met, way, lights, effects.shadows, Around::FewOfSky))
+        };
+        self.lit_around(surface, direction, lights, effects.shadows, Around::Near(&near))
+    }
+
+    fn lit_around(
+        &self,
+        surface: &Surface,
+        direction: DVec3,
+        lights: &Lights,
+        shadows: bool,
+        around: Around<'_>,
+    ) -> DVec3 {
         let material = &self.materials[surface.material as usize];
         if material.unlit {
             return lights.of_unlit(surface.base);
@@ -241,7 +274,7 @@ impl Surfaces {
         };
         let direction = direction.normalize_or_zero();
         if lights.is_full() {
-            return lights.full(p_world, &self.shaded(surface), surface.shading, direction, arrives);
+            return lights.full(p_world, &self.shaded(surface), surface.shading, direction, around, arrives);
         }
         emissive + surface.base * (1.0 - surface.passing) * lights.diffuse(p_world, surface.shading, direction, arrives)
     }

@@ -13,8 +13,9 @@ use crate::draw::effects::Strengths;
 use crate::draw::fill::{FillPass, LEVELS, Pyramid};
 use crate::draw::fullscreen::{Binding, EMBEDDED, FullscreenPass, Target, uniform};
 use crate::draw::held_pass::HeldPass;
+use crate::draw::impostors::Impostors;
 use crate::draw::layers::{LayersPass, Over, Seen};
-use crate::draw::light::LightPass;
+use crate::draw::light::{LightPass, Lighten};
 use crate::draw::lit::Lit;
 use crate::draw::occlusion::{self, OcclusionRenderer};
 use crate::draw::parts::PartsPass;
@@ -247,14 +248,18 @@ impl FrameRenderer {
             lights: self.shadows.as_ref().and_then(ShadowRenderer::shares),
             strengths: options.strengths,
         };
+        let reflected = Reflected::of(shown);
         // What is beside the largest part of a pixel gets that part's shares of light; the largest comes last, and stays.
         for part in (0..parts.max(1)).rev() {
             if parts > 1 {
                 at_rest.encode(encoder, &targets.gbuffer, part);
             }
             let surfaces = (&targets.gbuffer, shares);
-            self.light.encode(encoder, surfaces, held, (&drawn, is_at_rest), options.exposure, &targets.lit);
-            reflect(&self.gpu, &mut self.reflect, encoder, shown, &drawn, &targets, options);
+            let rays_of_mirrors = reflected.as_ref().is_some_and(|reflected| reflected.reflectors.rough);
+            let how = Lighten { camera: &drawn, at_rest: is_at_rest, exposure: options.exposure, rays_of_mirrors };
+            self.light.encode(encoder, surfaces, held, how, &targets.lit);
+            let reflecting = (&self.gpu, &mut self.reflect);
+            reflect(reflecting, encoder, shown, reflected.as_ref(), &drawn, &targets, options);
             if parts > 0 {
                 let through = self.through.as_ref().filter(|_| is_through);
                 let over = through.and_then(|through| through.over(encoder, &of_layers, Some(&targets.gbuffer)));
@@ -411,34 +416,41 @@ fn present_bindings() -> Vec<Binding> {
     bindings
 }
 
-/// Draws nothing, and makes nothing, where there are no impostors or no material reflects.
+/// What is reflected, and by what.
+struct Reflected<'a> {
+    impostors: &'a Impostors,
+    reflectors: Reflectors,
+}
+
+impl<'a> Reflected<'a> {
+    /// `None` where there are no impostors or no material reflects.
+    fn of(Shown { held, impostors, .. }: Shown<'a>) -> Option<Reflected<'a>> {
+        let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some())?;
+        let under_sky = held.sky.is_some() && held.lighting.as_ref().is_some_and(|lighting| lighting.sky > 0.0);
+        Some(Reflected { impostors, reflectors: Reflectors::among(&held.materials, under_sky)? })
+    }
+}
+
+/// Draws nothing, and makes nothing, where nothing is reflected.
 fn reflect(
-    gpu: &Gpu,
-    pass: &mut Option<ReflectPass>,
+    (gpu, pass): (&Gpu, &mut Option<ReflectPass>),
     encoder: &mut wgpu::CommandEncoder,
-    Shown { surfaces, held, impostors, .. }: Shown<'_>,
+    Shown { surfaces, held, .. }: Shown<'_>,
+    reflected: Option<&Reflected<'_>>,
     camera: &Pinhole,
-    targets: &Targets,
+    Targets { gbuffer, lit, .. }: &Targets,
     Options { reflect: settings, exposure, .. }: Options,
 ) {
-    let impostors = impostors.filter(|impostors| impostors.reflected().next().is_some());
-    let (Some(impostors), Some(reflectors)) = (impostors, Reflectors::among(&held.materials)) else {
+    let Some(&Reflected { impostors, reflectors }) = reflected else {
         if let Some(pass) = pass {
             pass.rest();
         }
         return;
     };
     let pass = pass.get_or_insert_with(|| ReflectPass::new(gpu).expect(EMBEDDED));
-    let inputs = ReflectInputs {
-        gbuffer: &targets.gbuffer,
-        held,
-        poses_now: surfaces.poses_now(),
-        camera,
-        exposure,
-        impostors,
-        settings,
-    };
-    pass.encode(encoder, &inputs, reflectors, &targets.lit).expect(EMBEDDED);
+    let poses_now = surfaces.poses_now();
+    let inputs = ReflectInputs { gbuffer, held, poses_now, camera, exposure, impostors, settings };
+    pass.encode(encoder, &inputs, reflectors, lit).expect(EMBEDDED);
 }
 
 /// The camera that is drawn for a picture of several samples a pixel.

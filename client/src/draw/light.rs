@@ -54,6 +54,19 @@ impl ByLook {
     }
 }
 
+/// How surfaces are lit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lighten<'a> {
+    pub camera: &'a Pinhole,
+    /// What was captured by this very camera has the side's normal that the camera sees, however it is bent; elsewhere surfaces of two sides are
+    /// turned towards the eye.
+    pub at_rest: bool,
+    /// What all light is multiplied by before it is shown.
+    pub exposure: f32,
+    /// Whether rays will bring what rough mirrors show.
+    pub rays_of_mirrors: bool,
+}
+
 impl LightPass {
     pub(crate) fn new(gpu: &Gpu) -> LightPass {
         let shares = [Binding::FloatTexture; 2];
@@ -69,15 +82,13 @@ impl LightPass {
         }
     }
 
-    /// Light arrives by its shares where these say so. What was captured by this very camera, `at_rest`, has the side's normal that the camera sees,
-    /// however it is bent; elsewhere surfaces of two sides are turned towards the eye.
+    /// Light arrives by its shares where these say so.
     pub(crate) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         (gbuffer, shares): (&GBuffer, Shares<'_>),
         held: &Held,
-        (camera, at_rest): (&Pinhole, bool),
-        exposure: f32,
+        Lighten { camera, at_rest, exposure, rays_of_mirrors }: Lighten<'_>,
         lit: &Lit,
     ) {
         let eye_world = camera.world_from_eye.translation;
@@ -93,7 +104,12 @@ impl LightPass {
                 lighting.lights[light].shadow = 1 + channel;
             }
         }
-        let sources = self.sources((held, camera), &lighting, at_rest);
+        let table = if rays_of_mirrors { MaterialUniform::table_with_rays } else { MaterialUniform::table };
+        let mut table = table(&held.materials);
+        if at_rest {
+            table.iter_mut().for_each(|material| material.flags &= !MaterialUniform::DOUBLE_SIDED);
+        }
+        let sources = self.sources((held, camera), &lighting, &table);
         let mut inputs = sources.inputs(gbuffer);
         let mut pass = &mut self.unhidden;
         if is_occluded {
@@ -116,20 +132,21 @@ impl LightPass {
         lit: &LitLayer,
     ) {
         let lighting = lighting_of(held, camera.world_from_eye.translation, exposure);
-        let sources = self.sources((held, camera), &lighting, false);
+        let sources = self.sources((held, camera), &lighting, &MaterialUniform::table(&held.materials));
         let targets = [&lit.lit.colour.view, &lit.lit.w.view, &lit.through.view];
         self.layer.of(&self.gpu, &lighting).encode(encoder, &sources.inputs(gbuffer), &targets);
     }
 
-    fn sources(&mut self, (held, camera): (&Held, &Pinhole), lighting: &LightingUniform, at_rest: bool) -> Sources {
+    fn sources(
+        &mut self,
+        (held, camera): (&Held, &Pinhole),
+        lighting: &LightingUniform,
+        table: &[MaterialUniform],
+    ) -> Sources {
         let eye_world = camera.world_from_eye.translation;
         let camera = uniform(&self.gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world)));
         let lighting = uniform(&self.gpu, "lighting", bytemuck::bytes_of(lighting));
-        let mut table = MaterialUniform::table(&held.materials);
-        if at_rest {
-            table.iter_mut().for_each(|material| material.flags &= !MaterialUniform::DOUBLE_SIDED);
-        }
-        let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(&table));
+        let materials = uniform(&self.gpu, "materials", bytemuck::cast_slice(table));
         let sky = self.sky.of(&self.gpu, held.sky.as_ref());
         Sources { camera, lighting, materials, sky }
     }

@@ -81,8 +81,10 @@ const REFLECTING: &[Entry] = &[
     ("lake", "lake-moving", lake::build),
 ];
 
+const ROUGH: &[Entry] = &[("rough-teapots", "rough-teapots-moving", reflecting::rough)];
+
 fn all() -> impl Iterator<Item = &'static Entry> {
-    SCENES.iter().chain(STIFF).chain(SIMPLE).chain(BLENDED).chain(REFLECTING)
+    SCENES.iter().chain(STIFF).chain(SIMPLE).chain(BLENDED).chain(REFLECTING).chain(ROUGH)
 }
 
 /// Names of the scenes, still ones and their moving variants.
@@ -116,12 +118,18 @@ pub fn reflecting() -> impl Iterator<Item = &'static str> {
     REFLECTING.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
-/// 60 poses, ten a second, that see the reflector of a scene of [`reflecting()`]; `None` for other names. Pose
+/// Names of scenes of rough metals, each still and moving, in which the full look shows what is near as a blur: a pot and a tray.
+pub fn rough() -> impl Iterator<Item = &'static str> {
+    ROUGH.iter().flat_map(|&(still, moving, _)| [still, moving])
+}
+
+/// 60 poses, ten a second, that see the reflector of a scene of [`reflecting()`] or [`rough()`]; `None` for other names. Pose
 /// `k` belongs to the scene at `k / 10` seconds. Eyes go 60 degrees around a pot on a table; in the maze they follow
 /// the mirror as it rolls, or come nearer where it stands. What [`load_with`] names has the path of the scene that it is made from.
 pub fn reflection_path(name: &str) -> Option<Trace> {
     match name.split_once('+').map_or(name, |(scene, _)| scene) {
         "mirror-teapots" | "mirror-teapots-moving" => Some(reflecting::path(reflecting::MIRROR_WORLD, 0.25)),
+        "rough-teapots" | "rough-teapots-moving" => Some(reflecting::path(reflecting::MIRROR_WORLD, 0.25)),
         "glass-teapots" | "glass-teapots-moving" => Some(reflecting::path(reflecting::GLASS_WORLD, 0.1)),
         "mirror-maze" => Some(mirror_maze::path(false)),
         "mirror-maze-moving" => Some(mirror_maze::path(true)),

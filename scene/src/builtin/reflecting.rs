@@ -54,6 +54,27 @@ pub(super) fn pair() -> Kit {
     kit
 }
 
+/// A pot of brushed metal and a glazed one on a tray of duller metal: what is near shows in both as a blur, the sharper the nearer.
+pub(super) fn rough() -> Kit {
+    let mut kit = stage();
+    let metal = |kit: &mut Kit, name: &str, roughness: f32, colour: [f32; 3]| {
+        kit.material(Material { metallic: 1.0, roughness, double_sided: true, ..toned(name, colour) })
+    };
+    let steel = metal(&mut kit, "brushed steel", 0.2, [0.78, 0.76, 0.72]);
+    let brass = metal(&mut kit, "dull brass", 0.35, [0.86, 0.68, 0.4]);
+    let tray = (CLOTH_M as f32, CLOTH_M as f32 + 0.006);
+    let mut slab = Mesher::new();
+    slab.cuboid(vec3(-0.45, tray.0, -0.19), vec3(0.25, tray.1, 0.25));
+    let slab = kit.mesh(slab, brass);
+    kit.place("rough tray", slab, DAffine3::IDENTITY);
+    let on_tray = DVec3::Y * f64::from(tray.1);
+    let pot = kit.mesh(pot(Vec3::ONE), steel);
+    let place = MIRROR_WORLD.with_y(0.0) + on_tray;
+    kit.place("rough teapot", pot, DAffine3::from_translation(place) * DAffine3::from_rotation_y(4.0));
+    glazed_pot(&mut kit, 0.7, move |share| on_tray + dvec3(0.12, 0.0, 0.05 + 0.06 * (TAU * share).sin()));
+    kit
+}
+
 /// 0.26 m high, closed.
 fn vase() -> Mesher {
     const RINGS: usize = 40;

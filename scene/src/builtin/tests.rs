@@ -33,7 +33,7 @@ fn triangle_counts_are_near_the_papers() {
 
 #[test]
 fn scenes_are_well_formed() {
-    for name in names().chain(simple()).chain(blended()).chain(reflecting()) {
+    for name in names().chain(simple()).chain(blended()).chain(reflecting()).chain(rough()) {
         let scene = loaded(name);
         println!("{name}: {} objects, {} meshes, {:?}", scene.instances.len(), scene.meshes.len(), scene.bounds);
         assert!(scene.instances.len() < 2000, "{name}: {} objects", scene.instances.len());

@@ -29,7 +29,7 @@ pub(super) fn best<E>(
 ) -> Result<Option<Choice>, E> {
     let Some(probes) = Probes::new(reflector, eye_world, draw)? else { return Ok(None) };
     let mut trial = Trial { reflector, probes, eye_world, drawn: Vec::new() };
-    let mut near = reflector.near_objects();
+    let mut near = reflector.near_objects(eye_world);
     // Only off an image of its own does a ray go on from another mirror.
     let mirrors = near.iter().filter(|&&object| reflector.is_mirror(object)).map(|&object| (object, OwnImage::Plain));
     let least = Choice { own: mirrors.collect(), ..Choice::default() };

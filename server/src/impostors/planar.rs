@@ -5,7 +5,7 @@
 //! side. The mirror itself is left out. Faces of a cube along the plane's normal, with the near plane at the eye's distance from the mirror, begin
 //! at the mirror: what stands over the plane is never nearer along the axis of the face that it falls in. The face behind the mirror is left out.
 
-use camera::{Camera, Pinhole, Rigid};
+use camera::{Bounds, Camera, Pinhole, Rigid};
 use glam::{DMat3, DQuat, DVec3};
 
 /// A right angle has half as many pixels on each side of the middle: 256 a unit of the tangent, about as a view of 600 lines at 100 degrees has.
@@ -21,6 +21,13 @@ pub(super) struct Plane {
 impl Plane {
     fn height_m(&self, p_world: DVec3) -> f64 {
         (p_world - self.point_world).dot(self.normal_world)
+    }
+
+    /// Whether a part of a box is on the side of the plane that a viewer is on.
+    pub fn is_before(&self, bounds: &Bounds, viewer_world: DVec3) -> bool {
+        let side = self.height_m(viewer_world).signum();
+        let (middle, half) = (bounds.middle(), (bounds.max - bounds.min) / 2.0);
+        side * self.height_m(middle) + half.dot(self.normal_world.abs()) > 0.0
     }
 
     /// Where a point seems to be in the mirror, and how far it is from it, metres.

@@ -11,9 +11,10 @@ use glam::{DVec3, Vec3};
 use impostor::{Hit, Impostor, Method, Ray, Side, Steps};
 use protocol::codec::{Coding, encode_patch};
 use protocol::held::{Patch, PatchId};
-use protocol::{DepthImage, Effect, Purpose};
+use protocol::{DepthImage, Purpose};
 use rayon::prelude::*;
 
+use super::group::Shows;
 use super::reflector::Reflector;
 use super::relief::picture::impostor;
 use super::wanted::{Drawn, Shot, Wanted};
@@ -218,7 +219,7 @@ fn starts<E>(
     let Some(surface) = draw(&Shot { camera: &camera, drawn: &drawn, faces: Faces::Front, is_tinted: true })? else {
         return Ok(None);
     };
-    let inside = match reflector.inside(eye_world).filter(|_| reflector.effect == Effect::Glass) {
+    let inside = match reflector.inside(eye_world).filter(|_| reflector.shows == Shows::Glass) {
         Some(inside) => draw(&inside.shot())?.map(|image| Picture::of(image, inside.purpose)),
         None => None,
     };
@@ -229,10 +230,10 @@ fn starts<E>(
         let point = camera.world_from_image(ImagePoint { u: f64::from(x) + 0.5, v: f64::from(y) + 0.5, w });
         let along = (point - eye_world).normalize_or_zero();
         let normal = facing(surface.normal_at(index), along);
-        match (reflector.effect, &inside) {
-            (Effect::Mirror, _) => Some((point, along.reflect(normal))),
-            (Effect::Glass, Some(inside)) => through(inside, reflector.ior(), (point, along, normal)),
-            (Effect::Glass, None) => None,
+        match (reflector.shows, &inside) {
+            (Shows::Mirror | Shows::RoughMirror, _) => Some((point, along.reflect(normal))),
+            (Shows::Glass, Some(inside)) => through(inside, reflector.ior(), (point, along, normal)),
+            (Shows::Glass, None) => None,
         }
     });
     Ok(Some(starts.collect()))

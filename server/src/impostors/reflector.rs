@@ -9,10 +9,10 @@ use protocol::{Effect, Material, Purpose};
 use scene::{Scene, Snapshot};
 
 use super::choice::{Choice, OwnImage, Rule};
-use super::group::Ball;
+use super::group::{Ball, Shows};
 use super::planar::Plane;
 use super::wanted::{Basis, Drawn, Key, Wanted};
-use crate::render::Faces;
+use crate::render::{Faces, on_the_whole};
 
 /// Objects that seem smaller than this from a reflector are left to the image of its surroundings: a face of that has 128 pixels for
 /// 90 degrees, so eight pixels for such an object.
@@ -31,10 +31,12 @@ const PLACE_SHARE: f64 = 0.5;
 /// A reflector at a time.
 pub(super) struct Reflector<'a> {
     pub id: u16,
-    pub effect: Effect,
+    pub shows: Shows,
     pub ball: Ball,
     /// Those that share its images, itself included.
     pub members: Vec<u16>,
+    /// By material.
+    pub all_show: &'a [Option<Shows>],
     pub scene: &'a Scene,
     pub snapshot: &'a Snapshot,
     /// Of all objects.
@@ -42,8 +44,14 @@ pub(super) struct Reflector<'a> {
 }
 
 impl Reflector<'_> {
-    /// What serves it by a rule. `corridors` is only called where views may bend.
-    pub fn by_rule(&self, rule: Rule, corridors: impl FnOnce() -> Option<Arc<CorridorMap>>) -> Choice {
+    /// What serves it by a rule; a blur needs no more than plain images. `corridors` is only called where views may bend.
+    pub fn by_rule(
+        &self,
+        rule: Rule,
+        eye_world: DVec3,
+        corridors: impl FnOnce() -> Option<Arc<CorridorMap>>,
+    ) -> Choice {
+        let rule = if self.is_rough() { Rule::Plain } else { rule };
         let image = |object: u16| match rule {
             Rule::Around | Rule::Bent => None,
             Rule::Plain => Some((object, OwnImage::Plain)),
@@ -53,9 +61,26 @@ impl Reflector<'_> {
         let corridors = if bends { corridors() } else { None };
         let from_mirrored_eye = bends && self.plane().is_some();
         // What a flat mirror shows is all seen from one place.
-        let near = if from_mirrored_eye { Vec::new() } else { self.near_objects() };
+        let near = if from_mirrored_eye { Vec::new() } else { self.near_objects(eye_world) };
         let own = near.into_iter().filter_map(image).collect();
         Choice { own, from_mirrored_eye, corridors, found: String::new() }
+    }
+
+    /// Whether it shows others as a blur.
+    pub fn is_rough(&self) -> bool {
+        self.shows == Shows::RoughMirror
+    }
+
+    /// From where objects near it are taken. Rays leave a reflector from all of its surface: its middle stands for them. What lies on a flat rough
+    /// mirror is seen in it as from the eye's mirror image.
+    fn object_eye_world(&self, viewer_world: DVec3) -> DVec3 {
+        let plane = self.plane().filter(|_| self.is_rough());
+        plane.map_or(self.ball.centre, |plane| plane.mirrored(viewer_world).0)
+    }
+
+    /// The sides of images of objects and of what is around, in pixels: of what is shown as a blur, a quarter of the pixels.
+    fn sides_px(&self) -> (u32, u32) {
+        if self.is_rough() { (OBJECT_PX / 2, FACE_PX / 2) } else { (OBJECT_PX, FACE_PX) }
     }
 
     /// The image that holds the most of an object.
@@ -67,7 +92,7 @@ impl Reflector<'_> {
     pub fn images(&self, choice: &Choice, eye_world: DVec3) -> (Vec<Wanted>, Vec<String>) {
         let (mut wanted, mut parts, mut shown) = (Vec::new(), Vec::new(), Vec::new());
         for &(object, image) in &choice.own {
-            let Some(camera) = self.object_camera(object, image) else { continue };
+            let Some(camera) = self.object_camera(object, image, eye_world) else { continue };
             let kind = match image {
                 OwnImage::PastSilhouette => "an image past the silhouette",
                 OwnImage::Plain if self.is_flat(object) => "a billboard",
@@ -87,7 +112,7 @@ impl Reflector<'_> {
             parts.push(format!("{} images of what is around{bent}{from}", around.len()));
             wanted.extend(around);
         }
-        if self.effect == Effect::Glass
+        if self.shows == Shows::Glass
             && let Some(inside) = self.inside(eye_world)
         {
             parts.push("its inside".to_owned());
@@ -145,7 +170,7 @@ impl Reflector<'_> {
         let [low, high] = mesh.bounds.map(|corner| glam::Vec3::from(corner).as_dvec3());
         let sides = high - low;
         let middle = sides.element_sum() - sides.min_element() - sides.max_element();
-        let is_flat = self.effect == Effect::Mirror && sides.min_element() < FLAT * middle;
+        let is_flat = self.shows != Shows::Glass && sides.min_element() < FLAT * middle;
         let axis = DVec3::AXES[sides.min_position()];
         let normal_world = (world_from_mesh.matrix3.inverse().transpose() * axis).try_normalize()?;
         is_flat.then_some(Plane { point_world: self.ball.centre, normal_world })
@@ -173,19 +198,24 @@ impl Reflector<'_> {
         [x, back, (None, DVec3::Y), (None, DVec3::NEG_Y), z, forth].map(|(heading, forward)| {
             let world_from_eye = Rigid::look_along(self.ball.centre, forward);
             // A pixel more than a right angle on each side, so that faces overlap instead of leaving a seam.
-            let half = f64::from(FACE_PX) / 2.0;
+            let side_px = self.sides_px().1;
+            let half = f64::from(side_px) / 2.0;
             let fov_rad = 2.0 * (half / (half - 1.0)).atan();
-            (heading, Pinhole::symmetric(world_from_eye, (FACE_PX, FACE_PX), fov_rad, near_m))
+            (heading, Pinhole::symmetric(world_from_eye, (side_px, side_px), fov_rad, near_m))
         })
     }
 
-    /// What seems large from here, largest first, seen from outside of it.
-    pub fn near_objects(&self) -> Vec<u16> {
+    /// What seems large from where images of objects are taken, largest first, seen from outside of it; before a flat rough mirror, what reaches to the
+    /// viewer's side of it.
+    pub fn near_objects(&self, viewer_world: DVec3) -> Vec<u16> {
+        let eye_world = self.object_eye_world(viewer_world);
+        let plane = self.plane().filter(|_| self.is_rough());
+        let is_before = |bounds: &Bounds| plane.is_none_or(|plane| plane.is_before(bounds, viewer_world));
         let mut near: Vec<(f64, u16)> = Vec::new();
         for (bounds, object) in self.bounds.iter().zip(0_u16..) {
-            let Some(bounds) = bounds.filter(|_| object != self.id) else { continue };
+            let Some(bounds) = bounds.filter(|bounds| object != self.id && is_before(bounds)) else { continue };
             let ball = Ball::around(&bounds);
-            let distance_m = ball.centre.distance(self.ball.centre);
+            let distance_m = ball.centre.distance(eye_world);
             let size_rad = ball.radius_m / distance_m;
             if distance_m > ball.radius_m && size_rad >= LEAST_OBJECT_RAD {
                 near.push((size_rad, object));
@@ -195,20 +225,21 @@ impl Reflector<'_> {
         near.into_iter().take(MAX_OBJECTS).map(|(_, object)| object).collect()
     }
 
-    /// Rays leave a reflector from all of its surface: its middle stands for them.
-    fn object_camera(&self, object: u16, image: OwnImage) -> Option<Camera> {
+    fn object_camera(&self, object: u16, image: OwnImage, viewer_world: DVec3) -> Option<Camera> {
         let bounds = self.bounds[usize::from(object)]?;
         let ring_m = match image {
             OwnImage::Plain => 0.0,
             OwnImage::PastSilhouette => Ball::around(&bounds).radius_m,
         };
-        let spoc = Spoc::around(&bounds, self.ball.centre, (OBJECT_PX, OBJECT_PX), ring_m)?;
+        let (side_px, eye_world) = (self.sides_px().0, self.object_eye_world(viewer_world));
+        let spoc = Spoc::around(&bounds, eye_world, (side_px, side_px), ring_m)?;
         Some(if image == OwnImage::Plain { Camera::Pinhole(spoc.pinhole) } else { Camera::Spoc(spoc) })
     }
 
     /// Whether an object is a mirror itself.
     pub fn is_mirror(&self, object: u16) -> bool {
-        effect_of_mesh(self.scene, self.scene.instances[usize::from(object)].mesh) == Some(Effect::Mirror)
+        let mesh = self.scene.instances[usize::from(object)].mesh;
+        shown_by_mesh(self.scene, self.all_show, mesh) == Some(Shows::Mirror)
     }
 
     fn is_flat(&self, object: u16) -> bool {
@@ -253,10 +284,22 @@ fn turned_back(world_from_object: &DAffine3, offset_world: DVec3) -> DVec3 {
     turned.normalize_or_zero() * offset_world.length()
 }
 
-/// What a mesh shows of others.
-pub(super) fn effect_of_mesh(scene: &Scene, mesh: u32) -> Option<Effect> {
-    let material = scene.materials.get(scene.meshes.get(mesh as usize)?.material as usize)?;
-    let (metallic, roughness) = (material.metallic, material.roughness);
-    Material { metallic, roughness, transmission: material.transmission, thin: material.thin, ..Material::default() }
-        .effect()
+/// What each material of a scene shows of others; under a sky, rough metals do too.
+pub(super) fn shows(scene: &Scene, under_sky: bool) -> Vec<Option<Shows>> {
+    let shown = |material: &scene::Material| {
+        let (metallic, roughness) = (material.metallic, material.roughness);
+        let (transmission, thin) = (material.transmission, material.thin);
+        match (Material { metallic, roughness, transmission, thin, ..Material::default() }).effect() {
+            Some(Effect::Mirror) => Some(Shows::Mirror),
+            Some(Effect::Glass) => Some(Shows::Glass),
+            None if under_sky && on_the_whole(material, &scene.textures).is_rough_mirror() => Some(Shows::RoughMirror),
+            None => None,
+        }
+    };
+    scene.materials.iter().map(shown).collect()
+}
+
+/// What a mesh shows of others, by what each material does.
+pub(super) fn shown_by_mesh(scene: &Scene, shows: &[Option<Shows>], mesh: u32) -> Option<Shows> {
+    *shows.get(scene.meshes.get(mesh as usize)?.material as usize)?
 }

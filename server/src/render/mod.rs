@@ -24,6 +24,7 @@ pub use error::RenderError;
 use layers::Layers;
 pub use layers::{Blended, Layer};
 pub use palette::Kinds;
+pub(crate) use palette::on_the_whole;
 use pipelines::Variant;
 pub(crate) use pipelines::{DEPTH_FORMAT, buffer_entry, texture_entry};
 pub use pipelines::{Faces, Layouts, Pass, Pipelines, SceneKind};

@@ -22,6 +22,8 @@ struct Lobes {
     // Linear RGB.
     sheen: vec3f,
     sheen_roughness: f32,
+    // Whether rays bring what it mirrors.
+    by_rays: bool,
 }
 
 // The share of what its base colour lets leave that comes from behind: of a pane, which is no metal.
@@ -42,6 +44,7 @@ fn lobes_of(base: vec3f, material: Material) -> Lobes {
     lobes.coat_roughness = material.clearcoat_roughness;
     lobes.sheen = material.sheen;
     lobes.sheen_roughness = max(material.sheen_roughness, LEAST_SHEEN_ROUGHNESS);
+    lobes.by_rays = (material.flags & MATERIAL_ROUGH_MIRROR) != 0u;
     return lobes;
 }
 
@@ -156,6 +159,13 @@ fn mirrored_share(share: f32, n_v: f32, roughness: f32) -> f32 {
     return saturate(pow(n_v + share, exp2(-16.0 * roughness - 1.0)) - 1.0 + share);
 }
 
+// Of the even light around the mirrored direction, what leaves after one bounce within the surface.
+fn mirrored_once(lobes: Lobes, n_v: f32) -> vec3f {
+    let even = mirrored_even(lobes.roughness, n_v);
+    let once = mix(bounced(lobes.straight, lobes.grazing, even).once, bounced(lobes.metal, 1.0, even).once, lobes.metallic);
+    return once * (1.0 - most_of(lobes.sheen) * fibres_even(lobes.sheen_roughness, n_v)) * (1.0 - lobes.coat * coat_fresnel(n_v));
+}
+
 // What leaves of the sky's light, of which a share arrives. A rough surface mirrors rather what lies around its normal (Lagarde and de Rousiers, 4.9.3).
 fn light_of_sky(lobes: Lobes, normal: vec3f, to_eye: vec3f, share: f32) -> vec3f {
     let n_v = clamp(dot(normal, to_eye), 0.0, 1.0);
@@ -168,7 +178,10 @@ fn light_of_sky(lobes: Lobes, normal: vec3f, to_eye: vec3f, share: f32) -> vec3f
     let once = mix(dielectric.once, metal.once, lobes.metallic);
     let scattered = dielectric.again + lobes.diffuse * (1.0 - most_of(dielectric.once + dielectric.again));
     let even = share * sky_diffuse(normal);
-    let mirrored = mirrored_share(share, n_v, lobes.roughness) * sky_mirrored(way, lobes.roughness);
+    var mirrored = mirrored_share(share, n_v, lobes.roughness) * sky_mirrored(way, lobes.roughness);
+    if lobes.by_rays {
+        mirrored = vec3f(0.0);
+    }
     var leaving = once * mirrored + mix(scattered, metal.again, lobes.metallic) * even;
     if any(lobes.sheen > vec3f(0.0)) {
         let by_fibres = fibres_even(lobes.sheen_roughness, n_v);

@@ -13,6 +13,8 @@ const SKY_HARMONICS: u32 = 9u;
 const MATERIAL_UNLIT: u32 = 1u;
 const MATERIAL_DOUBLE_SIDED: u32 = 2u;
 const MATERIAL_THIN: u32 = 4u;
+// Rays bring what it mirrors.
+const MATERIAL_ROUGH_MIRROR: u32 = 8u;
 
 struct Light {
     // Relative to the output eye; unused by a directional light.

@@ -19,6 +19,25 @@ pub(super) use shaded::Shaded;
 /// Directions of a lobe: with twice as many, pictures of the tests differ by less than a step of 8 bits.
 const DIRECTIONS: u32 = 512;
 
+/// The same of a rough mirror, along each of which a ray is followed.
+const NEAR_DIRECTIONS: u32 = 128;
+/// The same of what these rays meet: that many times as many are averaged.
+const FEW_DIRECTIONS: u32 = 32;
+
+/// What arrives from a direction of what is near; `None` of the sky.
+pub(super) type Near<'a> = &'a dyn Fn(DVec3) -> Option<DVec3>;
+
+/// How a surface is lit from all around.
+#[derive(Clone, Copy)]
+pub(super) enum Around<'a> {
+    /// By the sky alone.
+    Sky,
+    /// The same, by fewer directions.
+    FewOfSky,
+    /// By the sky, in whose place the mirrored lobe shows what is near.
+    Near(Near<'a>),
+}
+
 /// Interpolated normals lean away from the eye at outlines. A surface counts as seen from this cosine at least: 0.06 degrees above it, where facets
 /// as rough as squares of roughness of 1e-4 still send light back.
 const LEAST_COSINE: f64 = 1e-3;
@@ -30,13 +49,16 @@ pub(super) struct FullSky {
     strength: f64,
     /// Evenly strewn over the unit square.
     points: Vec<DVec2>,
+    near_points: Vec<DVec2>,
+    few_points: Vec<DVec2>,
     albedo: Albedo,
 }
 
 impl FullSky {
     pub fn new(environment: &Environment, strength: f64) -> FullSky {
-        let points = (0..DIRECTIONS).map(|index| hammersley(index, DIRECTIONS)).collect();
-        FullSky { environment: environment.clone(), strength, points, albedo: Albedo::new() }
+        let [points, near_points, few_points] = [DIRECTIONS, NEAR_DIRECTIONS, FEW_DIRECTIONS]
+            .map(|count| (0..count).map(|index| hammersley(index, count)).collect());
+        FullSky { environment: environment.clone(), strength, points, near_points, few_points, albedo: Albedo::new() }
     }
 
     fn radiance(&self, direction: DVec3) -> DVec3 {
@@ -44,17 +66,29 @@ impl FullSky {
     }
 
     /// What a surface sends back towards the eye of the light from all around; both directions of unit length.
-    pub fn leaving(&self, surface: &Shaded, normal: DVec3, to_eye: DVec3) -> DVec3 {
+    pub fn leaving(&self, surface: &Shaded, normal: DVec3, to_eye: DVec3, around: Around<'_>) -> DVec3 {
         let world_from_local = frame(normal);
         let mut eye = world_from_local.transpose() * to_eye;
         eye.z = eye.z.max(LEAST_COSINE);
         let eye = eye.normalize();
         let from = |local: DVec3| self.radiance(world_from_local * local);
-        let count = self.points.len() as f64;
-        let share = mirrored_share(surface.occlusion, eye.z, surface.roughness);
+        let points = match around {
+            Around::Sky => &self.points,
+            Around::FewOfSky => &self.few_points,
+            Around::Near(_) => &self.near_points,
+        };
+        // Few directions of their own for each eye: a bright lamp that some miss is a matter of chance, which means out.
+        let shift = if matches!(around, Around::FewOfSky) { scattered_point(to_eye) } else { DVec2::ZERO };
+        let points: Vec<DVec2> = points.iter().map(|&point| (point + shift).fract()).collect();
+        let count = points.len() as f64;
+        // What is near hides what a texture of occlusion stands for.
+        let (share, near): (f64, Near<'_>) = match around {
+            Around::Near(near) => (1.0, near),
+            Around::Sky | Around::FewOfSky => (mirrored_share(surface.occlusion, eye.z, surface.roughness), &|_| None),
+        };
         let mut scattered = DVec3::ZERO;
         let mut by_fibres = DVec3::ZERO;
-        for &point in &self.points {
+        for &point in &points {
             let light = lobes::cosine_direction(point);
             let pair = Pair::new(eye, light);
             let radiance = from(light);
@@ -64,21 +98,23 @@ impl FullSky {
                     surface.sheen * (lobes::fibres(surface.sheen_roughness, &pair) * std::f64::consts::PI) * radiance;
             }
         }
-        let mirrored = |roughness: f64, fresnel: &dyn Fn(f64) -> DVec3| {
+        let mirrored = |roughness: f64, fresnel: &dyn Fn(f64) -> DVec3, near: Near<'_>| {
+            let arriving = |light: DVec3| near(world_from_local * light).unwrap_or_else(|| from(light));
             let of = |&point: &DVec2| {
-                lobes::facet_direction(roughness, eye, point)
-                    .map_or(DVec3::ZERO, |(light, weight)| fresnel(Pair::new(eye, light).l_h) * weight * from(light))
+                lobes::facet_direction(roughness, eye, point).map_or(DVec3::ZERO, |(light, weight)| {
+                    fresnel(Pair::new(eye, light).l_h) * weight * arriving(light)
+                })
             };
-            self.points.iter().map(of).sum::<DVec3>() / count
+            points.iter().map(of).sum::<DVec3>() / count
         };
-        let mut leaving =
-            scattered / count * surface.occlusion + mirrored(surface.roughness, &|l_h| surface.fresnel(l_h)) * share;
+        let of_lobe = mirrored(surface.roughness, &|l_h| surface.fresnel(l_h), near);
+        let mut leaving = scattered / count * surface.occlusion + of_lobe * share;
         if surface.sheen != DVec3::ZERO {
             leaving *= 1.0 - surface.sheen.max_element() * self.albedo.fibres(surface.sheen_roughness, eye.z);
             leaving += by_fibres / count * surface.occlusion;
         }
         if surface.coat > 0.0 {
-            let coat = mirrored(surface.coat_roughness, &|l_h| DVec3::splat(shaded::coat_fresnel(l_h)));
+            let coat = mirrored(surface.coat_roughness, &|l_h| DVec3::splat(shaded::coat_fresnel(l_h)), &|_| None);
             leaving =
                 leaving * (1.0 - surface.coat * shaded::coat_fresnel(eye.z)) + coat * surface.coat * surface.occlusion;
         }
@@ -107,6 +143,18 @@ impl FullSky {
         }
         leaving
     }
+}
+
+/// A point of the unit square for a direction, next to another one for the next direction (Steele and others, *Fast splittable pseudorandom number
+/// generators*, 2014).
+fn scattered_point(direction: DVec3) -> DVec2 {
+    let mix = |mut bits: u64| {
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        bits ^ (bits >> 31)
+    };
+    let bits = direction.to_array().iter().fold(0, |bits, value| mix(bits ^ value.to_bits()));
+    DVec2::new((bits >> 32) as f64, (bits & 0xffff_ffff) as f64) / 2f64.powi(32)
 }
 
 /// World axes of a frame whose z is the normal (Duff and others, *Building an orthonormal basis, revisited*, 2017).

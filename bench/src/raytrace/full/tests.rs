@@ -32,7 +32,7 @@ fn a_white_metal_in_a_white_room_is_white() {
     for roughness in [0.0, 0.2, 0.5, 0.8, 1.0] {
         for tilt in [0.0_f64, 0.5, 1.0, 1.4] {
             let to_eye = DVec3::new(tilt.sin(), 0.0, tilt.cos());
-            let light = sky.leaving(&surface(1.0, roughness), DVec3::Z, to_eye);
+            let light = sky.leaving(&surface(1.0, roughness), DVec3::Z, to_eye, Around::Sky);
             // What several facets send back makes up for what one loses.
             assert!((light - DVec3::ONE).abs().max_element() < 0.02, "{light} at roughness {roughness}, {tilt} rad");
         }
@@ -44,7 +44,7 @@ fn a_black_dielectric_mirrors_as_fresnel_says() {
     let sky = FullSky::new(&white(), 1.0);
     let black = Shaded { base: DVec3::ZERO, ..surface(0.0, 0.0) };
     for tilt in [0.0_f64, 0.7, 1.2] {
-        let light = sky.leaving(&black, DVec3::Y, DVec3::new(tilt.sin(), tilt.cos(), 0.0));
+        let light = sky.leaving(&black, DVec3::Y, DVec3::new(tilt.sin(), tilt.cos(), 0.0), Around::Sky);
         let wanted = 0.04 + 0.96 * (1.0 - tilt.cos()).powi(5);
         assert!((light.x - wanted).abs() < 1e-6, "{light} for {wanted}");
     }
@@ -95,7 +95,7 @@ fn a_lamp_and_a_small_patch_of_sky_are_one() {
         surface.coat = 0.5;
         surface.coat_roughness = 0.5;
         let (of_sky, of_lamp) =
-            (sky.leaving(&surface, normal, to_eye), sky.of_lamp(&surface, normal, to_eye, to_light));
+            (sky.leaving(&surface, normal, to_eye, Around::Sky), sky.of_lamp(&surface, normal, to_eye, to_light));
         let off = ((of_sky - of_lamp) / of_lamp).abs().max_element();
         assert!(off < 0.03, "{of_sky} of the sky, {of_lamp} of the lamp");
     }

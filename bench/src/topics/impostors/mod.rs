@@ -10,6 +10,7 @@ pub mod occlusion;
 mod output;
 mod reflect;
 mod relief;
+mod rough;
 mod settings;
 mod sizes;
 mod steps;
@@ -77,10 +78,15 @@ fn steady(gpu: &Gpu, scene: Scene, settings: &Settings, report: &mut Report) -> 
     Ok(())
 }
 
-/// Of a scene in which something reflects, what reflections are worth; of another one, ambient occlusion.
+/// Of a scene in which something reflects, what reflections are worth; of one where rough metals do in the full look, what these are; of another one,
+/// ambient occlusion.
 fn scene(gpu: &Gpu, name: &str, settings: &Settings, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let scene = run.load(name).with_context(|| name.to_owned())?;
     let label = scene.name.clone();
+    if Needs::new(&scene).is_nothing() && !Needs::under_sky(&scene).is_nothing() {
+        let walk = reflect::Path::of(&scene, run.read_trace()?, settings.poses);
+        return rough::measure(gpu, &scene, &walk, settings, run, report);
+    }
     if Needs::new(&scene).is_nothing() {
         let is_file = std::path::Path::new(name).exists();
         return steady(gpu, if is_file { ground::grounded(scene) } else { scene }, settings, report);

@@ -6,6 +6,7 @@ use client::draw::occlusion::Occlusion;
 
 use super::reflect::{CANDIDATES, DECIDED, MAPS, METHODS, PINHOLES};
 use super::relief::{self, COUNTS};
+use super::rough;
 use super::steps::FINE_PX;
 use super::times::{IMAGE_PX, OUTPUT_PX, SEARCHES};
 use super::walks;
@@ -77,7 +78,8 @@ fn errors(report: &Report) -> Table {
         "kB",
     ];
     let mut table = Table::new(headings);
-    for row in report.rows.iter().filter(|row| METHODS.iter().any(|method| method.name == row.method)) {
+    let names = || METHODS.iter().map(|method| method.name).chain(rough::METHODS.map(|(name, _)| name));
+    for row in report.rows.iter().filter(|row| names().any(|name| name == row.method)) {
         let figure = |path: &str| cell(row.figure(path));
         table.row([
             row.scene.clone(),

@@ -149,8 +149,9 @@ pub(super) struct Maker {
 
 impl Maker {
     pub fn new(stage: &Stage) -> anyhow::Result<Maker> {
-        let needs = Needs::new(&stage.scene);
-        let planned = Needs::new(&Scene { corridors: None, ..stage.scene.clone() });
+        let of = |scene: &Scene| if stage.sky().is_some() { Needs::under_sky(scene) } else { Needs::new(scene) };
+        let needs = of(&stage.scene);
+        let planned = of(&Scene { corridors: None, ..stage.scene.clone() });
         let none = Choices::default();
         let drawer = ImpostorDrawer::new(&stage.renderer)?;
         Ok(Maker { needs, choices: none.clone(), planned, planned_choices: none, drawer })

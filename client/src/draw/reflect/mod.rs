@@ -168,14 +168,17 @@ pub struct StepSum {
 pub(crate) struct Reflectors {
     pub mirrors: bool,
     pub glass: bool,
+    /// Metals that show what is near as a blur.
+    pub rough: bool,
 }
 
 impl Reflectors {
-    /// `None` where no material is one.
-    pub(crate) fn among(materials: &[Material]) -> Option<Reflectors> {
+    /// `None` where no material is one; rough ones are under a sky alone.
+    pub(crate) fn among(materials: &[Material], under_sky: bool) -> Option<Reflectors> {
         let any = |effect| materials.iter().any(|material| material.effect() == Some(effect));
         let (mirrors, glass) = (any(Effect::Mirror), any(Effect::Glass));
-        (mirrors || glass).then_some(Reflectors { mirrors, glass })
+        let rough = under_sky && materials.iter().any(Material::is_rough_mirror);
+        (mirrors || glass || rough).then_some(Reflectors { mirrors, glass, rough })
     }
 }
 

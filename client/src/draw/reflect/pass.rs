@@ -36,6 +36,8 @@ pub(crate) struct ReflectPass {
     walks: Walks,
     bounce: FullscreenPass,
     gather: FullscreenPass,
+    /// Made when something rough is first reflected.
+    gather_rough: Option<FullscreenPass>,
     edges: FullscreenPass,
     composite: FullscreenPass,
     sky: SkyTexture,
@@ -73,18 +75,28 @@ struct Frame {
     camera: wgpu::Buffer,
     lighting: wgpu::Buffer,
     materials: wgpu::Buffer,
+    /// With the rough mirrors marked that rays leave.
+    leaving_materials: wgpu::Buffer,
     sky: TextureView,
 }
 
 impl Frame {
-    fn new(gpu: &Gpu, held: &Held, (camera, exposure): (&Pinhole, f32), sky: &mut SkyTexture) -> Frame {
+    fn new(
+        gpu: &Gpu,
+        held: &Held,
+        (camera, exposure): (&Pinhole, f32),
+        reflectors: Reflectors,
+        sky: &mut SkyTexture,
+    ) -> Frame {
+        let leaving = if reflectors.rough { MaterialUniform::table_with_rays } else { MaterialUniform::table };
         let eye_world = camera.world_from_eye.translation;
         let lighting = lighting_of(held, eye_world, exposure);
-        let table = MaterialUniform::table(&held.materials);
+        let table = |table: &[MaterialUniform]| uniform(gpu, "materials", bytemuck::cast_slice(table));
         Frame {
             camera: uniform(gpu, "camera", bytemuck::bytes_of(&PinholeUniform::new(camera, eye_world))),
             lighting: uniform(gpu, "lighting", bytemuck::bytes_of(&lighting)),
-            materials: uniform(gpu, "materials", bytemuck::cast_slice(&table)),
+            materials: table(&MaterialUniform::table(&held.materials)),
+            leaving_materials: table(&leaving(&held.materials)),
             sky: sky.of(gpu, held.sky.as_ref()),
         }
     }
@@ -109,6 +121,7 @@ impl ReflectPass {
             walks: Walks::new(gpu)?,
             bounce: pass("client/reflect/bounce.wgsl", "bounce", &of_bounce)?,
             gather: FullscreenPass::onto(Onto::Sum, gpu, gather, &[UintTexture, UintTexture, Uniform], &[SUM])?,
+            gather_rough: None,
             edges: of_sum(Onto::Nothing, "edges", EDGES)?,
             composite: of_sum(Onto::Picture, "composite", Lit::COLOUR)?,
             sky: SkyTexture::default(),
@@ -167,7 +180,7 @@ impl ReflectPass {
         targets: &Targets,
         lit: &Lit,
     ) -> Result<(), ShaderError> {
-        let frame = Frame::new(&self.gpu, inputs.held, (inputs.camera, inputs.exposure), &mut self.sky);
+        let frame = Frame::new(&self.gpu, inputs.held, (inputs.camera, inputs.exposure), reflectors, &mut self.sky);
         targets.walks.begin(encoder);
         let sum = BindingResource::TextureView(&targets.sum.view);
         let rays = match inputs.settings.edges {
@@ -181,11 +194,38 @@ impl ReflectPass {
             }
             self.encode_rays(encoder, inputs, &frame, targets, offset_px, index > 0);
             let last = self.follow(encoder, inputs, reflectors, &frame, targets, index == 0)?;
+            if index == 0 && reflectors.rough {
+                self.gather_rough(encoder, (inputs, &frame), targets.rays(last), lit, &targets.sum.view)?;
+                continue;
+            }
             let mut gather = begin(encoder, "gather", index == 0, &[&targets.sum.view], None);
             let [first, second] = targets.rays(last).map(BindingResource::TextureView);
             self.gather.draw(&mut gather, &[first, second, frame.lighting.as_entire_binding()]);
         }
         self.composite.encode(encoder, &[sum], &[&lit.colour.view]);
+        Ok(())
+    }
+
+    /// Begins the sum with what the first rays of pixels have brought, some of which left what is rough: that goes over `lit`.
+    fn gather_rough(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        (inputs, frame): (&ReflectInputs<'_>, &Frame),
+        [first, second]: [&TextureView; 2],
+        lit: &Lit,
+        sum: &TextureView,
+    ) -> Result<(), ShaderError> {
+        let pass = match self.gather_rough.take() {
+            Some(pass) => pass,
+            None => rough_pass(&self.gpu)?,
+        };
+        let views = &inputs.gbuffer.views;
+        let rays = [first, second].map(BindingResource::TextureView);
+        let buffers = [&frame.lighting, &frame.camera, &frame.materials].map(wgpu::Buffer::as_entire_binding);
+        let surfaces = [&views.colour, &views.normal_ids, &lit.colour.view].map(BindingResource::TextureView);
+        let resources: Vec<_> = rays.into_iter().chain(buffers).chain(surfaces).collect();
+        pass.draw(&mut begin(encoder, "gather", true, &[sum], None), &resources);
+        self.gather_rough = Some(pass);
         Ok(())
     }
 
@@ -206,7 +246,9 @@ impl ReflectPass {
                 // What is found inside in the last round changes nothing any more.
                 ImpostorKind::Inside(_) => reflectors.glass && !is_last,
                 // Without mirrors all rays begin inside.
-                ImpostorKind::Object(_) | ImpostorKind::Environment => reflectors.mirrors || round > 0,
+                ImpostorKind::Object(_) | ImpostorKind::Environment => {
+                    reflectors.mirrors || reflectors.rough || round > 0
+                }
                 ImpostorKind::Relief(_) => false,
             };
             let placed: Vec<&Placed> = inputs.impostors.reflected().filter(walks_in).collect();
@@ -236,7 +278,7 @@ impl ReflectPass {
         let mut resources = vec![
             frame.camera.as_entire_binding(),
             round.as_entire_binding(),
-            frame.materials.as_entire_binding(),
+            frame.leaving_materials.as_entire_binding(),
             BindingResource::TextureView(&inputs.gbuffer.views.colour),
             BindingResource::TextureView(&inputs.gbuffer.views.normal_ids),
             BindingResource::TextureView(&inputs.gbuffer.views.w),
@@ -257,6 +299,12 @@ impl ReflectPass {
     }
 }
 
+fn rough_pass(gpu: &Gpu) -> Result<FullscreenPass, ShaderError> {
+    use Binding::{FloatTexture, UintTexture, Uniform};
+    let bindings = [UintTexture, UintTexture, Uniform, Uniform, Uniform, FloatTexture, UintTexture, FloatTexture];
+    FullscreenPass::onto(Onto::Sum, gpu, ("client/reflect/gather_rough.wgsl", "gather_rough"), &bindings, &[SUM])
+}
+
 /// The value of a half, in the low bits: a count, so neither negative nor tiny nor infinite.
 #[cfg(not(target_arch = "wasm32"))]
 fn f64_from_half(bits: u32) -> f64 {
@@ -274,7 +322,7 @@ fn bounces(settings: Settings) -> usize {
 /// As many as a ray may need: one a mirror; within glass, once more where light was totally reflected, and outside; and one
 /// behind a sample that counts in part.
 fn rounds(reflectors: Reflectors, inputs: &ReflectInputs<'_>) -> usize {
-    let of_mirrors = if reflectors.mirrors { bounces(inputs.settings) } else { 0 };
+    let of_mirrors = if reflectors.mirrors { bounces(inputs.settings) } else { usize::from(reflectors.rough) };
     let of_glass = if reflectors.glass { 3 } else { 0 };
     let fades = inputs.impostors.reflected().any(|placed| fades(placed, inputs.settings));
     of_mirrors.max(of_glass) + usize::from(fades)

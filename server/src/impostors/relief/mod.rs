@@ -28,7 +28,7 @@ use glam::DVec3;
 use protocol::{DepthImage, ObjectPose};
 use scene::{Scene, Snapshot};
 
-use super::reflector::effect_of_mesh;
+use super::reflector::{shown_by_mesh, shows};
 use crate::imager::{Imager, ImagerError};
 pub use kept::KeptReliefs;
 pub use key::{End, Key};
@@ -87,10 +87,11 @@ impl Reliefs {
     /// Of a scene.
     pub fn new(scene: &Scene) -> Reliefs {
         let mut shapes: BTreeMap<u32, Shape> = BTreeMap::new();
+        let all_show = shows(scene, false);
         for (instance, object) in scene.instances.iter().zip(0_u16..) {
             let mesh = scene.meshes.get(instance.mesh as usize);
             let is_seen_through = mesh.is_some_and(|mesh| scene.is_seen_through(mesh.material as usize));
-            if !instance.deforms && effect_of_mesh(scene, instance.mesh).is_none() && !is_seen_through {
+            if !instance.deforms && shown_by_mesh(scene, &all_show, instance.mesh).is_none() && !is_seen_through {
                 let new = || Shape { objects: Vec::new(), verdict: None, images: BTreeMap::new() };
                 shapes.entry(instance.mesh).or_insert_with(new).objects.push(object);
             }

@@ -27,7 +27,7 @@ use scene::Scene;
 use scene::model::UvSet;
 
 pub use kinds::Kinds;
-pub(super) use place::on_the_whole;
+pub(crate) use place::on_the_whole;
 pub(crate) use source::CodeSet;
 
 use cuts::Cuts;

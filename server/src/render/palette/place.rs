@@ -84,7 +84,7 @@ pub(super) fn with_texels(material: &scene::Material, texel: impl Fn(usize) -> [
 }
 
 /// A material whose textures are everywhere their mean.
-pub(in crate::render) fn on_the_whole(material: &scene::Material, textures: &[Texture]) -> Material {
+pub(crate) fn on_the_whole(material: &scene::Material, textures: &[Texture]) -> Material {
     let mean = |map: &Map| textures[map.texture as usize].mean(map.quantity.is_colour());
     let means: Vec<[f32; 4]> = material.maps.iter().map(mean).collect();
     with_texels(material, |index| means[index])

@@ -16,7 +16,17 @@
 // Less of a ray than a twentieth of a step of an 8-bit picture's darkest part, 1/(12.92 * 255), is not followed.
 const LEAST_THROUGHPUT = 1.5e-5;
 
-fn surface_light(found: Found, material: Material, position: vec3f, direction: vec3f) -> vec3f {
+// A roughness whose lobe is as wide as that of a surface and of the rays that meet it. One of a few rays meets a patch as wide as its share of the lobe, over
+// which normals turn by as much where the surface bends as much as it is near: light that leaves it turns twice as far.
+fn widened(roughness: f32, lobe: f32) -> f32 {
+    let alpha = roughness * roughness;
+    return min(sqrt(sqrt(alpha * alpha + 4.0 * lobe * lobe)), 1.0);
+}
+
+fn surface_light(found: Found, of_surface: Material, position: vec3f, direction: vec3f, lobe: f32) -> vec3f {
+    var material = of_surface;
+    material.roughness = widened(material.roughness, lobe);
+    material.clearcoat_roughness = widened(material.clearcoat_roughness, lobe);
     var normal = found.normal;
     if (material.flags & MATERIAL_DOUBLE_SIDED) != 0u && dot(normal, direction) > 0.0 {
         normal = -normal;
@@ -41,6 +51,10 @@ fn turn(ray: PixelRay, pixel: vec2i, step: vec2i) -> f32 {
 // The roughness whose lobe is about as wide as what a pixel shows: a box as wide as the turn to the next pixel has a standard deviation of 0.29 of it, and a
 // lobe of about its alpha.
 fn spread_roughness(ray: PixelRay, pixel: vec2i) -> f32 {
+    if ray.lobe > 0.0 {
+        // One of a few rays of a lobe: narrower than that, and wide enough that they meet.
+        return sqrt(ray.lobe / 3.0);
+    }
     return sqrt(0.29 * max(turn(ray, pixel, vec2i(1, 0)), turn(ray, pixel, vec2i(0, 1))));
 }
 
@@ -82,7 +96,7 @@ fn off_surface(ray: PixelRay, found: Found, position: vec3f) -> PixelRay {
         next.throughput *= linear_from_srgb(found.colour);
         return next;
     }
-    next.light += ray.throughput * found.weight * surface_light(found, material, position, ray.direction);
+    next.light += ray.throughput * found.weight * surface_light(found, material, position, ray.direction, ray.lobe);
     next.throughput *= 1.0 - found.weight;
     if all(next.throughput < vec3f(LEAST_THROUGHPUT)) {
         next.state = RAY_DONE;

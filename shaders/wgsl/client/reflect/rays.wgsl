@@ -3,6 +3,7 @@
 #import "client/fullscreen.wgsl"
 #import "camera/pinhole.wgsl"
 #import "common/surface_light.wgsl"
+#import "client/reflect/lobe.wgsl"
 #import "client/reflect/ray.wgsl"
 #import "client/reflect/reflector.wgsl"
 
@@ -72,7 +73,7 @@ fn ray_of_pixel(position: vec2f) -> PixelRay {
     ray.object = (ids.y & 0xffffu) + 1u;
     ray.bounces = round.bounces;
     let arriving = normalize(ray.origin);
-    if !(is_mirror(material) || is_glass(material)) {
+    if !(is_mirror(material) || is_glass(material) || is_rough_mirror(material)) {
         return ray;
     }
     let normal = facing_normal(normal_beside(pixel, ids, round.offset_px), arriving);
@@ -84,6 +85,13 @@ fn ray_of_pixel(position: vec2f) -> PixelRay {
         ray.state = RAY_OUTSIDE;
         ray.bounces -= 1u;
         ray.direction = reflect(arriving, normal);
+    } else if is_rough_mirror(material) {
+        ray.state = RAY_OUTSIDE;
+        ray.bounces = 0u;
+        ray.lobe = material.roughness * material.roughness;
+        // What it brings is averaged with what its neighbours' rays do; how much of that is mirrored, the pixel says.
+        ray.throughput = vec3f(1.0);
+        ray.direction = lobe_direction(normal, -arriving, ray.lobe, lobe_point(pixel));
     } else if is_glass(material) {
         ray.state = RAY_INSIDE;
         ray.material = code;
@@ -104,11 +112,12 @@ fn rays(@builtin(position) position: vec4f) -> RayTexels {
     return ray_texels(ray_of_pixel(position.xy));
 }
 
-// Only where edges are.
+// Only where edges are; a rough mirror shows none.
 @fragment
 fn rays_at_edges(@builtin(position) position: vec4f) -> RayTexels {
-    if textureLoad(edges, vec2i(position.xy), 0).r == 0.0 {
+    let ray = ray_of_pixel(position.xy);
+    if textureLoad(edges, vec2i(position.xy), 0).r == 0.0 || ray.lobe > 0.0 {
         return ray_texels(ray_without_reflector());
     }
-    return ray_texels(ray_of_pixel(position.xy));
+    return ray_texels(ray);
 }

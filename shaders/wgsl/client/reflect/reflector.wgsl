@@ -1,4 +1,4 @@
-// Which materials rays go on from, by the twin of `is_mirror` and `is_glass` of the client; and how.
+// Which materials rays go on from, by the twin of `Material::effect` of the protocol; and how.
 #import "common/shade.wgsl"
 
 const MIRROR_METALLIC_MIN = 0.9;
@@ -7,6 +7,11 @@ const GLASS_TRANSMISSION_MIN = 0.5;
 
 fn is_mirror(material: Material) -> bool {
     return material.metallic >= MIRROR_METALLIC_MIN && material.roughness <= MIRROR_ROUGHNESS_MAX;
+}
+
+// The client marks those, under a sky alone: `Material::is_rough_mirror`.
+fn is_rough_mirror(material: Material) -> bool {
+    return (material.flags & MATERIAL_ROUGH_MIRROR) != 0u;
 }
 
 fn is_glass(material: Material) -> bool {

@@ -145,8 +145,17 @@ fn spread_m(ray: PixelRay, t: f32, pixel: vec2i) -> f32 {
     return distance(ray.origin + ray.direction * t, beside.origin + beside.direction * t);
 }
 
+// How wide what one of the sixteen rays of a lobe stands for is at t: half of the facets lean by less than the lobe's angle, rays by twice that to either
+// side, and a sixteenth of the disk is a quarter as wide.
+fn lobe_share_m(ray: PixelRay, t: f32) -> f32 {
+    return ray.lobe * t;
+}
+
 // How wide the piece of the impostor is that the output pixel shows, in metres; 0 where the neighbours do not say.
 fn shown_m(ray: PixelRay, t: f32, pixel: vec2i) -> f32 {
+    if ray.lobe > 0.0 {
+        return lobe_share_m(ray, t);
+    }
     let last = vec2i(textureDimensions(first)) - 1;
     // To the left and above at the right and lower border.
     let step = vec2i(select(1, -1, pixel.x >= last.x), select(1, -1, pixel.y >= last.y));
