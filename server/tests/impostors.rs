@@ -8,7 +8,7 @@ use common::{coloured, scene, sphere, square};
 use glam::{DAffine3, DVec3};
 use protocol::Purpose;
 use scene::{Material, Scene};
-use vantage_server::impostors::{Choices, Decision, Drawn, Faces, Kept, Needs, Rule};
+use vantage_server::impostors::{Choices, Decision, Drawn, Faces, Kept, Needs, Rule, Wanted};
 
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 3.0);
 
@@ -49,6 +49,56 @@ fn a_rough_metal_is_no_mirror_and_a_far_one_needs_none() {
     let far = decide(&room(mirror(), |p| p + 100.0 * DVec3::NEG_Z));
     assert!(far.wanted.is_empty());
     assert_eq!(far.reasons, ["no mirror or glass in reach: no impostors"]);
+}
+
+#[test]
+fn under_a_sky_a_rough_metal_shows_what_is_near_by_small_plain_images() {
+    let of = |roughness: f32| {
+        let scene = room(Material { roughness, ..mirror() }, |p| p);
+        Needs::under_sky(&scene).decide(&scene, &scene.at(0.0), EYE, &Choices::default())
+    };
+    assert!(of(0.6).wanted.is_empty(), "nothing is told in a lobe as wide as that");
+    let [rough, smooth] = [of(0.4), of(0.0)];
+    let is_plain = |wanted: &&Wanted| matches!(wanted.camera, Camera::Pinhole(_));
+    assert_eq!((rough.wanted.len(), rough.wanted.iter().filter(is_plain).count()), (8, 8));
+    let pixels = |decision: &Decision| {
+        let of = |wanted: &Wanted| u64::from(wanted.camera.size_px().0) * u64::from(wanted.camera.size_px().1);
+        decision.wanted.iter().map(of).sum::<u64>()
+    };
+    assert_eq!(4 * pixels(&rough), pixels(&smooth));
+    assert!(rough.reasons[0].contains("is a rough mirror"), "{:?}", rough.reasons);
+}
+
+/// A plate of metal, a ball right before it, and one behind it.
+fn plate(roughness: f32) -> Scene {
+    let at = |z: f64, size: f64| DAffine3::from_translation(z * DVec3::Z) * DAffine3::from_scale(DVec3::splat(size));
+    let meshes = vec![square(2, 0), sphere(8, 1)];
+    let materials = vec![Material { roughness, ..mirror() }, coloured([0.6, 0.2, 0.1, 1.0])];
+    scene(meshes, materials, &[(0, at(0.0, 1.0)), (1, at(0.3, 0.4)), (1, at(-0.6, 0.3))])
+}
+
+#[test]
+fn what_lies_before_a_flat_rough_mirror_is_seen_from_the_eyes_mirror_image() {
+    let scene = plate(0.3);
+    let decision = Needs::under_sky(&scene).decide(&scene, &scene.at(0.0), EYE, &Choices::default());
+    let own: Vec<_> = decision.wanted.iter().filter_map(|wanted| Some((wanted.key.shown?, &wanted.camera))).collect();
+    let [(1, Camera::Pinhole(camera))] = own[..] else { panic!("{own:?}") };
+    let eye_world = camera.world_from_eye.translation;
+    assert!(eye_world.distance(EYE * DVec3::new(1.0, 1.0, -1.0)) < 1e-9, "{eye_world}");
+}
+
+/// Images of the middle of a group would show none of its members to another.
+#[test]
+fn rough_mirrors_show_each_other() {
+    let mut scene = plate(0.3);
+    scene.materials[1] = Material { roughness: 0.3, ..mirror() };
+    let decision = Needs::under_sky(&scene).decide(&scene, &scene.at(0.0), EYE, &Choices::default());
+    let shown = |reflector: u16| {
+        let of = |wanted: &&Wanted| wanted.key.reflector == reflector;
+        let images = decision.wanted.iter().filter(of).map(|wanted| wanted.drawn.clone()).collect::<Vec<_>>();
+        move |object: u16| images.iter().any(|drawn| drawn.contains(object))
+    };
+    assert!(shown(0)(1) && shown(1)(0));
 }
 
 #[test]
@@ -163,7 +213,7 @@ fn lacking(moves: bool, time_s: f64, change: impl Fn(&mut [DAffine3])) -> [usize
     change(&mut now.world_from_mesh);
     let decision = needs.decide(&scene, &now, EYE, &Choices::default());
     let lacking = kept.lacking(&decision, &account);
-    let is_object = |wanted: &&&vantage_server::impostors::Wanted| wanted.key.shown.is_some();
+    let is_object = |wanted: &&&Wanted| wanted.key.shown.is_some();
     let objects = lacking.iter().filter(is_object).count();
     [objects, lacking.len() - objects]
 }

@@ -56,9 +56,9 @@ async function smallPage({ page: first, log }, address) {
 }
 
 /** Pictures of a scene by what addresses wish for, once a page's state suffices for its wish. */
-async function pictures(at, scene, wishes, suffices) {
+async function pictures(at, scene, wishes, suffices, more = undefined) {
   const { renderer, log } = at;
-  const server = await startServer({ bin, web, port: await freePort(), scene, log });
+  const server = await startServer({ bin, web, port: await freePort(), scene, log, more });
   const taken = [];
   for (const wish of wishes) {
     const page = await smallPage(at, `${server.origin}/?renderer=${renderer}${wish}`);
@@ -244,6 +244,17 @@ function tests(renderer) {
       const [plain, occluded] = await pictures(at, 'mirror-teapots', wishes, ({ impostors }) => impostors === 7);
       assert.ok(colours(plain) >= 8, `only ${colours(plain)} colours`);
       darkens(plain, occluded);
+    }],
+    ['shows what is near as a blur in rough metals', async () => {
+      const more = ['--image-size', '256', '--images', '2', '--look', 'full'];
+      const [{ data, width, height }] = await pictures(at, 'rough-teapots', [''], ({ impostors }) => impostors > 6, more);
+      // On the tray, below the red pot and beside it.
+      const redness = (x, y) => {
+        const pixel = (Math.round(y * height) * width + Math.round(x * width)) * 4;
+        return data[pixel] / Math.max(data[pixel + 1], 1);
+      };
+      const [below, beside] = [redness(0.59, 0.67), redness(0.2, 0.67)];
+      assert.ok(below > beside + 0.2, `as red as ${below} below the pot, ${beside} beside it`);
     }],
     ['shows barrels by reliefs', async () => {
       const [barrels] = await pictures(at, 'barrels', [''], ({ impostors }) => impostors > 0);

@@ -1,6 +1,6 @@
 //! Rough mirrors: what a lobe mirrors of what is near, where it can be summed by itself.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use protocol::sky::SkyLevel;
@@ -67,7 +67,6 @@ fn share_beyond(roughness: f64, (x, y): (u32, u32), away_m: f64, edge_m: f64) ->
             beyond += if met.x > edge_m { weight } else { 0.0 };
         }
     }
-    assert!(all > 0.0 && PI > 3.0);
     beyond / all
 }
 
@@ -80,10 +79,35 @@ fn a_rough_mirror_blurs_an_edge_as_its_lobe_says() {
         let mut worst: f64 = 0.0;
         for x in (2..SIDE - 2).step_by(4) {
             let expected = (0..8).map(|k| share_beyond(roughness.into(), (x, k * 8 + 4), 1.5, 0.3)).sum::<f64>() / 8.0;
-            println!("{x}: {:.3} {expected:.3}", column(&shown, x));
+
             worst = worst.max((column(&shown, x) - expected).abs());
         }
         println!("roughness {roughness}: {worst:.3} off at most");
-        assert!(worst < 0.06, "{worst} off at roughness {roughness}");
+        // Sixteen rays tell a share in steps of a sixteenth, and two may lie along one edge.
+        assert!(worst < 0.125, "{worst} off at roughness {roughness}");
     }
+}
+
+#[test]
+fn where_nothing_is_near_it_shows_the_sky_as_without_rays() {
+    let nothing = plane(pinhole(DVec3::ZERO, DVec3::Z, 64), ImpostorKind::Object(9), 3.0, |_, _| None);
+    let beside =
+        plane(pinhole(DVec3::ZERO, DVec3::Z, 64), ImpostorKind::Object(9), 3.0, |x, _| (x > 2.9).then_some(BLACK));
+    for roughness in [0.2_f32, 0.5] {
+        let [by_rays, by_sky] =
+            [beside.clone(), nothing.clone()].map(|image| show(&held_rough(roughness), &[image], Settings::default()));
+        assert!(by_rays.reflects && !by_sky.reflects);
+        let apart = (0..SIDE).map(|y| by_rays.at(0, y)[1].abs_diff(by_sky.at(0, y)[1])).max();
+        assert!(apart <= Some(2), "{apart:?} codes at roughness {roughness}");
+    }
+}
+
+#[test]
+fn the_plain_look_has_no_rough_mirrors() {
+    let mut held = held_rough(0.3);
+    held.sky = None;
+    held.lighting = Some(Lighting { ambient: [0.5; 3], ..Lighting::default() });
+    let white = plane(pinhole(DVec3::ZERO, DVec3::Z, 64), ImpostorKind::Environment, 3.0, |_, _| Some(WHITE));
+    let [beside, alone] = [vec![white], Vec::new()].map(|images| show(&held, &images, Settings::default()).pixels);
+    assert!(beside == alone);
 }

@@ -321,7 +321,9 @@ pub(super) fn measure(
     let progress = Progress::new(format!("{label}: reflections"), path.poses.len() as u64);
     // One ray a pixel is asked for, or nobody tells of corridors anyway: then some would say the same again.
     let is_other = |method: &&Method| {
-        (method.images != Images::Planned || scene.corridors.is_some()) && !(method.edges && settings.one_ray)
+        (method.images != Images::Planned || scene.corridors.is_some())
+            && !(method.edges && settings.one_ray)
+            && (!settings.few_methods || [DECIDED, PINHOLES, MAPS].contains(&method.name))
     };
     let methods: &'static [Method] = &METHODS;
     let mut found: Vec<(&Method, Found)> = methods.iter().filter(is_other).map(|m| (m, Found::default())).collect();
@@ -338,7 +340,7 @@ pub(super) fn measure(
         let traced = tracer.picture(&view, &effects, if settings.one_ray { 1 } else { TRUTH_RAYS_A_SIDE });
         let subject = subject_of(&stage, &view);
         let held = held_view(gpu, &stage, &view)?;
-        let mut pictures = vec![traced.picture()];
+        let mut pictures = vec![("traced", traced.picture())];
         for (method, found) in &mut found {
             let made = if method.equal_bytes {
                 maker.make_of_bytes(&stage, &view, method.images, decided_bytes)?
@@ -378,7 +380,7 @@ pub(super) fn measure(
             found.frame_ms.push(drawn.frame_ms);
             found.draw_ms.push(made.draw_ms);
             found.bytes.push(made.bytes as f64);
-            pictures.push(drawn.picture);
+            pictures.push((method.name, drawn.picture));
         }
         if pose == path.poses.len() / 2 {
             show(&label, &pictures, run, report)?;
@@ -436,8 +438,9 @@ fn row(label: &str, method: &Method, scene: &Scene, found: &Found) -> Row {
     row
 }
 
-fn show(label: &str, pictures: &[Picture], run: &Run, report: &mut Report) -> anyhow::Result<()> {
-    let shown: Vec<&Picture> = [0, 1, 4, 5].iter().filter_map(|&index| pictures.get(index)).collect();
+fn show(label: &str, pictures: &[(&str, Picture)], run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let named = |name: &str| pictures.iter().find(|(of, _)| *of == name).map(|(_, picture)| picture);
+    let shown: Vec<&Picture> = ["traced", DECIDED, PINHOLES, MAPS].into_iter().filter_map(named).collect();
     let caption = format!("{label}: traced; {DECIDED}; {PINHOLES}; {MAPS}.");
     let path = run.figure(report, format!("{label}-reflections.png"), caption);
     Ok(Picture::beside(&shown, 4).write(&path)?)

@@ -18,6 +18,9 @@ pub(super) struct Arguments {
     /// Compares one ray through each pixel's centre, in the truth and by the client: what smooths edges and averages colours is in neither.
     #[arg(long)]
     pub one_ray: bool,
+    /// Draws reflections only as is decided, by depth images and by environment maps, which bars of all that reflects compare: a third of the time.
+    #[arg(long)]
+    pub few_methods: bool,
 }
 
 /// What a run of the topic measures.
@@ -28,6 +31,7 @@ pub(super) struct Settings {
     pub only_errors: bool,
     pub walks: bool,
     pub one_ray: bool,
+    pub few_methods: bool,
     pub quick: bool,
     pub occlusion: StabilityPlan,
 }
@@ -48,6 +52,7 @@ impl Settings {
             only_errors: arguments.only_errors,
             walks: arguments.walks,
             one_ray: arguments.one_ray,
+            few_methods: arguments.few_methods,
             quick: run.quick,
             occlusion,
         }

@@ -5,7 +5,7 @@
 //! reflector sends a ray out. Every impostor is drawn over the picture: each pixel walks its ray in it, and the depth test keeps
 //! the nearest of what all impostors show. Then the rays go on, in rounds, or bring light:
 //!
-//! - off a **mirror** (one bounce or two; after the last one a mirror shows its base colour, lit as a rough surface),
+//! - off a **mirror**, smooth or rough (one bounce or two; after the last one a mirror shows its base colour, lit as a rough surface),
 //! - into **glass** and out through its far side, which an impostor of its back faces shows; where light is totally reflected, once
 //!   more within,
 //! - through a sample that counts in part (below) to what lies behind.
@@ -13,8 +13,14 @@
 //! `shown = sRGB(tone(throughput * c))`; `c` is the light of the surface that is met, as everywhere (`common/surface_light.wgsl`), the sky, or
 //! where none shines the light that shows as the background. The throughput is the base colour of each mirror, once, and
 //! that of glass once. In the plain look there is no Fresnel term; in the full one mirrors whiten where light grazes, and glass mirrors the sky by
-//! Schlick's approximation, lets in the rest, and shows behind it the background that is seen beside it. There is no rough reflection of what is
-//! near, and what leaves an object does not meet it again. What a pixel mirrors of the sky is as wide as rays of its neighbours are apart.
+//! Schlick's approximation, lets in the rest, and shows behind it the background that is seen beside it. What leaves an object does not meet it
+//! again. What a pixel mirrors of the sky is as wide as rays of its neighbours are apart.
+//!
+//! **Rough mirrors** (ours; in the full look). Of metals with a roughness from 0.1 to 0.5, each pixel sends one of sixteen rays of the lobe, and shows a mean
+//! of what those around it on the same object bring (Keller, Heidrich, *Interleaved sampling*, 2001): one ray a pixel, as of a mirror. A ray stands for a sixteenth of
+//! the lobe, so what it meets is averaged over as much, by the papers' mip-mapping (section 6.1). That mean, times what the lobe mirrors of even light, is
+//! added to what else lights the surface. What such a ray meets is lit as if it were rougher by the lobe, or a lamp's picture on what bends would be met by
+//! one ray of thousands. Less of what is mirrored arrives where a microfacet hides another; that is in the share alone, not in the rays.
 //!
 //! **Soft limits** (section 7.1). Where the ray of a single-pole camera grazes the surface, samples end in a jagged edge; there
 //! they fade, and the rest of the ray goes on behind. The papers blend "with greater transparency"; here a sample has its full

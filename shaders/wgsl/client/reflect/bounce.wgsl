@@ -20,7 +20,7 @@ const LEAST_THROUGHPUT = 1.5e-5;
 // which normals turn by as much where the surface bends as much as it is near: light that leaves it turns twice as far.
 fn widened(roughness: f32, lobe: f32) -> f32 {
     let alpha = roughness * roughness;
-    return min(sqrt(sqrt(alpha * alpha + 4.0 * lobe * lobe)), 1.0);
+    return min(sqrt(sqrt(alpha * alpha + 9.0 * lobe * lobe)), 1.0);
 }
 
 fn surface_light(found: Found, of_surface: Material, position: vec3f, direction: vec3f, lobe: f32) -> vec3f {

@@ -19,23 +19,28 @@
 // Cosine of how far the normals may lie apart of pixels that share their rays: 15 degrees. Beyond, there is an edge.
 const NORMAL_TURN_COS = 0.966;
 
+const GATHER_SIDE = 2 * LOBE_SIDE - 1;
+
 fn ray_at(pixel: vec2i) -> PixelRay {
     return ray_from_texels(textureLoad(first, pixel, 0), textureLoad(second, pixel, 0));
 }
 
-// The mean of what sixteen rays of a lobe bring: this pixel's and those around it on the same object.
+// The mean of what the rays of a lobe bring: this pixel's and those around it on the same object, by weights that fall to 0 four
+// pixels away, and that are as much in sum for each of the sixteen rays.
 fn arriving_around(pixel: vec2i, ids: vec2u) -> vec3f {
     let normal = octahedral_normal_fine(ids.x);
     let last = vec2i(textureDimensions(first)) - 1;
     var sum = vec4f(0.0);
-    for (var index = 0; index < LOBE_SIDE * LOBE_SIDE; index++) {
-        let at = pixel + vec2i(index % LOBE_SIDE, index / LOBE_SIDE) - LOBE_SIDE / 2;
+    for (var index = 0; index < GATHER_SIDE * GATHER_SIDE; index++) {
+        let step = vec2i(index % GATHER_SIDE, index / GATHER_SIDE) - GATHER_SIDE / 2;
+        let at = pixel + step;
         let inside = clamp(at, vec2i(0), last);
         let other = ray_at(inside);
         let other_ids = textureLoad(normal_ids, inside, 0).xy;
         let is_beside = all(at == inside) && other.lobe > 0.0 && ((other_ids.y ^ ids.y) & 0xffffu) == 0u;
         if is_beside && dot(octahedral_normal_fine(other_ids.x), normal) >= NORMAL_TURN_COS {
-            sum += vec4f(other.light, 1.0);
+            let weight = (LOBE_SIDE - abs(step.x)) * (LOBE_SIDE - abs(step.y));
+            sum += vec4f(other.light, 1.0) * f32(weight);
         }
     }
     return sum.rgb / max(sum.a, 1.0);
