@@ -1,6 +1,6 @@
 // Rays in the impostor of a graph camera.
 #import "impostor/graph.wgsl"
-#import "client/reflect/walk.wgsl"
+#import "client/reflect/meet.wgsl"
 
 @group(0) @binding(8) var frusta: texture_2d<f32>;
 
@@ -25,74 +25,34 @@ fn search(whole: ImpostorRay) -> ImpostorHit {
 fn walk(@builtin(position) position: vec4f) -> Walked {
     let pixel = vec2i(position.xy);
     let ray = walked_ray(pixel);
-    var found = Walked(vec4u(0u), 0.0);
-    // Not by discarding first: some rasterizers go on with the rest then, and only drop what comes of it.
+    var found = MET_NOTHING;
     if looks_here(ray) {
-        let hit = search(captured_ray(ray));
-        if hit.side != IMPOSTOR_MISS {
-            found = walked(pixel, ray, hit);
-        }
+        found = met_on(captured_ray(ray), pixel, ray);
     }
-    if found.depth <= 0.0 {
-        discard;
-    }
-    return found;
+    return kept(found);
 }
 
-// Of one ray of the low resolution.
 @fragment
 fn guide(@builtin(position) position: vec4f) -> Walked {
-    let ray = walked_ray(guide_pixel(vec2i(position.xy)));
-    var found = Walked(vec4u(0u), 0.0);
-    if looks_here(ray) {
-        let hit = search(captured_ray(ray));
-        if hit.side != IMPOSTOR_MISS {
-            found = guided_by(hit);
-        }
-    }
-    if found.depth <= 0.0 {
-        discard;
-    }
-    return found;
+    return met_by_guide(vec2i(position.xy));
 }
 
-// Where rays of the low resolution say.
 @fragment
 fn walk_guided(in: Guided) -> Walked {
-    let pixel = vec2i(in.position.xy);
-    let ray = walked_ray(pixel);
-    var found = Walked(vec4u(0u), 0.0);
-    let hit = search(guided_ray(ray, in.range_m));
-    if hit.side != IMPOSTOR_MISS {
-        found = walked(pixel, ray, hit);
-    }
-    if found.depth <= 0.0 {
-        discard;
-    }
-    return found;
+    return met_where_guided(in);
 }
 
-// (stretches and steps, rays)
 @fragment
 fn count(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let ray = walked_ray(vec2i(position.xy));
-    if !looks_here(ray) {
-        discard;
-    }
-    return vec4f(f32(search(captured_ray(ray)).steps), 1.0, 0.0, 0.0);
+    return steps_of(vec2i(position.xy));
 }
 
 @fragment
 fn count_guide(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let ray = walked_ray(guide_pixel(vec2i(position.xy)));
-    if !looks_here(ray) {
-        discard;
-    }
-    return vec4f(f32(search(captured_ray(ray)).steps), 1.0, 0.0, 0.0);
+    return steps_of(guide_pixel(vec2i(position.xy)));
 }
 
 @fragment
 fn count_guided(in: Guided) -> @location(0) vec4f {
-    let ray = walked_ray(vec2i(in.position.xy));
-    return vec4f(f32(search(guided_ray(ray, in.range_m)).steps), 1.0, 0.0, 0.0);
+    return steps_where_guided(in);
 }
