@@ -25,6 +25,7 @@ use tower_http::set_header::SetResponseHeaderLayer;
 use crate::access::{self, SECURITY_HEADERS};
 use crate::config::Config;
 use crate::imager::Imager;
+use crate::memory;
 use crate::session::{self, Shared};
 use crate::stats::Stats;
 
@@ -103,6 +104,7 @@ pub async fn serve(config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -
             tracing::debug!("no TCP_NODELAY: {error}");
         }
     });
+    let give_back = tokio::spawn(memory::give_back_after(shared.ended.clone()));
     let task = tokio::spawn(async move {
         let service = router.into_make_service_with_connect_info::<SocketAddr>();
         let mut stopped = stopped;
@@ -110,6 +112,7 @@ pub async fn serve(config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -
         if let Err(error) = axum::serve(listener, service).with_graceful_shutdown(stop).await {
             tracing::error!("the server went down: {error}");
         }
+        give_back.abort();
     });
     Ok(Running { addr, stats, stop, shared, task })
 }
@@ -196,6 +199,7 @@ async fn websocket(
             shared.stats.connected.fetch_add(1, Ordering::Relaxed);
             session::run(&shared, socket, peer).await;
             shared.stats.clients.fetch_sub(1, Ordering::Relaxed);
+            shared.ended.notify_one();
             drop(place);
         })
 }

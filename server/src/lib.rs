@@ -30,6 +30,7 @@ pub mod imager;
 pub mod impostors;
 pub mod lights;
 pub mod look;
+mod memory;
 pub mod occluders;
 pub mod options;
 pub mod pace;

@@ -19,7 +19,7 @@ use glam::DVec3;
 use protocol::message::{Clock, VERSION, Welcome};
 use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
 use scene::Scene;
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::{Notify, Semaphore, watch};
 
 use crate::asked::Asked;
 use crate::client::Client;
@@ -52,6 +52,8 @@ pub struct Shared {
     pub worker: Worker,
     /// One permit a session.
     pub places: Arc<Semaphore>,
+    /// Told when a session has ended, and all that it held was dropped.
+    pub ended: Arc<Notify>,
     rules: Rules,
     camera_names: Arc<[String]>,
     welcome: Welcome,
@@ -90,8 +92,21 @@ impl Shared {
         let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
         let camera_names = scene.named_cameras.iter().map(|named| named.name.clone()).collect();
-        let started = Instant::now();
-        Ok(Shared { config, scene, adapter, stats, worker, places, rules, camera_names, welcome, stopped, started })
+        let (started, ended) = (Instant::now(), Arc::default());
+        Ok(Shared {
+            config,
+            scene,
+            adapter,
+            stats,
+            worker,
+            places,
+            ended,
+            rules,
+            camera_names,
+            welcome,
+            stopped,
+            started,
+        })
     }
 
     /// Seconds since the server started: scene time and session time under the wall clock.
