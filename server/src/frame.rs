@@ -6,6 +6,7 @@ mod camera_image;
 mod layers;
 mod next;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
@@ -26,7 +27,7 @@ use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::imager::Imager;
 use crate::impostors::Needs;
-use crate::impostors::relief::Reliefs;
+use crate::impostors::relief::{Judged, Reliefs};
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
@@ -53,6 +54,8 @@ pub struct Stage {
     method: Discretization,
     placement: Placement,
     coarse_first: bool,
+    /// Whether images shrink where turns are waited for.
+    sheds_load: bool,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
     /// By object: the id of its first triangle. Empty where nothing deforms.
@@ -110,6 +113,7 @@ impl Stage {
             method,
             placement: Placement::default(),
             coarse_first: false,
+            sheds_load: false,
             imager,
             materials,
             densest,
@@ -132,15 +136,37 @@ impl Stage {
         Stage { coarse_first, ..self }
     }
 
+    /// The same, whose images are the smaller, the longer its clients wait for their turns.
+    pub fn shed_load(self, sheds_load: bool) -> Stage {
+        Stage { sheds_load, ..self }
+    }
+
+    /// Says how long a client waited for its turn.
+    pub fn waited(&self, client: &mut Client, wait_s: f64) {
+        client.pace.waited(wait_s, self.rules.update_interval_s);
+    }
+
     /// The same, which shows many objects of a shape by one image. Not where views are made by rays, which meet everything.
-    pub fn with_reliefs(self) -> Stage {
+    pub fn with_reliefs(self, judged: Judged) -> Stage {
         let reliefs = if self.method.needs_rays() { Reliefs::default() } else { Reliefs::new(&self.scene) };
+        let reliefs = reliefs.judged(judged);
         Stage { reliefs, ..self }
     }
 
     /// The same, whose samples are coded by a rule.
     pub fn coded_by(self, coding: CodingRule) -> Stage {
         Stage { coding, ..self }
+    }
+
+    /// Does a piece of work that looks asked for and need not wait for; whether there was any.
+    pub fn work_aside(&mut self) -> Result<bool, StageError> {
+        if self.reliefs.is_nothing() {
+            return Ok(false);
+        }
+        // Shapes are rigid: they look the same at any time.
+        let snapshot = self.snapshot(0.0);
+        self.imager.leave_out(BTreeSet::new());
+        Ok(self.reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?)
     }
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
@@ -206,8 +232,11 @@ impl Stage {
         if self.begins_coarsely(client) {
             return planned(Rules { images: 1, image_size_px: smaller(COARSE_SIDE), ..rules });
         }
-        let share = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
-        if whole.reason.is_passing() && share < 1.0 {
+        let by_path = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
+        let share = if self.sheds_load { by_path.min(client.pace.share_under_load()) } else { by_path };
+        // A first set may as well be for many who come at once.
+        let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && share < by_path;
+        if shrinks && share < 1.0 {
             let coarse = planned(Rules { image_size_px: smaller(share), ..rules })?;
             // A path that carries less is used at every tick.
             let coverage = Coverage { way: None, ..coarse.coverage };

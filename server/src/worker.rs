@@ -20,6 +20,9 @@ use crate::viewer::Viewer;
 /// Updates that wait for the encoder at most: one, so that what an update shows is never older than one encoding.
 const ENCODER_QUEUE: usize = 1;
 
+/// After so many turns without a pause, work that nobody waits for has its turn.
+const TURNS_IN_A_ROW: usize = 20;
+
 /// Where a session's viewer is when its turn comes, and what time it is then.
 pub type Look = Box<dyn FnOnce() -> (Viewer, f64) + Send>;
 
@@ -38,6 +41,7 @@ struct Turn {
     look: Look,
     client: Box<Client>,
     reply: oneshot::Sender<Served>,
+    queued: Instant,
 }
 
 /// What came of a turn.
@@ -99,7 +103,7 @@ impl Worker {
         let (reply, served) = oneshot::channel();
         self.waiting.fetch_add(1, Ordering::Relaxed);
         // The queue has a place for every session, so it is full only if one has two.
-        self.turns.try_send(Turn { wish, look, client, reply }).map_err(|_| WorkerGone)?;
+        self.turns.try_send(Turn { wish, look, client, reply, queued: Instant::now() }).map_err(|_| WorkerGone)?;
         served.await.map_err(|_| WorkerGone)
     }
 
@@ -128,7 +132,17 @@ fn make_updates(
     waiting: &AtomicUsize,
     encoder: &mpsc::SyncSender<Unencoded>,
 ) -> Result<(), StageError> {
-    while let Ok(turn) = queue.recv() {
+    let mut turns_in_a_row = 0;
+    loop {
+        let next = queue.try_recv();
+        if next.is_err() || turns_in_a_row >= TURNS_IN_A_ROW {
+            turns_in_a_row = 0;
+            if stage.work_aside()? && next.is_err() {
+                continue;
+            }
+        }
+        let Ok(turn) = next.or_else(|_| queue.recv()) else { break };
+        turns_in_a_row += 1;
         let goes_on = make_update(&mut stage, turn, waiting, encoder);
         waiting.fetch_sub(1, Ordering::Relaxed);
         if !goes_on? {
@@ -145,12 +159,13 @@ fn make_update(
     waiting: &AtomicUsize,
     encoder: &mpsc::SyncSender<Unencoded>,
 ) -> Result<bool, StageError> {
-    let Turn { wish, look, mut client, reply } = turn;
+    let Turn { wish, look, mut client, reply, queued } = turn;
     if reply.is_closed() {
         return Ok(true); // The client left while it waited.
     }
     let (viewer, now_s) = look();
     let started = Instant::now();
+    stage.waited(&mut client, (started - queued).as_secs_f64());
     let made = match stage.update(&viewer, &mut client, now_s) {
         // Its own turn counts as one that waits.
         Ok(None) if wish == Wish::Next && waiting.load(Ordering::Relaxed) <= 1 => {

@@ -5,6 +5,7 @@ mod common;
 use camera::Rigid;
 use common::session::Session;
 use glam::DVec3;
+use vantage_server::frame::Made;
 use vantage_server::plan::Reason;
 
 #[test]
@@ -27,17 +28,39 @@ fn a_coarse_picture_comes_before_the_first_set_and_makes_way_for_it() {
     assert_eq!((again.reason, images(&session)), (Reason::First, 1));
 }
 
+/// The viewer goes on along x, a tick.
+fn step_m(session: &mut Session, x_m: f64) -> Made {
+    let mut eye = session.viewer.world_from_eye;
+    eye.translation.x += x_m;
+    session.hear(Rigid { ..eye }, DVec3::X * x_m / common::session::INTERVAL_S);
+    session.tick().expect("what came into view")
+}
+
+#[test]
+fn who_waits_for_turns_gets_smaller_images_first_sets_too_and_whole_ones_when_standing() {
+    for (sheds_load, share) in [(false, 1), (true, 4)] {
+        let mut session = Session::built_in("pillars");
+        session.stage = session.stage.shed_load(sheds_load);
+        let wait = |session: &mut Session| (0..3).for_each(|_| session.stage.waited(&mut session.client, 1.0));
+        let whole_px = 3 * 64 * 64;
+        wait(&mut session);
+        let set = session.tick().expect("a set");
+        assert_eq!((set.reason, set.pixels), (Reason::First, whole_px / share));
+        session.settle();
+        let moved = step_m(&mut session, 0.2);
+        assert_eq!((moved.reason, moved.pixels), (Reason::Moved, whole_px / share));
+        let eye = session.viewer.world_from_eye;
+        session.hear(eye, DVec3::ZERO);
+        let reasons: Vec<_> = (0..20).filter_map(|_| session.tick()).map(|made| (made.reason, made.pixels)).collect();
+        assert!(reasons.contains(&(Reason::Settling, whole_px)), "{reasons:?}");
+    }
+}
+
 #[test]
 fn who_moves_on_a_slow_path_gets_smaller_images_and_whole_ones_when_standing() {
     let mut session = Session::built_in("pillars");
     let whole_px = session.tick().expect("a set").pixels;
     session.settle();
-    let step_m = |session: &mut Session, x_m: f64| {
-        let mut eye = session.viewer.world_from_eye;
-        eye.translation.x += x_m;
-        session.hear(Rigid { ..eye }, DVec3::X * x_m / common::session::INTERVAL_S);
-        session.tick().expect("what came into view")
-    };
     let fast = step_m(&mut session, 0.2);
     assert_eq!((fast.reason, fast.pixels), (Reason::Moved, whole_px), "three views of a size");
     // A quarter of its pixels in an interval, and then less than any size has.

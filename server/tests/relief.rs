@@ -9,6 +9,7 @@ use common::{animated, coloured, mesh, scene, sphere, square, swing};
 use glam::{DAffine3, DVec3, Quat, Vec3};
 use protocol::{PatchId, Purpose};
 use scene::{Mesh, Scene};
+use vantage_server::impostors::relief::Judged;
 
 const BALLS: usize = 10;
 const RADIUS_M: f64 = 0.3;
@@ -106,6 +107,18 @@ fn one_image_serves_all_and_no_sample_of_them_is_sent() {
     let image = &session.held.patches[&reliefs(&session)[0]].patch.image;
     let greys = image.colour.iter().filter(|[red, _, blue]| red > blue).count();
     assert!(greys == image.colour.len(), "the image itself has no tint");
+}
+
+#[test]
+fn nobody_waits_for_a_verdict_where_shapes_are_judged_aside() {
+    let mut session = Session::new(rows(box_(), BALLS)).with_reliefs_judged(Judged::Aside);
+    assert!(!session.pause(), "nobody asked for anything");
+    session.tick().expect("a first set");
+    assert!(shown(&session).is_empty() && objects().all(|object| eye_samples(&session, object) > 0));
+    assert!(session.pause() && !session.pause(), "one shape");
+    session.settle();
+    assert!(shown(&session).into_iter().eq(objects()));
+    assert!(objects().all(|object| eye_samples(&session, object) == 0), "what was sent of them is given up");
 }
 
 #[test]

@@ -32,6 +32,10 @@ struct Options {
     /// The clock that the server runs; virtual: seconds are of it, and nothing stalls
     #[arg(long, value_enum, default_value_t)]
     clock: ClockName,
+    /// The still built-in scene or file that the server shows: pictures of what the first five clients held at three moments are compared with it
+    /// after the run
+    #[arg(long, value_name = "FILE|NAME")]
+    quality: Option<String>,
     /// Write the figures as JSON
     #[arg(long)]
     json: Option<PathBuf>,
@@ -69,6 +73,7 @@ fn run(options: &Options) -> anyhow::Result<bool> {
             ClockName::Wall => Clock::Wall,
             ClockName::Virtual => Clock::Virtual,
         },
+        scene: options.quality.clone(),
     };
     let report = tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(load::run(&load))?;
     print!("{}", load::table(&report));

@@ -18,11 +18,12 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
 use super::paths::Path;
+use super::quality::{self, Moment};
 
 /// Poses a second: what a viewer of 30 frames a second sends.
 const POSE_INTERVAL: Duration = Duration::from_millis(33);
 /// What a client pretends to draw.
-const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: std::f64::consts::FRAC_PI_3 };
+pub(super) const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: std::f64::consts::FRAC_PI_3 };
 /// A stalling client reads this much of its time: the connection is sound before it stops.
 const STALLS_AFTER: f64 = 0.25;
 
@@ -48,6 +49,8 @@ pub struct Shared {
     pub clock: Clock,
     /// Time 0 of everything.
     pub started: Instant,
+    /// Whether what the first clients hold is kept at moments, to be drawn.
+    pub keeps_moments: bool,
 }
 
 /// What one client saw.
@@ -69,6 +72,9 @@ pub struct ClientReport {
     /// Between updates, the first one's excepted.
     #[serde(skip)]
     pub intervals_ms: Vec<f64>,
+    /// What it held now and then, if that was asked for.
+    #[serde(skip)]
+    pub moments: Vec<Moment>,
     /// Their mean.
     pub mean_interval_ms: f64,
     /// Their longest.
@@ -99,6 +105,7 @@ pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, duration: Durati
         updates: 0,
         latencies_ms: Vec::new(),
         intervals_ms: Vec::new(),
+        moments: Vec::new(),
     };
     let result = match client.shared.clock {
         Clock::Wall => client.run(mode, duration).await,
@@ -115,6 +122,7 @@ pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, duration: Durati
         max_interval_ms: intervals.iter().copied().fold(f64::NAN, f64::max),
         latencies_ms: client.latencies_ms,
         intervals_ms: client.intervals_ms,
+        moments: client.moments,
         error: result.err().map(|error| format!("{error:#}")),
     }
 }
@@ -132,6 +140,7 @@ struct Client {
     updates: u64,
     latencies_ms: Vec<f64>,
     intervals_ms: Vec<f64>,
+    moments: Vec<Moment>,
 }
 
 impl Client {
@@ -149,7 +158,10 @@ impl Client {
                     Some(Ok(_)) => {}
                     Some(Err(error)) => return Err(error).context("the connection broke"),
                 },
-                _ = poses.tick() => self.pose(),
+                _ = poses.tick() => {
+                    self.pose();
+                    self.keep_moment(begun.elapsed().as_secs_f64() / duration.as_secs_f64());
+                }
             }
             let now_s = self.now_s();
             if reads {
@@ -234,6 +246,14 @@ impl Client {
         self.session.set_pose(path.at(now_s), Motion::along(path.velocity_world(now_s)), now_s);
         if self.session.pose_seq() > before {
             self.sent.push_back((self.session.pose_seq(), now_s));
+        }
+    }
+
+    /// Keeps what is held where a moment of the run has come.
+    fn keep_moment(&mut self, share: f64) {
+        let is_due = quality::AT.get(self.moments.len()).is_some_and(|at| share >= *at);
+        if let (true, Some(path)) = (is_due && self.shared.keeps_moments && self.index < quality::CLIENTS, &self.path) {
+            self.moments.push(Moment { held: self.held.clone(), world_from_eye: path.at(self.now_s()) });
         }
     }
 

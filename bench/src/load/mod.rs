@@ -3,6 +3,7 @@
 
 mod client;
 mod paths;
+mod quality;
 mod table;
 
 use std::path::PathBuf;
@@ -33,6 +34,8 @@ pub struct Load {
     pub stall: f64,
     /// Which clock the server runs.
     pub clock: Clock,
+    /// The still scene that the server shows, where pictures of what clients held are to be compared with it.
+    pub scene: Option<String>,
 }
 
 /// What came of a run.
@@ -56,6 +59,8 @@ pub struct Report {
     pub worst_interval_by_mean: f64,
     /// Resident memory of the server when nobody was connected, and its growth a client; where it tells.
     pub server_memory: Option<Memory>,
+    /// FLIP over covered pixels of what the first clients held at moments of the run, where the scene is told.
+    pub flip_covered: Vec<f64>,
     /// How many clients ended by an error.
     pub errors: usize,
     /// Every client.
@@ -104,7 +109,13 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
     let traces: Vec<Trace> = load.traces.iter().map(|path| read_trace(path)).collect::<anyhow::Result<_>>()?;
     let before = health(&load.server).await;
     let started = Instant::now();
-    let shared = Arc::new(client::Shared { url: websocket_url(&load.server), traces, clock: load.clock, started });
+    let shared = Arc::new(client::Shared {
+        url: websocket_url(&load.server),
+        traces,
+        clock: load.clock,
+        started,
+        keeps_moments: load.scene.is_some(),
+    });
     let stalled = (load.stall * load.clients as f64).ceil() as usize;
     let clients: Vec<_> = (0..load.clients)
         .map(|index| {
@@ -119,7 +130,14 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
     for client in clients {
         reports.push(client.await.context("a client task failed")?);
     }
-    Ok(report(load, reports, &before, during, started.elapsed().as_secs_f64()))
+    let seconds = started.elapsed().as_secs_f64();
+    let mut report = report(load, reports, &before, during, seconds);
+    if let Some(scene) = load.scene.clone() {
+        let moments: Vec<_> = report.clients.iter().flat_map(|client| client.moments.clone()).collect();
+        let drawn = move || quality::flip_covered(&scene, client::VIEW.fov_y_rad, &moments);
+        report.flip_covered = tokio::task::spawn_blocking(drawn).await.context("drawing failed")??;
+    }
+    Ok(report)
 }
 
 fn report(
@@ -146,6 +164,7 @@ fn report(
         interval_ms: Percentiles::of(readers().flat_map(|client| client.intervals_ms.iter().copied()).collect()),
         worst_interval_by_mean: readers().map(ClientReport::longest_interval_by_mean).fold(f64::NAN, f64::max),
         server_memory,
+        flip_covered: Vec::new(),
         errors: readers().filter(|client| client.error.is_some()).count(),
         clients,
     }

@@ -32,6 +32,11 @@ pub fn table(report: &Report) -> String {
         );
         line("server memory a client MiB", format!("{:.2}", mib(memory.per_client_bytes)));
     }
+    if !report.flip_covered.is_empty() {
+        let mean = report.flip_covered.iter().sum::<f64>() / report.flip_covered.len() as f64;
+        let worst = report.flip_covered.iter().copied().fold(0.0, f64::max);
+        line("FLIP over covered, mean / worst", format!("{mean:.3} / {worst:.3}"));
+    }
     line("errors", report.errors.to_string());
     for client in report.clients.iter().filter(|client| client.error.is_some()) {
         let error = client.error.as_deref().unwrap_or_default();

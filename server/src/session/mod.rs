@@ -26,6 +26,7 @@ use crate::client::Client;
 use crate::config::Config;
 use crate::frame::Stage;
 use crate::imager::Imager;
+use crate::impostors::relief::Judged;
 use crate::plan::{self, Rules};
 use crate::stats::Stats;
 use crate::viewer::Viewer;
@@ -87,8 +88,10 @@ impl Shared {
         let stage = Stage::new(scene.clone(), rules, config.discretization, imager)
             .coded_by(config.coding)
             .placed(config.placement)
-            .coarse_first(config.clock == Clock::Wall);
-        let stage = if config.relief { stage.with_reliefs() } else { stage };
+            .coarse_first(config.clock == Clock::Wall)
+            .shed_load(config.clock == Clock::Wall);
+        let judged = if config.clock == Clock::Wall { Judged::Aside } else { Judged::AtOnce };
+        let stage = if config.relief { stage.with_reliefs(judged) } else { stage };
         let worker = Worker::start(stage, config.limits.clients, stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
         let camera_names = scene.named_cameras.iter().map(|named| named.name.clone()).collect();

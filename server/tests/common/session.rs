@@ -16,6 +16,7 @@ use vantage_server::client::Client;
 use vantage_server::discretize::Discretization;
 use vantage_server::frame::{Made, Stage};
 use vantage_server::imager::GpuImager;
+use vantage_server::impostors::relief::Judged;
 use vantage_server::plan::{PARALLAX_ERROR_PX, Reason, Rules};
 use vantage_server::start::{near_m, start_pose};
 use vantage_server::viewer::Viewer;
@@ -127,7 +128,17 @@ impl Session {
 
     /// The same by a server that shows many objects of a shape by one image.
     pub fn with_reliefs(self) -> Session {
-        Session { stage: self.stage.with_reliefs(), ..self }
+        self.with_reliefs_judged(Judged::AtOnce)
+    }
+
+    /// The same, whose shapes are judged at a time.
+    pub fn with_reliefs_judged(self, judged: Judged) -> Session {
+        Session { stage: self.stage.with_reliefs(judged), ..self }
+    }
+
+    /// A pause in which nobody waits; whether there was work to do.
+    pub fn pause(&mut self) -> bool {
+        self.stage.work_aside().expect("it draws")
     }
 
     /// One update, where there is one, and an interval's time.

@@ -23,6 +23,7 @@ use server::coding::CodingRule;
 use server::discretize::Discretization;
 use server::frame::Stage;
 use server::imager::GpuImager;
+use server::impostors::relief::Judged;
 use server::plan::{PARALLAX_ERROR_PX, Rules};
 use server::viewer::Viewer;
 use surface::{Corners, HeldSurfaces};
@@ -212,7 +213,7 @@ impl Walker {
         let stage = Stage::new(scene, rules, method, imager).judged_by(setup.rules).coded_by(setup.coding);
         let draws = Draws { shadows: setup.shadows, occlusion_reach_m: setup.occlusion_reach_m, ..Draws::default() };
         Ok(Walker {
-            stage: if setup.relief { stage.with_reliefs() } else { stage },
+            stage: if setup.relief { stage.with_reliefs(Judged::AtOnce) } else { stage },
             client: Client { draws, ..Client::default() },
             viewer: Viewer::at_start(view, start, 0.0),
             set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },

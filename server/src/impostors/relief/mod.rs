@@ -63,6 +63,17 @@ pub struct Relief {
 #[derive(Debug, Default)]
 pub struct Reliefs {
     shapes: BTreeMap<u32, Shape>,
+    judged: Judged,
+}
+
+/// When a shape is judged, for which a software renderer takes a second.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Judged {
+    /// At the first look that it matters to: every run is the same.
+    #[default]
+    AtOnce,
+    /// By [`Reliefs::judge_next`]: no viewer waits for it, and until then its objects are sampled as any others.
+    Aside,
 }
 
 #[derive(Debug)]
@@ -71,6 +82,8 @@ struct Shape {
     objects: Vec<u16>,
     /// `None` before anybody was near.
     verdict: Option<judge::Verdict>,
+    /// The object that a viewer came near to before there was a verdict.
+    asked_for: Option<u16>,
     images: BTreeMap<(End, u32), Relief>,
 }
 
@@ -92,7 +105,7 @@ impl Reliefs {
             let mesh = scene.meshes.get(instance.mesh as usize);
             let is_seen_through = mesh.is_some_and(|mesh| scene.is_seen_through(mesh.material as usize));
             if !instance.deforms && shown_by_mesh(scene, &all_show, instance.mesh).is_none() && !is_seen_through {
-                let new = || Shape { objects: Vec::new(), verdict: None, images: BTreeMap::new() };
+                let new = || Shape { objects: Vec::new(), verdict: None, asked_for: None, images: BTreeMap::new() };
                 shapes.entry(instance.mesh).or_insert_with(new).objects.push(object);
             }
         }
@@ -100,7 +113,24 @@ impl Reliefs {
         let mut by_count: Vec<(u32, Shape)> = shapes.into_iter().collect();
         by_count.sort_by_key(|(_, shape)| Reverse(shape.objects.len()));
         by_count.truncate(MOST_SHAPES);
-        Reliefs { shapes: by_count.into_iter().collect() }
+        Reliefs { shapes: by_count.into_iter().collect(), judged: Judged::default() }
+    }
+
+    /// The same, whose shapes are judged at another time.
+    pub fn judged(self, judged: Judged) -> Reliefs {
+        Reliefs { judged, ..self }
+    }
+
+    /// Judges one shape that a look asked for; whether there was one.
+    pub fn judge_next(
+        &mut self,
+        (scene, snapshot): (&Scene, &Snapshot),
+        imager: &mut dyn Imager,
+    ) -> Result<bool, ImagerError> {
+        let asked = self.shapes.values_mut().find_map(|shape| Some((shape.asked_for.take()?, &mut shape.verdict)));
+        let Some((object, verdict)) = asked else { return Ok(false) };
+        *verdict = Some(judge::judge(scene, snapshot, object, imager)?);
+        Ok(true)
     }
 
     /// Whether there is nothing to decide.
@@ -109,7 +139,7 @@ impl Reliefs {
     }
 
     /// What a viewer should be shown by which images; `shown` says what it is shown by now. A shape that comes into reach for the first
-    /// time is judged, and what was found is said in the log; one a call, for it takes a software renderer a second.
+    /// time is judged, or asked for, and what was found is said in the log; one a call, for it takes a software renderer a second.
     pub fn wanted(
         &mut self,
         (scene, snapshot): (&Scene, &Snapshot),
@@ -127,6 +157,10 @@ impl Reliefs {
                 let verdict = match &shape.verdict {
                     Some(verdict) => verdict,
                     None if has_judged => continue,
+                    None if self.judged == Judged::Aside => {
+                        shape.asked_for.get_or_insert(object);
+                        continue;
+                    }
                     None => {
                         has_judged = true;
                         shape.verdict.insert(judge::judge(scene, snapshot, object, imager)?)
