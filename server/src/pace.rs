@@ -14,8 +14,8 @@ const GROWTH: f64 = 2.0;
 const LONG_WAIT_INTERVALS: f64 = 2.0;
 const SHORT_WAIT_INTERVALS: f64 = 0.5;
 /// How far images shrink under load, of [`SIDE_SHARES`]. Among `pillars` on two cores, images of 256 pixels at most: four walkers got 0.9 updates a second
-/// each without this and 2.2 with it, at an equal error (FLIP 0.075 and 0.076; with one step 1.4 and 0.063, with three 2.4 and 0.087); fifty, each first served within
-/// twelve seconds rather than thirty, 0.41 without and 0.10 with it (one step 0.36, three 0.30).
+/// each without this and 2.2 with it, at an equal error (FLIP 0.075 and 0.076; with one step 1.4 and 0.063, with three 2.4 and 0.087); of fifty, in runs of
+/// 30 seconds 0.44 without and 0.23 with it, in runs of 40 0.36 with one step, 0.10 to 0.16 with two and 0.30 with three.
 const MOST_STEPS: usize = 2;
 /// Share of a new update in what a pixel is expected to cost.
 const SMOOTHING: f64 = 0.25;
