@@ -52,8 +52,8 @@ impl Material {
     pub const MIRROR_METALLIC: f32 = 0.9;
     /// See [`Material::MIRROR_METALLIC`].
     pub const MIRROR_ROUGHNESS: f32 = 0.1;
-    /// Up to this roughness a metal is a rough mirror. Half of the facets of a rougher one lean by more than 14 degrees: what it shows is wider than the
-    /// half of a hemisphere, and hardly told from what it mirrors of the sky.
+    /// Up to this roughness a metal is a rough mirror. Half of the facets of a rougher one lean by more than 14 degrees, so that half of what it mirrors
+    /// comes from more than 28 degrees beside the mirrored direction: little is told in that.
     pub const ROUGH_MIRROR_ROUGHNESS: f32 = 0.5;
     /// From this [`Material::transmission`] on a surface is glass; below it, most of its light is its own.
     pub const GLASS_TRANSMISSION: f32 = 0.5;

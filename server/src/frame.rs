@@ -160,7 +160,7 @@ impl Stage {
 
     /// Does a piece of work that looks asked for and need not wait for; whether there was any.
     pub fn work_aside(&mut self) -> Result<bool, StageError> {
-        if self.reliefs.is_nothing() {
+        if !self.reliefs.is_asked() {
             return Ok(false);
         }
         // Shapes are rigid: they look the same at any time.

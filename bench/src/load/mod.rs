@@ -107,6 +107,7 @@ pub struct Memory {
 /// Runs the clients to their end.
 pub async fn run(load: &Load) -> anyhow::Result<Report> {
     let traces: Vec<Trace> = load.traces.iter().map(|path| read_trace(path)).collect::<anyhow::Result<_>>()?;
+    let scene = load.scene.as_deref().map(|name| quality::still_scene(name, load.clock)).transpose()?;
     let before = health(&load.server).await;
     let started = Instant::now();
     let shared = Arc::new(client::Shared {
@@ -132,9 +133,9 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
     }
     let seconds = started.elapsed().as_secs_f64();
     let mut report = report(load, reports, &before, during, seconds);
-    if let Some(scene) = load.scene.clone() {
-        let moments: Vec<_> = report.clients.iter().flat_map(|client| client.moments.clone()).collect();
-        let drawn = move || quality::flip_covered(&scene, client::VIEW.fov_y_rad, &moments);
+    if let Some(scene) = scene {
+        let moments = report.clients.iter_mut().flat_map(|client| std::mem::take(&mut client.moments)).collect();
+        let drawn = move || quality::flip_covered(scene, client::VIEW.fov_y_rad, moments);
         report.flip_covered = tokio::task::spawn_blocking(drawn).await.context("drawing failed")??;
     }
     Ok(report)

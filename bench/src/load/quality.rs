@@ -4,7 +4,9 @@
 use anyhow::Context;
 use camera::{Pinhole, Rigid};
 use gpu::Gpu;
+use protocol::message::Clock;
 use protocol::{Held, Look};
+use scene::Scene;
 use surface::HeldSurfaces;
 
 use crate::client_view::{ClientView, HeldSet};
@@ -25,23 +27,29 @@ pub struct Moment {
     pub(super) world_from_eye: Rigid,
 }
 
+/// A scene that pictures can be compared with; what cannot is said before a run, not after it.
+pub(super) fn still_scene(name: &str, clock: Clock) -> anyhow::Result<Scene> {
+    anyhow::ensure!(clock == Clock::Wall, "pictures are kept in real time only");
+    let scene = load_scene(name, 1.0)?;
+    anyhow::ensure!(!scene.is_animated(), "{name} moves: what it was at a moment, only the server knows");
+    Ok(scene)
+}
+
 /// FLIP over covered pixels at each moment, of a still scene in the plain look.
-pub(super) fn flip_covered(scene: &str, fov_y_rad: f64, moments: &[Moment]) -> anyhow::Result<Vec<f64>> {
-    let loaded = load_scene(scene, 1.0)?;
-    anyhow::ensure!(!loaded.is_animated(), "{scene} moves: what it was at a moment, only the server knows");
+pub(super) fn flip_covered(scene: Scene, fov_y_rad: f64, moments: Vec<Moment>) -> anyhow::Result<Vec<f64>> {
     let gpu = pollster::block_on(Gpu::new_headless())?;
-    let near_m = server::start::near_m(&loaded);
-    let mut stage = Stage::new(&gpu, loaded, Look::Plain)?;
+    let near_m = server::start::near_m(&scene);
+    let mut stage = Stage::new(&gpu, scene, Look::Plain)?;
     let mut view = ClientView::new(&gpu, SIZE_PX)?;
-    let at = |moment: &Moment| -> anyhow::Result<f64> {
-        let camera = Pinhole::symmetric(moment.world_from_eye, SIZE_PX, fov_y_rad, near_m);
-        stage.show(0.0, moment.world_from_eye.translation)?;
+    let at = |Moment { held, world_from_eye }| -> anyhow::Result<f64> {
+        let camera = Pinhole::symmetric(world_from_eye, SIZE_PX, fov_y_rad, near_m);
+        stage.show(0.0, world_from_eye.translation)?;
         let truth = picture(&stage.smooth_truth(&camera)?);
         let mut surfaces = HeldSurfaces::new(&gpu);
-        surfaces.rebuild(&moment.held);
-        let set = HeldSet { held: moment.held.clone(), surfaces, build_ms: 0.0 };
+        surfaces.rebuild(&held);
+        let set = HeldSet { held, surfaces, build_ms: 0.0 };
         let drawn = view.frame(&set, &camera, Default::default())?;
         score(&drawn.picture, &truth, None)?.flip_covered.context("nothing is covered")
     };
-    moments.iter().map(at).collect()
+    moments.into_iter().map(at).collect()
 }

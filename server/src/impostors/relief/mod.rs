@@ -121,6 +121,11 @@ impl Reliefs {
         Reliefs { judged, ..self }
     }
 
+    /// Whether a look asked for a verdict that is still to be given.
+    pub fn is_asked(&self) -> bool {
+        self.shapes.values().any(|shape| shape.asked_for.is_some())
+    }
+
     /// Judges one shape that a look asked for; whether there was one.
     pub fn judge_next(
         &mut self,

@@ -3,6 +3,7 @@
 #import "camera/pinhole.wgsl"
 #import "client/reflect/lobe.wgsl"
 #import "client/reflect/ray.wgsl"
+#import "client/reflect/reflector.wgsl"
 #import "common/surface_light.wgsl"
 
 @group(0) @binding(0) var first: texture_2d<u32>;
@@ -15,9 +16,6 @@
 // As shown, without what rays bring.
 @group(0) @binding(7) var lit: texture_2d<f32>;
 @group(0) @binding(8) var sky: texture_2d<f32>;
-
-// Cosine of how far the normals may lie apart of pixels that share their rays: 15 degrees. Beyond, there is an edge.
-const NORMAL_TURN_COS = 0.966;
 
 const GATHER_SIDE = 2 * LOBE_SIDE - 1;
 

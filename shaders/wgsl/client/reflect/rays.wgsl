@@ -18,9 +18,6 @@
 // Of `composite.wgsl`.
 @group(0) @binding(8) var edges: texture_2d<f32>;
 
-// Cosine of how far a normal may turn from one pixel to the next: 15 degrees. Beyond, there is an edge.
-const NORMAL_TURN_COS = 0.966;
-
 // Sine of 15 degrees: see `facing_normal`.
 const GRAZING_SIN = 0.26;
 

@@ -18,6 +18,9 @@ fn is_glass(material: Material) -> bool {
     return material.transmission >= GLASS_TRANSMISSION_MIN;
 }
 
+// Cosine of how far a normal may turn from a pixel to those beside it: 15 degrees. Beyond, there is an edge.
+const NORMAL_TURN_COS = 0.966;
+
 struct Round {
     // How many mirrors a ray may leave.
     bounces: u32,
