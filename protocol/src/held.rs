@@ -5,6 +5,7 @@
 
 mod apply;
 mod digest;
+mod whole;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ use crate::image::DepthImage;
 use crate::look::{Lighting, Material};
 use crate::sky::Sky;
 
-/// Names a patch for the life of a session. Ids ascend from one added patch to the next, so none is used twice.
+/// Names a patch until everything is forgotten. Ids ascend from one added patch to the next, so none is used twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct PatchId(pub u32);
 
@@ -124,7 +125,7 @@ pub struct Patch {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Edit {
     /// Forgets everything: patches, poses, tables and the digest. Only as the first edit of an update, whose number may then
-    /// leave a gap; the other edits of that update bring the new picture, so the old one stays on screen until it is there.
+    /// be any; the other edits of that update bring the new picture, so the old one stays on screen until it is there.
     Clear,
     /// Holds a new patch.
     Add(Box<Patch>),
@@ -148,6 +149,8 @@ pub enum Edit {
     Light(Box<Lighting>),
     /// Replaces the light from far around.
     Sky(Arc<Sky>),
+    /// Turns these bits of the digest over: what is held came to be by other edits at the sender, see [`Held::whole`].
+    Join(u64),
 }
 
 impl Edit {
@@ -158,7 +161,7 @@ impl Edit {
 /// The edits that one server tick makes; applied as a whole or not at all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Update {
-    /// Counts from 1 without gaps, except before an update that begins with [`Edit::Clear`].
+    /// Counts from 1 without gaps; an update that begins with [`Edit::Clear`] may have any number.
     pub number: u64,
     /// Scene time that the held copy shows afterwards.
     pub scene_time_s: f64,

@@ -1,6 +1,6 @@
 //! [`DepthImage`]: what one camera captured, as plain values with no GPU handle.
 
-use camera::Camera;
+use camera::{Camera, Pinhole, Rigid};
 use serde::{Deserialize, Serialize};
 
 /// Which pixels of an image hold a sample. Row-major bits, least significant first.
@@ -231,6 +231,24 @@ pub struct DepthImage {
 impl DepthImage {
     /// The share of a sample that covers all of its pixel, or hides all: finer steps of a gradient are not told from each other.
     pub const WHOLE: u8 = 64;
+
+    /// An image of one pixel that shows nothing, where a patch is to say just that.
+    pub fn without_samples() -> DepthImage {
+        DepthImage {
+            camera: Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (1, 1), 1.0, 1.0)),
+            depth_scale: DepthScale { w_min: 0.0, w_step: 0.0 },
+            mask: Mask::empty(1, 1),
+            depth: Vec::new(),
+            normal: Vec::new(),
+            normal_rest: Vec::new(),
+            colour_rest: Vec::new(),
+            share: Vec::new(),
+            ends: Vec::new(),
+            colour: Vec::new(),
+            object: Vec::new(),
+            material: Vec::new(),
+        }
+    }
 
     /// How many samples the image holds.
     pub fn sample_count(&self) -> usize {

@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 19;
+pub const VERSION: u16 = 20;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -57,6 +57,31 @@ pub struct Draws {
     pub occlusion_reach_m: f64,
 }
 
+/// What a client is there for.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Role {
+    /// Its viewer looks around.
+    #[default]
+    Viewer,
+    /// It shows the image of the camera of this name, in place of a view of its own.
+    Camera(String),
+    /// Its viewer looks around, and others may follow him by this name.
+    Presenter(String),
+    /// It is sent what the presenter of this name is sent, as soon as there is one, and its viewer looks around in that. Poses of its own change
+    /// nothing.
+    Follower(String),
+}
+
+impl Role {
+    /// The longest name of a presenter, in bytes.
+    pub const MAX_NAME_BYTES: usize = 64;
+
+    /// Whether it is sent what its own poses ask for.
+    pub fn is_asking(&self) -> bool {
+        matches!(self, Role::Viewer | Role::Presenter(_))
+    }
+}
+
 /// From the client.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ClientMessage {
@@ -72,8 +97,8 @@ pub enum ClientMessage {
         budget_bytes: u64,
         /// What it draws.
         draws: Draws,
-        /// The name of the camera whose image it shows in place of a view of its own; `None` where its viewer looks around.
-        camera: Option<String>,
+        /// What it is there for.
+        role: Role,
     },
     /// The output changed.
     View(ViewSize),
@@ -123,6 +148,11 @@ pub enum ServerMessage {
     Advanced {
         /// Seconds.
         to_s: f64,
+    },
+    /// To a follower: where the presenter's eye is.
+    Presenter {
+        /// The eye.
+        world_from_eye: Rigid,
     },
     /// Why the server hangs up.
     Goodbye {

@@ -26,6 +26,7 @@ const LIGHT: u8 = 7;
 const PLACE: u8 = 8;
 const WITHDRAW: u8 = 9;
 const SKY: u8 = 10;
+const JOIN: u8 = 11;
 
 /// Appends an update whose masks have the size of their cameras, as those that were decoded do.
 pub fn write_update(update: &Update, out: &mut Vec<u8>) {
@@ -109,6 +110,10 @@ fn write_edit(edit: &Edit, out: &mut Writer) {
             out.u8(SKY);
             codec::write_sky(sky, &mut Packer::new(), out);
         }
+        Edit::Join(bits) => {
+            out.u8(JOIN);
+            out.u64(*bits);
+        }
     }
 }
 
@@ -137,6 +142,7 @@ fn read_edit(reader: &mut Reader) -> Result<Edit, WireError> {
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
         SKY => Edit::Sky(Arc::new(codec::read_sky(reader, &mut Unpacker::new())?)),
+        JOIN => Edit::Join(reader.u64()?),
         _ => return Err(CodecError::Damaged("kind of edit").into()),
     })
 }

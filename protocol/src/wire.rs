@@ -17,6 +17,8 @@ pub(crate) mod graph;
 use std::sync::Arc;
 
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use bytes::Bytes;
+use camera::Rigid;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -112,6 +114,7 @@ enum ServerControl {
     Pong(u32),
     Advanced { to_s: f64 },
     Goodbye { reason: String },
+    Presenter { world_from_eye: Rigid },
 }
 
 /// The bytes of a client's message.
@@ -131,17 +134,18 @@ pub fn decode_client(bytes: &[u8], limits: &Limits) -> Result<Envelope<ClientMes
 }
 
 /// The messages that carry what a server says: one, or for an update as many as it has fragments.
-pub fn encode_server(envelope: &Envelope<ServerMessage>) -> Vec<Vec<u8>> {
+pub fn encode_server(envelope: &Envelope<ServerMessage>) -> Vec<Bytes> {
     let control = match &envelope.message {
         ServerMessage::Update(update) => {
-            return fragments(envelope.at_s, &encode_update(update, Coding::default())).collect();
+            return encode_update(update, Coding::default()).packed(envelope.at_s).fragments.to_vec();
         }
         ServerMessage::Welcome(welcome) => ServerControl::Welcome(welcome.clone()),
         ServerMessage::Pong(number) => ServerControl::Pong(*number),
         ServerMessage::Advanced { to_s } => ServerControl::Advanced { to_s: *to_s },
         ServerMessage::Goodbye { reason } => ServerControl::Goodbye { reason: reason.clone() },
+        &ServerMessage::Presenter { world_from_eye } => ServerControl::Presenter { world_from_eye },
     };
-    vec![encode_control(envelope.at_s, &control)]
+    vec![encode_control(envelope.at_s, &control).into()]
 }
 
 /// A server's message.
@@ -155,6 +159,7 @@ pub fn decode_server(bytes: &[u8], limits: &Limits) -> Result<Envelope<ServerPac
             ServerControl::Pong(number) => ServerMessage::Pong(number),
             ServerControl::Advanced { to_s } => ServerMessage::Advanced { to_s },
             ServerControl::Goodbye { reason } => ServerMessage::Goodbye { reason },
+            ServerControl::Presenter { world_from_eye } => ServerMessage::Presenter { world_from_eye },
         }),
         FRAGMENT => {
             let (update, total_bytes, offset) = (reader.u32()?, reader.u32()?, reader.u32()?);
@@ -191,7 +196,8 @@ fn read_envelope(reader: &mut Reader) -> Result<(u8, f64), WireError> {
 pub(crate) fn travel(bytes: &[u8]) -> Result<Option<f64>, WireError> {
     let mut reader = Reader::new(bytes);
     let (kind, at_s) = read_envelope(&mut reader)?;
-    let travels = kind != CONTROL || matches!(decode_control(&mut reader)?, ServerControl::Pong(_));
+    let travels = kind != CONTROL
+        || matches!(decode_control(&mut reader)?, ServerControl::Pong(_) | ServerControl::Presenter { .. });
     Ok(travels.then_some(at_s))
 }
 
@@ -222,6 +228,7 @@ pub fn server_message_kind(bytes: &[u8]) -> Option<&'static str> {
         ServerControl::Pong(_) => "pong",
         ServerControl::Advanced { .. } => "advanced",
         ServerControl::Goodbye { .. } => "goodbye",
+        ServerControl::Presenter { .. } => "presenter",
     })
 }
 
@@ -244,11 +251,38 @@ pub struct EncodedUpdate {
     pub ends: Vec<usize>,
 }
 
+/// An update in the messages that carry it, each of at most [`FRAGMENT_BYTES`] and a head. Clones share their bytes: as many sessions as like
+/// send the same ones.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PackedUpdate {
+    /// [`Update::number`].
+    pub number: u64,
+    /// [`Update::digest`].
+    pub digest: u64,
+    /// Whether it begins with [`Edit::Clear`].
+    pub clears: bool,
+    /// Bytes of the update, without the messages' heads.
+    pub bytes: usize,
+    /// The messages, in order.
+    pub fragments: Arc<[Bytes]>,
+}
+
 impl EncodedUpdate {
     /// Bytes of some of the edits, which must be there.
     pub fn bytes_of(&self, edits: std::ops::Range<usize>) -> usize {
         let end = |edits: usize| edits.checked_sub(1).map_or(UpdateHead::BYTES, |last| self.ends[last]);
         end(edits.end) - end(edits.start)
+    }
+
+    /// Its messages, stamped with the sender's time.
+    pub fn packed(&self, at_s: f64) -> PackedUpdate {
+        PackedUpdate {
+            number: self.number,
+            digest: self.digest,
+            clears: self.clears,
+            bytes: self.bytes.len(),
+            fragments: fragments(at_s, self).map(Bytes::from).collect(),
+        }
     }
 }
 
@@ -298,6 +332,7 @@ const LIGHT: u8 = 7;
 const PLACE: u8 = 8;
 const WITHDRAW: u8 = 9;
 const SKY: u8 = 10;
+const JOIN: u8 = 11;
 
 /// The bytes of an update, before they are split; colours must be settled by `coding`. Pure: it may run on any thread.
 pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
@@ -411,6 +446,10 @@ fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {
             out.u8(SKY);
             codec::write_sky(sky, packer, out);
         }
+        Edit::Join(bits) => {
+            out.u8(JOIN);
+            out.u64(*bits);
+        }
     }
 }
 
@@ -447,6 +486,7 @@ fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) ->
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
         SKY => Edit::Sky(Arc::new(codec::read_sky(reader, unpacker)?)),
+        JOIN => Edit::Join(reader.u64()?),
         _ => return Err(CodecError::Damaged("kind of edit").into()),
     };
     Ok(edit)
@@ -465,7 +505,7 @@ pub(crate) fn decode_table<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result
 }
 
 /// The messages of an update's fragments, in order.
-pub fn fragments(at_s: f64, update: &EncodedUpdate) -> impl Iterator<Item = Vec<u8>> + '_ {
+fn fragments(at_s: f64, update: &EncodedUpdate) -> impl Iterator<Item = Vec<u8>> + '_ {
     let total_bytes = u32::try_from(update.bytes.len()).expect("updates stay under 4 GiB");
     update.bytes.chunks(FRAGMENT_BYTES).enumerate().map(move |(index, bytes)| {
         let mut out = Writer { bytes: Vec::with_capacity(ENVELOPE_BYTES + 12 + bytes.len()) };

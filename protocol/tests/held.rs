@@ -48,6 +48,7 @@ fn send(client: &mut Held, update: &Update) {
 #[test]
 fn both_ends_agree_after_every_kind_of_edit() {
     let (mut server, mut client) = (Held::default(), Held::default());
+    let mut latecomers: Vec<Held> = Vec::new();
     let held = addresses(&image());
     let steps = [
         vec![Edit::Materials(vec![Material::default(); 3]), add(1), add(2)],
@@ -56,6 +57,8 @@ fn both_ends_agree_after_every_kind_of_edit() {
         vec![Edit::Move(vec![moved(2, 1.0), moved(7, 2.0)]), Edit::Remove(PatchId(2)), add(5)],
         vec![relief(6), Edit::Place(PatchId(6), vec![instance(3), instance(9)])],
         vec![relief(7), Edit::Place(PatchId(7), vec![instance(9)]), Edit::Withdraw(vec![9]), Edit::Remove(PatchId(7))],
+        vec![Edit::Remove(PatchId(6))],
+        vec![Edit::Withdraw(vec![3])],
         vec![],
         vec![Edit::Clear, add(8)],
     ];
@@ -65,11 +68,34 @@ fn both_ends_agree_after_every_kind_of_edit() {
         assert_eq!((client.digest(), client.number), (server.digest(), server.number));
         assert!(client.patches == server.patches && client.poses_now == server.poses_now);
         assert!(client.instances == server.instances);
+        // Whoever came after one of the steps holds the same after all that follow.
+        latecomers.iter_mut().for_each(|latecomer| send(latecomer, &update));
+        let mut latecomer = Held::default();
+        send(&mut latecomer, &server.whole());
+        latecomers.push(latecomer);
+        for latecomer in &latecomers {
+            assert_eq!((latecomer.digest(), latecomer.number), (server.digest(), server.number));
+            assert_eq!(latecomer.sample_count(), server.sample_count());
+            assert!(latecomer.patches == server.patches && latecomer.instances == server.instances);
+            assert!(latecomer.poses_now == server.poses_now && latecomer.materials == server.materials);
+        }
         let counted: usize = client.patches.values().map(|held| held.patch.image.sample_count()).sum();
         assert_eq!(client.sample_count(), counted);
     }
     assert_eq!(client.patches.keys().copied().collect::<Vec<_>>(), [PatchId(8)]);
     assert!(client.materials.is_empty() && client.poses_now.is_empty() && client.instances.is_empty(), "cleared");
+}
+
+#[test]
+fn a_whole_copy_that_came_out_otherwise_is_refused() {
+    let mut server = Held::default();
+    server.commit(vec![add(1)], 0.0, 0).unwrap();
+    let mut whole = server.whole();
+    let Some(Edit::Add(patch)) = whole.edits.iter_mut().find(|edit| matches!(edit, Edit::Add(_))) else {
+        panic!("the patch is in it")
+    };
+    patch.image.depth[3] ^= 1;
+    assert_eq!(Held::default().apply(&whole), Err(HeldError::Digest { number: 1 }));
 }
 
 #[test]
@@ -183,10 +209,10 @@ fn numbers_and_digests_must_follow() {
     let wrong = Update { digest: second.digest ^ 1, ..second.clone() };
     assert_eq!(client.apply(&wrong), Err(HeldError::Digest { number: 2 }));
     client.apply(&second).unwrap();
-    // A fresh start may leave a gap, and ids go on ascending.
+    // A fresh start may leave a gap or come again, and ids begin anew.
     server.commit(vec![add(3)], 0.2, 0).unwrap();
-    assert!(matches!(server.commit(vec![Edit::Clear, add(3)], 0.3, 0), Err(HeldError::PatchIdUsed(_))));
-    let fresh = server.commit(vec![Edit::Clear, add(4)], 0.3, 0).unwrap();
+    let fresh = server.commit(vec![Edit::Clear, add(1)], 0.3, 0).unwrap();
+    client.apply(&fresh).unwrap();
     client.apply(&fresh).unwrap();
     assert_eq!(client.digest(), server.digest());
 }

@@ -9,12 +9,11 @@ use common::{cast, fragments, patch, with_ends};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use vantage_protocol::codec::Coding;
-use vantage_protocol::message::{Clock, Draws, ServerMessage, Shadows, VERSION, ViewSize, Welcome};
+use vantage_protocol::message::{Clock, Draws, Role, ServerMessage, Shadows, VERSION, ViewSize, Welcome};
 use vantage_protocol::plain::{read_update, write_update};
 use vantage_protocol::wire::{
     Assembler, Envelope, FRAGMENT_BYTES, Fragment, ServerPacket, UpdateHead, WireError, client_message_kind,
-    decode_client, decode_server, decode_update, encode_client, encode_server, encode_update, fragments as split,
-    server_message_kind,
+    decode_client, decode_server, decode_update, encode_client, encode_server, encode_update, server_message_kind,
 };
 use vantage_protocol::{
     Area, AreaShape, ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, NextSteps,
@@ -31,7 +30,7 @@ fn client_messages() -> Vec<ClientMessage> {
             view: VIEW,
             budget_bytes: 1 << 30,
             draws: Draws { shadows: Shadows::Soft, antialiased: false, occlusion_reach_m: 0.5 },
-            camera: Some("round the corner".to_owned()),
+            role: Role::Follower("ein Führer".to_owned()),
         },
         ClientMessage::View(VIEW),
         ClientMessage::Pose {
@@ -94,6 +93,7 @@ fn update_of(size_px: (u32, u32)) -> Update {
         Edit::Move(vec![]),
         Edit::Place(PatchId(9), vec![Instance { pose, tint: [1, 2, 255] }]),
         Edit::Withdraw(vec![7, 65535]),
+        Edit::Join(0x0123_4567_89ab_cdef),
     ];
     let first = Step { way_world: Vec3::new(0.0, -2.0, 1e-9), turn_world: Vec3::Y };
     let second = Step { way_world: Vec3::Z, turn_world: Vec3::new(f32::MIN_POSITIVE, 3.0, f32::MAX) };
@@ -119,6 +119,7 @@ fn every_server_message_comes_back() {
         ServerMessage::Pong(3),
         ServerMessage::Advanced { to_s: 1.0 },
         ServerMessage::Goodbye { reason: "because".into() },
+        ServerMessage::Presenter { world_from_eye: Rigid::look_at(DVec3::ONE, DVec3::ZERO) },
     ];
     for message in messages {
         let bytes = encode_server(&Envelope { at_s: -1.0, message: message.clone() });
@@ -195,7 +196,7 @@ fn malformed_and_oversized_messages_are_refused_by_name() {
     assert!(matches!(decode_client(&timeless, &limits), Err(WireError::Time)));
     // A text that claims to be longer than everything.
     let goodbye = Envelope { at_s: 0.0, message: ServerMessage::Goodbye { reason: "x".into() } };
-    let mut bytes = encode_server(&goodbye).remove(0);
+    let mut bytes = encode_server(&goodbye).remove(0).to_vec();
     bytes[13..21].copy_from_slice(&u64::MAX.to_le_bytes());
     assert!(matches!(decode_server(&bytes, &limits), Err(WireError::Control(_))));
 }
@@ -294,8 +295,8 @@ proptest! {
         update.bytes.resize(length, 7);
         let mut assembler = Assembler::default();
         let mut whole = Vec::new();
-        for bytes in split(0.0, &update) {
-            match decode_server(&bytes, &Limits::default()).unwrap().message {
+        for bytes in update.packed(0.0).fragments.iter() {
+            match decode_server(bytes, &Limits::default()).unwrap().message {
                 ServerPacket::Fragment(fragment) => whole.extend(assembler.push(fragment, &Limits::default()).unwrap()),
                 ServerPacket::Control(_) => unreachable!(),
             }

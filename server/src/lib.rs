@@ -1,7 +1,7 @@
 //! The server: plan -> discretize -> encode -> socket.
 //!
 //! - [`app`]: one port with the web client, the websocket and `/healthz`; [`session`]: one client's connection, on either
-//!   clock.
+//!   clock; [`audience`]: clients that follow another.
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
 //!   what it lacks; [`pace`]: how large images are while it moves; [`frame`]: one tick, from scene time to edits;
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
@@ -19,6 +19,7 @@ pub mod account;
 pub mod anticipate;
 pub mod app;
 pub mod asked;
+pub mod audience;
 pub mod cameras;
 pub mod client;
 pub mod coding;

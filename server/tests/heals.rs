@@ -122,7 +122,7 @@ impl Pair {
             self.up.send(bytes, now_s);
         }
         while let Some(bytes) = self.server.poll_transmit(now_s) {
-            self.down.send(bytes, now_s);
+            self.down.send(bytes.into(), now_s);
         }
     }
 

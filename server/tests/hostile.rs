@@ -10,18 +10,18 @@ use camera::{Camera, Pinhole, Rigid};
 use futures_util::{SinkExt, StreamExt};
 use net::{Client, Socket, VIEW, config, request, room, socket, start};
 use protocol::limits::Limits;
-use protocol::message::{ClientMessage, Clock, Draws, ServerMessage, VERSION};
+use protocol::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION};
 use protocol::wire::{Envelope, ServerPacket, decode_server, encode_client};
 use tokio_tungstenite::tungstenite::Message;
 use vantage_server::{Config, Running};
 
 fn hello(version: u16, clock: Clock) -> Message {
-    hello_for(version, clock, None)
+    hello_for(version, clock, Role::Viewer)
 }
 
-fn hello_for(version: u16, clock: Clock, camera: Option<String>) -> Message {
+fn hello_for(version: u16, clock: Clock, role: Role) -> Message {
     let draws = Draws::default();
-    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, draws, camera })
+    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, draws, role })
 }
 
 fn say(message: ClientMessage) -> Message {
@@ -106,7 +106,7 @@ async fn who_asks_for_a_camera_that_is_not_there_is_told_those_that_are_and_othe
     other.run(10.0, |other| !other.updates.is_empty()).await.expect("a session");
     for (asked, words) in [("nowhere".to_owned(), "\"nowhere\""), (String::new(), "\"\""), ("x".repeat(900), "\"xxx")] {
         let mut socket = socket(&running).await;
-        socket.send(hello_for(VERSION, Clock::Wall, Some(asked))).await.expect("send");
+        socket.send(hello_for(VERSION, Clock::Wall, Role::Camera(asked))).await.expect("send");
         let reason = goodbye(&mut socket).await.expect("words");
         assert!([words, "both-sides, two-corners"].iter().all(|word| reason.contains(word)), "{reason}");
         let so_far = other.updates.len();

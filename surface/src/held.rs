@@ -108,7 +108,8 @@ impl HeldSurfaces {
                 | Edit::Withdraw(_)
                 | Edit::Materials(_)
                 | Edit::Light(_)
-                | Edit::Sky(_) => {}
+                | Edit::Sky(_)
+                | Edit::Join(_) => {}
             }
         }
         self.set_poses(&held.poses_now);

@@ -16,7 +16,8 @@ use client::receive::viewer::{SocketCommand, Viewer};
 use client::show::begin;
 use client::show::controls::{Controls, Mode};
 use glam::DVec2;
-use protocol::message::{Clock, ViewSize};
+use protocol::message::{Clock, Role, ViewSize};
+use protocol::session::AUDIENCE_BUDGET_BYTES;
 use protocol::{Held, Purpose};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
@@ -33,8 +34,8 @@ const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
 const APPLY_BUDGET_S: f64 = 0.008;
 /// Seconds between two changes of the figures: readable, and cheap.
 const PANEL_INTERVAL_S: f64 = 0.25;
-/// What the held copy may take of the page's memory: three million samples; phones give a page about 1 GB.
-const BUDGET_BYTES: u64 = 256 << 20;
+/// What the held copy may take of the page's memory: phones give a page about 1 GB.
+const BUDGET_BYTES: u64 = AUDIENCE_BUDGET_BYTES;
 /// Milliseconds between two turns of the network while the page is hidden and draws nothing.
 const HIDDEN_INTERVAL_MS: i32 = 1000;
 /// Devices lost in a row after which another interface is tried, and after which nothing more is.
@@ -50,8 +51,7 @@ struct Wishes {
     url: String,
     renderer: Option<Renderer>,
     picture: PictureOptions,
-    /// The camera whose image is shown.
-    camera: Option<String>,
+    role: Role,
     /// Where to begin instead of where the server says.
     start: Option<Rigid>,
     fov_y_rad: f64,
@@ -103,7 +103,7 @@ pub async fn start() -> Result<(), String> {
         viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
             .with_budget(BUDGET_BYTES)
             .with_draws(wishes.picture.draws())
-            .with_camera(wishes.camera),
+            .with_role(wishes.role),
         url: wishes.url,
         socket: None,
         scene: String::new(),
@@ -190,7 +190,8 @@ fn wishes() -> Result<Wishes, String> {
     let picture = PictureOptions { frame, occlusion, shadow, in_time, ..PictureOptions::default() };
     let start = begin::pose(query.get("eye").as_deref(), query.get("target").as_deref())?;
     let fov_y_rad = query.get("fov").map_or(Ok(FOV_Y_RAD), |degrees| begin::fov_y_rad(&degrees))?;
-    Ok(Wishes { url, renderer, picture, camera: query.get("camera"), start, fov_y_rad })
+    let role = begin::role(query.get("camera"), query.get("present"), query.get("follow"))?;
+    Ok(Wishes { url, renderer, picture, role, start, fov_y_rad })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
@@ -298,6 +299,7 @@ impl App {
                 (Action::SwitchMode, Some(controls)) => {
                     controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
                 }
+                (Action::Follow, _) => self.follow(),
                 (Action::Restart, _) => self.controls = self.start_controls(),
                 (Action::Shown, _) => {
                     self.drawn.stale = true;
@@ -335,6 +337,17 @@ impl App {
             // A restarted server with the same scene leaves the eye where it is.
             self.scene.clone_from(&welcome.scene_name);
             self.controls = self.start_controls();
+            self.follow();
+        }
+        if let (Some(controls), Some(there)) = (&mut self.controls, self.viewer.presenter()) {
+            controls.lead_to(there);
+        }
+    }
+
+    /// Lets a follower's eye go with the presenter's, until he moves it.
+    fn follow(&mut self) {
+        if let (Role::Follower(_), Some(controls)) = (self.viewer.role(), &mut self.controls) {
+            controls.be_led();
         }
     }
 
@@ -440,6 +453,7 @@ impl App {
         self.page.show_soft(soft);
         self.page.show_effects(self.screen.as_ref().map(|screen| screen.picture.effects()));
         self.page.show_mode(self.controls.as_ref().map(Controls::mode));
+        self.page.show_role(self.viewer.role(), self.controls.as_ref().is_some_and(Controls::is_led));
         self.page.show_status(&self.status(now_s));
         self.page.show_progress(self.viewer.progress(), self.viewer.is_open());
     }
@@ -482,6 +496,7 @@ pub fn snapshot() -> String {
         "size_px": app.screen.as_ref().map(Screen::size_px),
         "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
         "pose": pose,
+        "led": app.controls.as_ref().is_some_and(Controls::is_led),
         "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
         "stats": stats,
         "device_losses": app.losses,

@@ -21,6 +21,8 @@ pub enum Action {
     Move(Input),
     /// Back to the start.
     Restart,
+    /// Go with the presenter.
+    Follow,
     /// Walk or turn.
     SwitchMode,
     /// The page is shown again.
@@ -43,6 +45,8 @@ pub fn listen_to_page(sink: &Sink) -> Result<(), String> {
     listen(&page::document(), "visibilitychange", move |_: Event| shown(Action::Shown));
     let mode = std::rc::Rc::clone(sink);
     listen(page::element("mode")?.as_ref(), "click", move |_: Event| mode(Action::SwitchMode));
+    let follow = std::rc::Rc::clone(sink);
+    listen(page::element("role")?.as_ref(), "click", move |_: Event| follow(Action::Follow));
     listen(page::element("help-open")?.as_ref(), "click", |_: Event| page::toggle_help());
     listen(page::element("panel-toggle")?.as_ref(), "click", |_: Event| page::toggle_figures());
     Ok(())
@@ -101,6 +105,7 @@ fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
     }
     match code.as_str() {
         "KeyR" => sink(Action::Restart),
+        "KeyF" => sink(Action::Follow),
         "KeyM" => sink(Action::SwitchMode),
         "KeyP" => page::toggle_figures(),
         "KeyH" => page::toggle_help(),

@@ -6,6 +6,7 @@ use client::receive::stats::Stats;
 use client::receive::viewer::Progress;
 use client::show::controls::Mode;
 use client::show::panel::short_count;
+use protocol::message::Role;
 use wasm_bindgen::JsCast;
 use web_sys::{Document, Element, HtmlCanvasElement, HtmlElement};
 
@@ -58,6 +59,7 @@ pub struct Page {
     loading_detail: HtmlElement,
     progress: HtmlElement,
     mode: HtmlElement,
+    role: HtmlElement,
 }
 
 impl Page {
@@ -82,6 +84,7 @@ impl Page {
             loading_detail: element("loading-detail")?,
             progress: element("progress")?,
             mode: element("mode")?,
+            role: element("role")?,
         })
     }
 
@@ -120,6 +123,19 @@ impl Page {
         let walking = mode == Some(Mode::Walk);
         set_text(&self.mode, if walking { "Walking" } else { "Turning" });
         set_attribute(&self.mode, "aria-pressed", if walking { "true" } else { "false" });
+    }
+
+    /// Shows who presents or is followed; pressed while the eye goes with his.
+    pub fn show_role(&self, role: &Role, is_led: bool) {
+        let text = match role {
+            Role::Viewer | Role::Camera(_) => String::new(),
+            Role::Presenter(name) => format!("Presenting as {name}"),
+            Role::Follower(name) if is_led => format!("Following {name}"),
+            Role::Follower(name) => format!("Follow {name}"),
+        };
+        set_text(&self.role, &text);
+        self.role.set_hidden(text.is_empty());
+        set_attribute(&self.role, "aria-pressed", if is_led { "true" } else { "false" });
     }
 
     /// Shows what is wrong, or nothing.

@@ -26,6 +26,9 @@ struct Options {
     /// Without: eight made paths
     #[arg(long)]
     trace: Vec<PathBuf>,
+    /// The first client presents and all others follow it; of those five decode what they get, the others only acknowledge it
+    #[arg(long, conflicts_with = "clock")]
+    audience: bool,
     /// Share of the clients, in percent, that stop reading after a quarter of the time
     #[arg(long, default_value_t = 0.0)]
     stall: f64,
@@ -73,6 +76,7 @@ fn run(options: &Options) -> anyhow::Result<bool> {
             ClockName::Wall => Clock::Wall,
             ClockName::Virtual => Clock::Virtual,
         },
+        audience: options.audience,
         scene: options.quality.clone(),
     };
     let report = tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(load::run(&load))?;

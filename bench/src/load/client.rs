@@ -9,7 +9,7 @@ use camera::{Motion, Trace};
 use futures_util::{SinkExt, StreamExt};
 use protocol::Held;
 use protocol::limits::Limits;
-use protocol::message::{Clock, ViewSize};
+use protocol::message::{Clock, Role, ViewSize};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, ReceivedUpdate};
 use protocol::wire::decode_update;
 use serde::Serialize;
@@ -51,6 +51,25 @@ pub struct Shared {
     pub started: Instant,
     /// Whether what the first clients hold is kept at moments, to be drawn.
     pub keeps_moments: bool,
+    /// The name by which the first client presents and all others follow; `None` where each goes his own way.
+    pub audience: Option<String>,
+}
+
+/// So many followers decode what they get; the others acknowledge it by what its head says, which is what their server sees of it.
+const DECODING_FOLLOWERS: usize = 5;
+
+impl Shared {
+    fn role(&self, index: usize) -> Role {
+        match &self.audience {
+            None => Role::Viewer,
+            Some(name) if index == 0 => Role::Presenter(name.clone()),
+            Some(name) => Role::Follower(name.clone()),
+        }
+    }
+
+    fn decodes(&self, index: usize) -> bool {
+        self.audience.is_none() || index <= DECODING_FOLLOWERS
+    }
 }
 
 /// What one client saw.
@@ -69,6 +88,9 @@ pub struct ClientReport {
     /// Pose sent to its update decoded; one value a pose that an update answered.
     #[serde(skip)]
     pub latencies_ms: Vec<f64>,
+    /// From the server's stamp of an update to its last byte here, by the clock that pings agree on; on the wall clock.
+    #[serde(skip)]
+    pub lags_ms: Vec<f64>,
     /// Between updates, the first one's excepted.
     #[serde(skip)]
     pub intervals_ms: Vec<f64>,
@@ -94,7 +116,10 @@ impl ClientReport {
 pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, duration: Duration) -> ClientReport {
     let begun_s = if shared.clock == Clock::Virtual { 0.0 } else { shared.started.elapsed().as_secs_f64() };
     let mut client = Client {
-        session: ClientSession::new(ClientConfig::new(shared.clock, VIEW), begun_s),
+        session: ClientSession::new(
+            ClientConfig { role: shared.role(index), ..ClientConfig::new(shared.clock, VIEW) },
+            begun_s,
+        ),
         shared,
         index,
         held: Held::default(),
@@ -104,6 +129,7 @@ pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, duration: Durati
         virtual_s: 0.0,
         updates: 0,
         latencies_ms: Vec::new(),
+        lags_ms: Vec::new(),
         intervals_ms: Vec::new(),
         moments: Vec::new(),
     };
@@ -121,6 +147,7 @@ pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, duration: Durati
         mean_interval_ms: intervals.iter().sum::<f64>() / intervals.len() as f64,
         max_interval_ms: intervals.iter().copied().fold(f64::NAN, f64::max),
         latencies_ms: client.latencies_ms,
+        lags_ms: client.lags_ms,
         intervals_ms: client.intervals_ms,
         moments: client.moments,
         error: result.err().map(|error| format!("{error:#}")),
@@ -139,6 +166,7 @@ struct Client {
     virtual_s: f64,
     updates: u64,
     latencies_ms: Vec<f64>,
+    lags_ms: Vec<f64>,
     intervals_ms: Vec<f64>,
     moments: Vec<Moment>,
 }
@@ -207,6 +235,7 @@ impl Client {
             match event {
                 ClientEvent::Welcome(welcome) => self.path = Some(self.choose_path(&welcome)),
                 ClientEvent::Update(received) => self.update(received).await?,
+                ClientEvent::Presenter(_) => {}
                 ClientEvent::Advanced { .. } => advanced = true,
             }
         }
@@ -241,7 +270,7 @@ impl Client {
 
     fn pose(&mut self) {
         let now_s = self.now_s();
-        let Some(path) = &self.path else { return };
+        let Some(path) = self.path.as_ref().filter(|_| self.shared.role(self.index).is_asking()) else { return };
         let before = self.session.pose_seq();
         self.session.set_pose(path.at(now_s), Motion::along(path.velocity_world(now_s)), now_s);
         if self.session.pose_seq() > before {
@@ -258,18 +287,16 @@ impl Client {
     }
 
     async fn update(&mut self, received: ReceivedUpdate) -> anyhow::Result<()> {
-        let mut held = std::mem::take(&mut self.held);
-        // Decoding takes milliseconds: not on a thread that other clients' sockets wait for.
-        let (held, head) = tokio::task::spawn_blocking(move || -> anyhow::Result<_> {
-            let update = decode_update(&received.bytes, &Limits::default())?;
-            held.apply(&update)?;
-            Ok((held, received.head))
-        })
-        .await
-        .context("decoding failed")??;
-        self.held = held;
+        let head = received.head;
+        if let Some(clock) = self.session.scene_clock().filter(|_| self.shared.clock == Clock::Wall) {
+            // In real time scene time is the server's.
+            self.lags_ms.push((clock.scene_time_s(received.arrived_at_s) - received.sent_at_s) * 1e3);
+        }
+        if self.shared.decodes(self.index) {
+            self.decode(received).await?;
+        }
         let now_s = self.now_s();
-        self.session.applied(head.number, self.held.digest(), now_s);
+        self.session.applied(head.number, head.digest, now_s);
         self.updates += 1;
         if let Some(before_s) = self.updated_at_s.replace(now_s) {
             self.intervals_ms.push((now_s - before_s) * 1000.0);
@@ -279,6 +306,20 @@ impl Client {
                 self.latencies_ms.push((now_s - sent_at_s) * 1000.0);
             }
         }
+        Ok(())
+    }
+
+    /// Decodes an update and holds what it says, which fails where its digest does not come out.
+    async fn decode(&mut self, received: ReceivedUpdate) -> anyhow::Result<()> {
+        let mut held = std::mem::take(&mut self.held);
+        // Decoding takes milliseconds: not on a thread that other clients' sockets wait for.
+        self.held = tokio::task::spawn_blocking(move || -> anyhow::Result<_> {
+            let update = decode_update(&received.bytes, &Limits::default())?;
+            held.apply(&update)?;
+            Ok(held)
+        })
+        .await
+        .context("decoding failed")??;
         Ok(())
     }
 }

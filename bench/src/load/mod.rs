@@ -34,6 +34,8 @@ pub struct Load {
     pub stall: f64,
     /// Which clock the server runs.
     pub clock: Clock,
+    /// Whether the first client presents and all others follow it.
+    pub audience: bool,
     /// The still scene that the server shows, where pictures of what clients held are to be compared with it.
     pub scene: Option<String>,
 }
@@ -53,6 +55,8 @@ pub struct Report {
     pub bytes: u64,
     /// From sending a pose to having decoded the update that answers it, all clients that read.
     pub latency_ms: Percentiles,
+    /// From the server's stamp of an update to its last byte at the client, all clients that read; on the wall clock.
+    pub lag_ms: Percentiles,
     /// Time between two updates, all clients that read.
     pub interval_ms: Percentiles,
     /// The worst client's longest interval by its own mean.
@@ -116,6 +120,7 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
         clock: load.clock,
         started,
         keeps_moments: load.scene.is_some(),
+        audience: load.audience.then(|| format!("load test {}", std::process::id())),
     });
     let stalled = (load.stall * load.clients as f64).ceil() as usize;
     let clients: Vec<_> = (0..load.clients)
@@ -162,6 +167,7 @@ fn report(
         updates: readers().map(|client| client.updates).sum(),
         bytes: readers().map(|client| client.bytes).sum(),
         latency_ms: Percentiles::of(readers().flat_map(|client| client.latencies_ms.iter().copied()).collect()),
+        lag_ms: Percentiles::of(readers().flat_map(|client| client.lags_ms.iter().copied()).collect()),
         interval_ms: Percentiles::of(readers().flat_map(|client| client.intervals_ms.iter().copied()).collect()),
         worst_interval_by_mean: readers().map(ClientReport::longest_interval_by_mean).fold(f64::NAN, f64::max),
         server_memory,

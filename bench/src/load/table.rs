@@ -21,6 +21,8 @@ pub fn table(report: &Report) -> String {
         "pose to its update, p50 / p99 ms",
         format!("{:.0} / {:.0}, worst {:.0}", latency.p50, latency.p99, latency.max),
     );
+    let lag = report.lag_ms;
+    line("sent to received, p50 / p99 ms", format!("{:.0} / {:.0}, worst {:.0}", lag.p50, lag.p99, lag.max));
     let interval = report.interval_ms;
     line("interval, mean / p99 / max ms", format!("{:.0} / {:.0} / {:.0}", interval.mean, interval.p99, interval.max));
     line("worst client's max by its mean", format!("{:.2}", report.worst_interval_by_mean));

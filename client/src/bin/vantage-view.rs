@@ -16,7 +16,7 @@ use client::show::headless::{self, HeadlessError, Way};
 use client::show::window::{self, Renderer, WindowError};
 use gpu::GpuError;
 use network::Link;
-use protocol::message::Clock;
+use protocol::message::{Clock, Role};
 use protocol::session::DEFAULT_BUDGET_BYTES;
 use surface::Corners;
 use vantage_client as client;
@@ -24,7 +24,8 @@ use vantage_client as client;
 /// No adapter: `EX_UNAVAILABLE` of sysexits.h.
 const EXIT_NO_ADAPTER: u8 = 69;
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\n\
-    Keys: W A S D or arrows move, Q E down and up, Shift is faster, R back to the start, M walks or turns, P hides the panel.";
+    Keys: W A S D or arrows move, Q E down and up, Shift is faster, R back to the start, M walks or turns, P hides the panel, F follows the \
+    presenter again.";
 
 /// Looks around in the scene of a Vantage server.
 #[derive(Debug, Parser)]
@@ -43,6 +44,12 @@ struct Arguments {
     /// Show the image of one of the server's cameras, by its name, instead of looking around
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// Let others follow, by this name
+    #[arg(long, value_name = "NAME", conflicts_with = "camera")]
+    present: Option<String>,
+    /// See what who presents by this name sees; whoever moves looks around in that, F follows again
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["camera", "present"])]
+    follow: Option<String>,
     /// Memory for what is held, in MiB; what was least recently visible goes first
     #[arg(long, default_value_t = DEFAULT_BUDGET_BYTES >> 20, value_name = "MIB")]
     budget_mib: u64,
@@ -230,13 +237,17 @@ impl Arguments {
         self.budget_mib.saturating_mul(1 << 20)
     }
 
-    fn window(&self) -> window::Options {
+    fn role(&self) -> anyhow::Result<Role> {
+        begin::role(self.camera.clone(), self.present.clone(), self.follow.clone()).map_err(anyhow::Error::msg)
+    }
+
+    fn window(&self, role: Role) -> window::Options {
         window::Options {
             server: self.server.clone(),
             size_px: self.size.unwrap_or((1280, 720)),
             fov_y_rad: self.fov_y_deg.to_radians(),
             budget_bytes: self.budget_bytes(),
-            camera: self.camera.clone(),
+            role,
             renderer: match self.renderer {
                 RendererName::Auto => Renderer::Auto,
                 RendererName::Vulkan => Renderer::Vulkan,
@@ -249,13 +260,13 @@ impl Arguments {
         }
     }
 
-    fn headless(&self, way: Way) -> headless::Options {
+    fn headless(&self, way: Way, role: Role) -> headless::Options {
         let mut options = headless::Options::new(self.server.clone(), way);
         options.out.clone_from(&self.out);
         options.size_px = self.size.unwrap_or(options.size_px);
         options.fov_y_rad = self.fov_y_deg.to_radians();
         options.budget_bytes = self.budget_bytes();
-        options.camera.clone_from(&self.camera);
+        options.role = role;
         options.clock = match self.clock {
             ClockName::Wall => Clock::Wall,
             ClockName::Virtual => Clock::Virtual,
@@ -292,7 +303,7 @@ fn is_without_adapter(error: &anyhow::Error) -> bool {
 }
 
 fn run_window(arguments: &Arguments) -> anyhow::Result<()> {
-    Ok(window::run(arguments.window())?)
+    Ok(window::run(arguments.window(arguments.role()?))?)
 }
 
 fn run_headless(arguments: &Arguments) -> anyhow::Result<()> {
@@ -304,7 +315,7 @@ fn run_headless(arguments: &Arguments) -> anyhow::Result<()> {
     } else {
         Way::Auto
     };
-    let options = arguments.headless(way);
+    let options = arguments.headless(way, arguments.role()?);
     let gpu = gpu::Gpu::block_on(gpu::Gpu::new_headless()).map_err(HeadlessError::from)?;
     let bar = indicatif::ProgressBar::no_length();
     bar.set_style(indicatif::ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {msg}")?);
@@ -394,7 +405,7 @@ mod tests {
         assert!(parse("vantage-view --trace auto").is_err());
         let run =
             parse("vantage-view --headless --trace auto --out here --clock virtual --warm-up false --network rtt=500");
-        let options = run.expect("sound").headless(Way::Auto);
+        let options = run.expect("sound").headless(Way::Auto, Role::Viewer);
         assert_eq!((options.clock, options.warm_up), (Clock::Virtual, false));
         assert_eq!(options.link.map(|link| link.rtt_s), Some(0.5));
     }

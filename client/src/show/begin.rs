@@ -2,6 +2,7 @@
 
 use camera::Rigid;
 use glam::DVec3;
+use protocol::message::Role;
 
 /// Vertical fields of view that pictures keep their shapes in, in degrees.
 const FOV_DEG: std::ops::RangeInclusive<f64> = 1.0..=150.0;
@@ -20,6 +21,22 @@ pub fn pose(eye: Option<&str>, target: Option<&str>) -> Result<Option<Rigid>, St
         return Err("?eye= and ?target= are one point".to_owned());
     }
     Ok(Some(Rigid::look_at(eye, target)))
+}
+
+/// What a viewer is there for, who may have been asked for a camera, or to present or follow, by a name.
+pub fn role(camera: Option<String>, present: Option<String>, follow: Option<String>) -> Result<Role, String> {
+    let roles = [camera.map(Role::Camera), present.map(Role::Presenter), follow.map(Role::Follower)];
+    let mut roles = roles.into_iter().flatten();
+    let role = roles.next().unwrap_or_default();
+    if roles.next().is_some() {
+        return Err("a viewer shows one camera, presents or follows: one of them".to_owned());
+    }
+    match &role {
+        Role::Presenter(name) | Role::Follower(name) if name.is_empty() || name.len() > Role::MAX_NAME_BYTES => {
+            Err(format!("{name:?} is no name of a presenter: use 1 to {} bytes", Role::MAX_NAME_BYTES))
+        }
+        _ => Ok(role),
+    }
 }
 
 /// A vertical field of view in degrees, as radians.
@@ -54,6 +71,17 @@ mod tests {
         assert_eq!(pose.translation, DVec3::new(0.0, 1.5, 4.0));
         assert!(pose.transform_vector(DVec3::Z).abs_diff_eq(DVec3::NEG_Z, 1e-12));
         assert!((fov_y_rad("90").unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_viewer_has_one_role() {
+        let named = |name: &str| Some(name.to_owned());
+        assert_eq!(role(None, None, None), Ok(Role::Viewer));
+        assert_eq!(role(None, None, named("Ada")), Ok(Role::Follower("Ada".to_owned())));
+        assert!(role(named("top"), named("Ada"), None).unwrap_err().contains("one of them"));
+        for wrong in ["", &"a".repeat(65)] {
+            assert!(role(None, named(wrong), None).unwrap_err().contains("no name"), "{wrong}");
+        }
     }
 
     #[test]

@@ -42,13 +42,12 @@ impl Held {
         self.apply_within(update, &Limits::default())
     }
 
-    /// Applies an update as a whole, or changes nothing: its number must follow, ids must be new, addresses must name held
+    /// Applies an update as a whole, or changes nothing: its number must follow unless it clears, ids must be new, addresses must name held
     /// samples, planes must fit their masks, everything must be finite and within `limits`, and the digest must come out as
     /// the update says.
     pub fn apply_within(&mut self, update: &Update, limits: &Limits) -> Result<(), HeldError> {
         let clears = matches!(update.edits.first(), Some(Edit::Clear));
-        let follows = if clears { update.number > self.number } else { update.number == self.number + 1 };
-        if !follows {
+        if !clears && update.number != self.number + 1 {
             return Err(HeldError::Number { held: self.number, update: update.number });
         }
         if !update.scene_time_s.is_finite() {
@@ -214,6 +213,7 @@ impl<'a> Staged<'a> {
             Edit::Clear => {
                 self.cleared = true;
                 (self.count, self.samples, self.pixels) = (0, 0, 0);
+                self.last_patch = None;
             }
             Edit::Add(patch) => self.add(patch)?,
             Edit::Remove(id) => {
@@ -266,6 +266,8 @@ impl<'a> Staged<'a> {
                 }
                 self.sky = Some(sky.clone());
             }
+            // Only the digest changes.
+            Edit::Join(_) => {}
         }
         self.digest.edit(edit);
         Ok(())

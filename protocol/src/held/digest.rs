@@ -22,6 +22,12 @@ impl Digest {
         self.0 = product ^ product >> 32;
     }
 
+    /// Undoes [`Digest::number`] of a value.
+    pub fn take_back(&mut self, value: u64) {
+        let product = self.0 ^ self.0 >> 32;
+        self.0 = product.wrapping_mul(inverse(GOLDEN_RATIO)) ^ value;
+    }
+
     /// Bytes in eights, the last group filled up with zeros; the length goes in first.
     fn bytes(&mut self, bytes: &[u8]) {
         self.number(bytes.len() as u64);
@@ -94,6 +100,7 @@ impl Digest {
                     self.shorts(level.texels.as_flattened());
                 }
             }
+            Edit::Join(bits) => self.0 ^= bits,
         }
     }
 
@@ -133,6 +140,33 @@ impl Digest {
         self.number(poses.len() as u64);
         for pose in poses {
             self.number(u64::from(pose.object));
+        }
+    }
+}
+
+/// The number by which an odd one gives 1 modulo `2^64`: Newton's steps double the right bits, of which an odd number itself has three.
+const fn inverse(odd: u64) -> u64 {
+    let mut inverse = odd;
+    let mut right_bits = 3;
+    while right_bits < 64 {
+        inverse = inverse.wrapping_mul(2_u64.wrapping_sub(odd.wrapping_mul(inverse)));
+        right_bits *= 2;
+    }
+    inverse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_taken_back() {
+        for (state, value) in [(EMPTY, 0), (1, u64::MAX), (0xdead_beef_0123_4567, 42)] {
+            let mut digest = Digest(state);
+            digest.number(value);
+            assert_ne!(digest.0, state);
+            digest.take_back(value);
+            assert_eq!(digest.0, state);
         }
     }
 }

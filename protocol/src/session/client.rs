@@ -7,7 +7,7 @@ use camera::{Motion, Rigid};
 use super::SessionError;
 use super::scene_clock::SceneClock;
 use crate::limits::Limits;
-use crate::message::{ClientMessage, Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
 
 /// Seconds between two poses at least.
@@ -38,8 +38,8 @@ pub struct ClientConfig {
     pub budget_bytes: u64,
     /// What is drawn.
     pub draws: Draws,
-    /// The camera to ask for, by its name; `None` where the viewer looks around.
-    pub camera: Option<String>,
+    /// What it is there for.
+    pub role: Role,
     /// Caps on what the server sends.
     pub limits: Limits,
     /// Without a word from the server for this long, it is gone. Several pings.
@@ -53,7 +53,7 @@ impl ClientConfig {
     /// The usual limits.
     pub fn new(clock: Clock, view: ViewSize) -> ClientConfig {
         let (budget_bytes, limits) = (DEFAULT_BUDGET_BYTES, Limits::default());
-        ClientConfig { clock, view, budget_bytes, draws: Draws::default(), camera: None, limits, silence_s: 20.0 }
+        ClientConfig { clock, view, budget_bytes, draws: Draws::default(), role: Role::Viewer, limits, silence_s: 20.0 }
     }
 }
 
@@ -64,6 +64,8 @@ pub enum ClientEvent {
     Welcome(Box<Welcome>),
     /// An update came in whole: decode and apply it, then call [`ClientSession::applied`] or [`ClientSession::broken`].
     Update(ReceivedUpdate),
+    /// A follower's: where the presenter's eye is.
+    Presenter(Rigid),
     /// Virtual clock: everything up to `to_s` has come.
     Advanced {
         /// Seconds.
@@ -140,7 +142,7 @@ impl ClientSession {
             view: config.view,
             budget_bytes: config.budget_bytes,
             draws: config.draws,
-            camera: config.camera.clone(),
+            role: config.role.clone(),
         };
         ClientSession {
             config,
@@ -207,6 +209,10 @@ impl ClientSession {
             }
             ServerMessage::Pong(number) => self.pong(number, at_s, now_s)?,
             ServerMessage::Advanced { to_s } => self.events.push_back(ClientEvent::Advanced { to_s }),
+            ServerMessage::Presenter { world_from_eye } if world_from_eye.is_valid() => {
+                self.events.push_back(ClientEvent::Presenter(world_from_eye));
+            }
+            ServerMessage::Presenter { .. } => return Err(SessionError::Range("the presenter's eye")),
             ServerMessage::Goodbye { reason } => return Err(SessionError::Goodbye { reason }),
             ServerMessage::Update(_) => unreachable!("updates come in fragments"),
         }

@@ -50,6 +50,9 @@ use thiserror::Error;
 use crate::message::Clock;
 use crate::wire::WireError;
 
+/// What a presenter's copy may take, and a follower must have room for, in bytes: three million samples, as browsers give to a page.
+pub const AUDIENCE_BUDGET_BYTES: u64 = 256 << 20;
+
 /// Whose fault the end of a session is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
@@ -91,6 +94,18 @@ pub enum SessionError {
         asked: String,
         /// The names that there are.
         known: String,
+    },
+    /// Two clients cannot present under one name.
+    #[error("{name:?} presents already")]
+    Presented {
+        /// The name.
+        name: String,
+    },
+    /// A follower holds what his presenter holds.
+    #[error("who follows needs {mib} MiB for what is presented")]
+    NoRoom {
+        /// How much.
+        mib: u64,
     },
     /// A message that its sender may not send now.
     #[error("unexpected: {0}")]
@@ -142,6 +157,8 @@ impl SessionError {
             SessionError::Version { .. }
             | SessionError::Clock { .. }
             | SessionError::Camera { .. }
+            | SessionError::Presented { .. }
+            | SessionError::NoRoom { .. }
             | SessionError::Goodbye { .. } => Fault::Mismatch,
             SessionError::Silent { .. } | SessionError::Stalled { .. } | SessionError::Closed => Fault::Network,
         }

@@ -3,16 +3,17 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use bytes::Bytes;
 use camera::written::WrittenCamera;
 use camera::{Motion, Rigid};
 use thiserror::Error;
 
-use super::SessionError;
 use super::flow::{Acked, Flow};
 use super::rate::TokenBucket;
+use super::{AUDIENCE_BUDGET_BYTES, SessionError};
 use crate::limits::Limits;
-use crate::message::{ClientMessage, Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
-use crate::wire::{self, EncodedUpdate, Envelope};
+use crate::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::wire::{self, EncodedUpdate, Envelope, PackedUpdate};
 
 /// Largest output side that is believed.
 const MAX_VIEW_PX: u32 = 16384;
@@ -142,12 +143,13 @@ enum State {
 pub struct ServerSession {
     config: ServerConfig,
     state: State,
-    control: VecDeque<Vec<u8>>,
-    bulk: VecDeque<Vec<u8>>,
+    control: VecDeque<Bytes>,
+    bulk: VecDeque<Bytes>,
     events: VecDeque<ServerEvent>,
     view: Option<ViewSize>,
     budget_bytes: u64,
     draws: Draws,
+    role: Role,
     camera: Option<usize>,
     pose: Option<ClientPose>,
     flow: Flow,
@@ -182,6 +184,7 @@ impl ServerSession {
             view: None,
             budget_bytes: 0,
             draws: Draws::default(),
+            role: Role::Viewer,
             camera: None,
             pose: None,
             flow: Flow::default(),
@@ -221,10 +224,10 @@ impl ServerSession {
             return Err(SessionError::TooMany("messages"));
         }
         match (self.state, envelope.message) {
-            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, draws, camera }) => {
+            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, draws, role }) => {
                 (self.budget_bytes, self.draws) = (budget_bytes, draws);
                 check_ends(version, (clock, self.config.clock))?;
-                self.camera = camera.map(|name| self.known_camera(&name)).transpose()?;
+                self.take_role(role)?;
                 self.greet(clock, view, envelope.at_s, now_s)
             }
             (State::Greeting, _) => Err(SessionError::Unexpected("a message before Hello")),
@@ -240,6 +243,26 @@ impl ServerSession {
             }
             (_, message) => self.take(message, now_s),
         }
+    }
+
+    fn take_role(&mut self, role: Role) -> Result<(), SessionError> {
+        match &role {
+            Role::Viewer => {}
+            Role::Camera(name) => self.camera = Some(self.known_camera(name)?),
+            Role::Presenter(_) | Role::Follower(_) if self.config.clock == Clock::Virtual => {
+                return Err(SessionError::Unexpected("an audience on the virtual clock"));
+            }
+            Role::Follower(_) if self.budget_bytes < AUDIENCE_BUDGET_BYTES => {
+                return Err(SessionError::NoRoom { mib: AUDIENCE_BUDGET_BYTES >> 20 });
+            }
+            Role::Presenter(name) | Role::Follower(name) => {
+                if name.is_empty() || name.len() > Role::MAX_NAME_BYTES {
+                    return Err(SessionError::Range("the length of a presenter's name"));
+                }
+            }
+        }
+        self.role = role;
+        Ok(())
     }
 
     /// The place of a camera among [`ServerConfig::cameras`].
@@ -366,6 +389,11 @@ impl ServerSession {
 
     /// Sends an update, stamped `now_s` (virtual clock: the tick).
     pub fn send_update(&mut self, update: &EncodedUpdate, now_s: f64) -> Result<(), SendError> {
+        self.send_packed(&update.packed(now_s), now_s)
+    }
+
+    /// The same of an update whose messages are made, as others may send them too.
+    pub fn send_packed(&mut self, update: &PackedUpdate, now_s: f64) -> Result<(), SendError> {
         let limit = self.config.limits.update_bytes;
         if self.state != State::Open {
             Err(SendError::NotOpen)
@@ -373,20 +401,27 @@ impl ServerSession {
             Err(SendError::NoCredit)
         } else if self.must_clear && !update.clears {
             Err(SendError::MustClear)
-        } else if update.bytes.len() > limit {
-            Err(SendError::TooLarge { bytes: update.bytes.len(), limit })
+        } else if update.bytes > limit {
+            Err(SendError::TooLarge { bytes: update.bytes, limit })
         } else {
             self.must_clear = false;
             self.taken_at_s = now_s;
-            self.flow.sent(update.number, update.digest, update.bytes.len(), now_s);
-            self.bulk.extend(wire::fragments(now_s, update));
+            self.flow.sent(update.number, update.digest, update.bytes, now_s);
+            self.bulk.extend(update.fragments.iter().cloned());
             Ok(())
+        }
+    }
+
+    /// Says something for which [`wire::encode_server`] made the messages, as others may say it too.
+    pub fn say_packed(&mut self, messages: &[Bytes]) {
+        if self.state == State::Open {
+            self.control.extend(messages.iter().cloned());
         }
     }
 
     /// The next message to send: control before bulk. Take it only when the socket can write it: what is not taken yet holds
     /// back [`ServerSession::can_send_update`].
-    pub fn poll_transmit(&mut self, now_s: f64) -> Option<Vec<u8>> {
+    pub fn poll_transmit(&mut self, now_s: f64) -> Option<Bytes> {
         let bytes = self.control.pop_front().or_else(|| self.bulk.pop_front())?;
         self.taken_at_s = now_s;
         self.bytes_sent += bytes.len() as u64;
@@ -453,14 +488,22 @@ impl ServerSession {
         }
     }
 
-    /// What the client's copy may take of its memory, in bytes; 0 before Hello.
+    /// What the client's copy may take of its memory, in bytes; 0 before Hello. A presenter's is one that any follower has room for.
     pub fn budget_bytes(&self) -> u64 {
-        self.budget_bytes
+        match self.role {
+            Role::Presenter(_) => self.budget_bytes.min(AUDIENCE_BUDGET_BYTES),
+            _ => self.budget_bytes,
+        }
     }
 
     /// What the client draws; nothing before Hello.
     pub fn draws(&self) -> Draws {
         self.draws
+    }
+
+    /// What the client is there for; a viewer before Hello.
+    pub fn role(&self) -> &Role {
+        &self.role
     }
 
     /// The camera that the client asked for, by its place among [`ServerConfig::cameras`]; `None` where its viewer looks around.

@@ -3,7 +3,7 @@
 use camera::{Motion, Rigid};
 use glam::DVec3;
 use vantage_protocol::codec::Coding;
-use vantage_protocol::message::{Clock, Draws, ServerMessage, VERSION, ViewSize, Welcome};
+use vantage_protocol::message::{Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use vantage_protocol::session::{ClientConfig, ClientSession, Fault, ServerConfig, ServerSession, SessionError};
 use vantage_protocol::wire::{Envelope, WireError, encode_server, encode_update};
 use vantage_protocol::{ClientMessage, Held};
@@ -19,7 +19,7 @@ fn hello() -> Vec<u8> {
             view: VIEW,
             budget_bytes: 0,
             draws: Draws::default(),
-            camera: None,
+            role: Role::Viewer,
         },
     )
 }
@@ -52,7 +52,7 @@ fn hostile_clients_are_refused_by_name() {
         view: VIEW,
         budget_bytes: 0,
         draws: Draws::default(),
-        camera: None,
+        role: Role::Viewer,
     };
     assert_eq!(refusal(&[message(0.0, other)]), SessionError::Version { ours: VERSION, theirs: 99 });
     let other = ClientMessage::Hello {
@@ -61,7 +61,7 @@ fn hostile_clients_are_refused_by_name() {
         view: VIEW,
         budget_bytes: 0,
         draws: Draws::default(),
-        camera: None,
+        role: Role::Viewer,
     };
     assert_eq!(refusal(&[message(0.0, other)]).fault(), Fault::Mismatch);
     let blind = ViewSize { width_px: 0, ..VIEW };
@@ -71,7 +71,7 @@ fn hostile_clients_are_refused_by_name() {
         view: blind,
         budget_bytes: 0,
         draws: Draws::default(),
-        camera: None,
+        role: Role::Viewer,
     };
     assert!(matches!(refusal(&[message(0.0, other)]), SessionError::Range(_)));
     assert!(matches!(refusal(&[message(0.0, ClientMessage::Restart)]), SessionError::Unexpected(_)));

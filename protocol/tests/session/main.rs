@@ -119,7 +119,7 @@ impl Pair {
             let Some(bytes) = self.server.poll_transmit(now_s) else { break };
             self.bytes[1] += bytes.len() + FRAME_BYTES[1];
             self.messages[1] += 1;
-            self.to_client.push_back((self.down.deliver(now_s, bytes.len()), bytes));
+            self.to_client.push_back((self.down.deliver(now_s, bytes.len()), bytes.into()));
         }
     }
 
@@ -353,7 +353,7 @@ fn virtual_run(link: &str, batch: usize) -> Vec<(u64, f64, f64)> {
             server.advanced();
         }
         while let Some(bytes) = server.poll_transmit(0.0) {
-            client.receive_virtual(bytes, |at_s, bytes| down.deliver(at_s, bytes)).unwrap();
+            client.receive_virtual(bytes.into(), |at_s, bytes| down.deliver(at_s, bytes)).unwrap();
         }
         client.run_until(now_s).unwrap();
         while let Some(event) = client.poll_event() {

@@ -29,11 +29,11 @@ pub use rules::AccountRules;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use camera::{Camera, ImagePoint, Pinhole, Rigid};
+use camera::{Camera, ImagePoint, Pinhole};
 use glam::DVec3;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
-use protocol::{DepthImage, DepthScale, Instance, Lighting, Mask, Material, Sky};
+use protocol::{DepthImage, Instance, Lighting, Mask, Material, Sky};
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
@@ -98,6 +98,13 @@ impl Account {
     /// What draws it, as far as it is for one purpose.
     pub fn surfaces(&self, purpose: Purpose) -> Option<&HeldSurfaces> {
         self.drawn.of(purpose)
+    }
+
+    /// Of a client whose updates count on from those of another one; the first clears what that one's followers hold.
+    pub fn after(number: u64) -> Account {
+        let mut held = Held::default();
+        held.number = number;
+        Account { held, broken: true, ..Account::default() }
     }
 
     /// The client's copy is broken: the next update starts anew. The old picture stays on its screen until then.
@@ -204,23 +211,9 @@ impl Account {
 
     /// Says that a light casts nothing: by a patch of it without a sample.
     pub fn add_nothing(&mut self, light: u16, now: &Surroundings<'_>) -> Result<(), HeldError> {
-        let camera = Pinhole::symmetric(Rigid::IDENTITY, (1, 1), 1.0, 1.0);
-        let image = DepthImage {
-            camera: Camera::Pinhole(camera),
-            depth_scale: DepthScale { w_min: 0.0, w_step: 0.0 },
-            mask: Mask::empty(1, 1),
-            depth: Vec::new(),
-            normal: Vec::new(),
-            normal_rest: Vec::new(),
-            colour_rest: Vec::new(),
-            share: Vec::new(),
-            ends: Vec::new(),
-            colour: Vec::new(),
-            object: Vec::new(),
-            material: Vec::new(),
-        };
         self.last_patch += 1;
         let (id, purpose, objects) = (PatchId(self.last_patch), Purpose::Light(light), Vec::new());
+        let image = DepthImage::without_samples();
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects, image };
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)
     }

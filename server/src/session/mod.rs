@@ -3,6 +3,7 @@
 //! What all sessions share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
+mod following;
 mod outlet;
 mod virtual_clock;
 mod wall_clock;
@@ -16,12 +17,14 @@ use axum::extract::ws::{Message, WebSocket};
 use futures_util::StreamExt;
 use futures_util::stream::SplitStream;
 use glam::DVec3;
-use protocol::message::{Clock, VERSION, Welcome};
+use protocol::message::{Clock, Role, VERSION, Welcome};
 use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
 use scene::Scene;
 use tokio::sync::{Notify, Semaphore, watch};
 
+use crate::account::Account;
 use crate::asked::Asked;
+use crate::audience::{Audiences, Following, Presenting};
 use crate::client::Client;
 use crate::config::Config;
 use crate::frame::Stage;
@@ -51,6 +54,8 @@ pub struct Shared {
     pub stats: Arc<Stats>,
     /// What makes updates.
     pub worker: Worker,
+    /// Who follows whom.
+    pub audiences: Arc<Audiences>,
     /// One permit a session.
     pub places: Arc<Semaphore>,
     /// Told when a session has ended, and all that it held was dropped.
@@ -102,6 +107,7 @@ impl Shared {
             adapter,
             stats,
             worker,
+            audiences: Arc::default(),
             places,
             ended,
             rules,
@@ -147,6 +153,8 @@ enum End {
     Session(SessionError),
     /// The socket took nothing for too long.
     NotReading,
+    /// What a presenter was sent cannot be passed on to this follower.
+    CannotFollow(String),
     /// The server was stopped.
     Stopped,
     /// There are no more images.
@@ -209,6 +217,10 @@ struct Connection<'a> {
     client: Option<Box<Client>>,
     /// The client asked to begin anew while the copy was away.
     start_anew: bool,
+    /// While others may follow this session.
+    presenting: Option<Arc<Presenting>>,
+    /// A follower's, until it begins.
+    following: Option<Following>,
 }
 
 /// Runs a session until it ends.
@@ -236,6 +248,8 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
         viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome.start_world_from_eye, scene_time_s))),
         client: Some(Box::default()),
         start_anew: false,
+        presenting: None,
+        following: None,
     };
     tracing::info!(%peer, "connected");
     let end = match clock {
@@ -259,7 +273,7 @@ impl Connection<'_> {
     }
 
     /// Takes in an event other than `Advance`.
-    fn event(&mut self, event: ServerEvent) {
+    fn event(&mut self, event: ServerEvent) -> Result<(), End> {
         let mut viewer = self.viewer.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
             ServerEvent::Opened => {
@@ -275,6 +289,8 @@ impl Connection<'_> {
                     });
                     tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }
+                drop(viewer);
+                self.take_seat()?;
             }
             ServerEvent::View(view) => viewer.view = view,
             ServerEvent::Draws => {
@@ -284,6 +300,9 @@ impl Connection<'_> {
             ServerEvent::Pose => {
                 if let Some(pose) = self.session.pose() {
                     viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, pose.motion, pose.received_at_s);
+                    if let Some(presenting) = &self.presenting {
+                        presenting.look_from(pose.world_from_eye, pose.received_at_s);
+                    }
                 }
             }
             ServerEvent::Acked { .. } => {
@@ -300,6 +319,31 @@ impl Connection<'_> {
             }
             ServerEvent::Advance { .. } => {}
         }
+        Ok(())
+    }
+
+    /// Takes the place in an audience that the client greeted for.
+    fn take_seat(&mut self) -> Result<(), End> {
+        let audiences = &self.shared.audiences;
+        match self.session.role() {
+            Role::Viewer | Role::Camera(_) => {}
+            Role::Follower(name) => {
+                tracing::info!(peer = %self.peer, "follows {name:?}");
+                self.following = Some(audiences.follow(name));
+                self.client = None;
+            }
+            Role::Presenter(name) => {
+                let taken = || SessionError::Presented { name: name.clone() };
+                let presenting = audiences.present(name).ok_or_else(taken)?;
+                tracing::info!(peer = %self.peer, "presents as {name:?}");
+                let last = presenting.last();
+                if last > 0 {
+                    self.client.iter_mut().for_each(|client| client.account = Account::after(last));
+                }
+                self.presenting = Some(Arc::new(presenting));
+            }
+        }
+        Ok(())
     }
 
     fn viewer(&self) -> Viewer {
@@ -332,9 +376,12 @@ impl Connection<'_> {
             // What was made builds on a copy that the client no longer has.
             client.start_anew();
         } else if let Some(Made { update, reason, counts, light_bytes, look, encode }) = update {
-            let bytes = update.bytes.len();
-            match self.session.send_update(&update, now_s) {
+            let (bytes, packed) = (update.bytes.len(), update.packed(now_s));
+            match self.session.send_packed(&packed, now_s) {
                 Ok(()) => {
+                    if let Some(presenting) = &self.presenting {
+                        presenting.publish(packed);
+                    }
                     self.shared.stats.updates.fetch_add(1, Ordering::Relaxed);
                     tracing::debug!(
                         peer = %self.peer, reason = reason.name(), number = update.number, ?counts, bytes, light_bytes,
@@ -362,6 +409,7 @@ impl Connection<'_> {
             End::NotReading => {
                 Some(format!("nothing was read for {} s", self.shared.config.limits.stall.as_secs_f64()))
             }
+            End::CannotFollow(error) => Some(format!("what is presented cannot be sent: {error}")),
             End::Stopped => Some("the server stops".to_owned()),
             End::NoWorker => Some("the server can make no more images".to_owned()),
         };

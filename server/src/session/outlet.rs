@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use axum::extract::ws::{Message, WebSocket};
+use bytes::Bytes;
 use futures_util::SinkExt;
 use futures_util::stream::SplitSink;
 use tokio::sync::mpsc;
@@ -34,10 +35,10 @@ impl Outlet {
     }
 
     /// Waits until a message can be handed over, and hands it over: `bytes` are taken only then.
-    pub async fn send(&mut self, bytes: &mut Option<Vec<u8>>) -> Result<(), WriteEnd> {
+    pub async fn send(&mut self, bytes: &mut Option<Bytes>) -> Result<(), WriteEnd> {
         if let Ok(place) = self.queue.reserve().await {
             if let Some(bytes) = bytes.take() {
-                place.send(Message::Binary(bytes.into()));
+                place.send(Message::Binary(bytes));
             }
             return Ok(());
         }
@@ -54,11 +55,11 @@ impl Outlet {
     }
 
     /// Writes one last message if the socket takes it within `patience`, then closes.
-    pub async fn close(mut self, last: Option<Vec<u8>>, patience: Duration) {
+    pub async fn close(mut self, last: Option<Bytes>, patience: Duration) {
         let goodbye = async {
             if let Some(bytes) = last {
                 // Where this fails there is nobody to tell.
-                drop(self.queue.send(Message::Binary(bytes.into())).await);
+                drop(self.queue.send(Message::Binary(bytes)).await);
             }
             drop(self.queue);
             drop((&mut self.task).await);

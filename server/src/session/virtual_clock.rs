@@ -21,7 +21,7 @@ impl Connection<'_> {
             while let Some(event) = self.session.poll_event() {
                 match event {
                     ServerEvent::Advance { to_s } => self.advance(&mut next_tick, to_s).await?,
-                    event => self.event(event),
+                    event => self.event(event)?,
                 }
             }
             self.transmit().await?;
@@ -66,7 +66,7 @@ impl Connection<'_> {
     fn run_until(&mut self, until_s: f64) -> Result<(), End> {
         self.session.run_until(until_s)?;
         while let Some(event) = self.session.poll_event() {
-            self.event(event);
+            self.event(event)?;
         }
         Ok(())
     }

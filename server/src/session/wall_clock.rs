@@ -9,15 +9,25 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use futures_util::StreamExt;
+use protocol::wire;
 
 use super::{Connection, End, stop_asked};
+use crate::audience::Presenting;
 use crate::viewer::Viewer;
 use crate::worker::{Served, Wish, WorkerGone};
 
 /// A session that waits for nothing else looks at its deadlines this often.
-const IDLE: Duration = Duration::from_secs(1);
+pub(super) const IDLE: Duration = Duration::from_secs(1);
 
 type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, WorkerGone>> + Send + 'a>>;
+
+/// Waits until somebody needs the whole copy of who presents.
+async fn asked(presenting: Option<&Presenting>) {
+    match presenting {
+        Some(presenting) => presenting.asked().await,
+        None => std::future::pending().await,
+    }
+}
 
 impl<'a> Connection<'a> {
     /// Runs until the session ends.
@@ -29,18 +39,21 @@ impl<'a> Connection<'a> {
             let now_s = shared.now_s();
             self.session.handle_timeout(now_s)?;
             while let Some(event) = self.session.poll_event() {
-                self.event(event);
+                self.event(event)?;
+            }
+            if let Some(following) = self.following.take() {
+                return self.follow(following).await;
             }
             if turn.is_none() && now_s >= next_tick_s {
                 next_tick_s = f64::max(next_tick_s + interval_s, now_s);
-                turn = self.wish(now_s).and_then(|wish| self.take_turn(wish));
+                turn = self.make_whole().or_else(|| self.wish(now_s).and_then(|wish| self.take_turn(wish)));
             }
             if outgoing.is_none() {
                 outgoing = self.session.poll_transmit(now_s);
             }
             let wake = if turn.is_none() { self.until(next_tick_s) } else { IDLE };
             let wake = self.session.next_deadline_s().map_or(wake, |deadline_s| wake.min(self.until(deadline_s)));
-            let outgoing_bytes = outgoing.as_ref().map_or(0, Vec::len);
+            let outgoing_bytes = outgoing.as_ref().map_or(0, bytes::Bytes::len);
             tokio::select! {
                 message = self.incoming.next() => self.receive(message)?,
                 sent = self.outlet.send(&mut outgoing), if outgoing_bytes > 0 => {
@@ -51,6 +64,7 @@ impl<'a> Connection<'a> {
                     turn = None;
                     self.served(served?, shared.now_s());
                 }
+                () = asked(self.presenting.as_deref()), if turn.is_none() => {}
                 () = tokio::time::sleep(wake) => {}
                 () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
             }
@@ -69,7 +83,24 @@ impl<'a> Connection<'a> {
         Some(Box::pin(shared.worker.serve(client, wish, look)))
     }
 
-    fn until(&self, at_s: f64) -> Duration {
+    /// Makes the whole copy where followers ask for it.
+    fn make_whole(&mut self) -> Option<Turn<'a>> {
+        let presenting = self.presenting.clone().filter(|presenting| presenting.is_asked())?;
+        let client = self.client.take_if(|client| client.account.held().number > 0)?;
+        let (shared, coding) = (self.shared, self.shared.config.coding.coding(None));
+        Some(Box::pin(async move {
+            // As long as encoding any update: other sessions' tasks go on.
+            let made = tokio::task::spawn_blocking(move || {
+                let whole = wire::encode_update(&client.account.held().whole(), coding);
+                (client, whole)
+            });
+            let (client, whole) = made.await.map_err(|_| WorkerGone)?;
+            presenting.publish_whole(whole.packed(shared.now_s()));
+            Ok(Served { client, update: None })
+        }))
+    }
+
+    pub(super) fn until(&self, at_s: f64) -> Duration {
         Duration::try_from_secs_f64((at_s - self.shared.now_s()).max(0.0)).unwrap_or(IDLE)
     }
 }

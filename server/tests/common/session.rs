@@ -260,7 +260,9 @@ fn assert_finite(update: &Update, near_m: f64) {
                 !text.contains("NaN") && !text.contains("inf")
             }
             Edit::Place(_, instances) => instances.iter().all(|instance| finite(&[instance.pose])),
-            Edit::Clear | Edit::Remove(_) | Edit::Delete(..) | Edit::Trim(..) | Edit::Withdraw(_) => true,
+            Edit::Clear | Edit::Remove(_) | Edit::Delete(..) | Edit::Trim(..) | Edit::Withdraw(_) | Edit::Join(_) => {
+                true
+            }
         };
         assert!(sound, "a number that is not finite: {edit:?}");
     }

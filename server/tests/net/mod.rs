@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use camera::{Camera, Motion, Pinhole, Rigid};
 use futures_util::{SinkExt, StreamExt};
 use glam::{DAffine3, DVec3};
-use protocol::message::{Clock, ViewSize, Welcome};
+use protocol::message::{Clock, Role, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, SessionError};
 use protocol::wire::{UpdateHead, decode_update};
 use protocol::{Held, Lighting, Material, Purpose, limits::Limits};
@@ -159,19 +159,31 @@ pub struct Client {
     /// Every byte received, in order.
     pub heard: Vec<u8>,
     pub advanced_to_s: f64,
+    /// Where a follower was told that the presenter's eye is.
+    pub presenter: Option<Rigid>,
     started: Instant,
 }
 
 impl Client {
     pub async fn connect(running: &Running, clock: Clock) -> Client {
+        Client::with(running, ClientConfig::new(clock, VIEW)).await
+    }
+
+    /// Presents or follows, in real time.
+    pub async fn of_audience(running: &Running, role: Role) -> Client {
+        Client::with(running, ClientConfig { role, ..ClientConfig::new(Clock::Wall, VIEW) }).await
+    }
+
+    pub async fn with(running: &Running, config: ClientConfig) -> Client {
         Client {
             socket: socket(running).await,
-            session: ClientSession::new(ClientConfig::new(clock, VIEW), 0.0),
+            session: ClientSession::new(config, 0.0),
             held: Held::default(),
             welcome: None,
             updates: Vec::new(),
             heard: Vec::new(),
             advanced_to_s: f64::NEG_INFINITY,
+            presenter: None,
             started: Instant::now(),
         }
     }
@@ -188,6 +200,7 @@ impl Client {
         while let Some(event) = self.session.poll_event() {
             match event {
                 ClientEvent::Welcome(welcome) => self.welcome = Some(*welcome),
+                ClientEvent::Presenter(world_from_eye) => self.presenter = Some(world_from_eye),
                 ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
                 ClientEvent::Update(received) => {
                     let update = decode_update(&received.bytes, &Limits::default()).expect("a sound update");

@@ -95,7 +95,7 @@ impl Follow for Impostors {
                 Edit::Remove(id) => self.remove(id.0),
                 // Where objects are, and which are shown by reliefs, is read as they are drawn.
                 Edit::Move(_) | Edit::Place(..) | Edit::Withdraw(_) | Edit::Delete(..) | Edit::Trim(..) => {}
-                Edit::Materials(_) | Edit::Light(_) | Edit::Sky(_) => {}
+                Edit::Materials(_) | Edit::Light(_) | Edit::Sky(_) | Edit::Join(_) => {}
             }
         }
     }

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 use camera::{Motion, Rigid};
 use glam::DAffine3;
-use protocol::message::{Clock, Draws, ViewSize, Welcome};
+use protocol::message::{Clock, Draws, Role, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SceneClock, SessionError};
 use protocol::{Held, Limits};
 
@@ -70,7 +70,7 @@ pub struct Viewer {
     view: ViewSize,
     budget_bytes: u64,
     draws: Draws,
-    camera: Option<String>,
+    role: Role,
     connection: Connection,
     /// Counts sessions, so that what an earlier one left in the decoder is told apart.
     session_number: u64,
@@ -85,6 +85,8 @@ pub struct Viewer {
     trips: RoundTrips,
     motion: MotionEstimator,
     tracks: Tracks,
+    /// Where the presenter's eye is, of a follower.
+    presenter: Option<Rigid>,
     advanced_to_s: f64,
     bytes: u64,
     updates: u64,
@@ -113,7 +115,7 @@ impl Viewer {
             view,
             budget_bytes: DEFAULT_BUDGET_BYTES,
             draws: Draws::default(),
-            camera: None,
+            role: Role::Viewer,
             connection: Connection::new(address, now_s),
             session_number: 0,
             session: None,
@@ -126,6 +128,7 @@ impl Viewer {
             trips: RoundTrips::default(),
             motion: MotionEstimator::default(),
             tracks: Tracks::default(),
+            presenter: None,
             advanced_to_s: f64::NEG_INFINITY,
             bytes: 0,
             updates: 0,
@@ -149,9 +152,9 @@ impl Viewer {
         self.session.iter_mut().for_each(|session| session.set_draws(draws, now_s));
     }
 
-    /// The camera whose image is asked for by its name, from the next session on; `None` for what the viewer's own eye sees.
-    pub fn with_camera(self, camera: Option<String>) -> Viewer {
-        Viewer { camera, ..self }
+    /// What it is there for, from the next session on.
+    pub fn with_role(self, role: Role) -> Viewer {
+        Viewer { role, ..self }
     }
 
     /// Takes what the socket reports.
@@ -207,8 +210,8 @@ impl Viewer {
     fn begin_session(&mut self, now_s: f64) {
         self.session_number += 1;
         let Viewer { budget_bytes, draws, .. } = *self;
-        let camera = self.camera.clone();
-        let config = ClientConfig { budget_bytes, draws, camera, ..ClientConfig::new(self.clock, self.view) };
+        let role = self.role.clone();
+        let config = ClientConfig { budget_bytes, draws, role, ..ClientConfig::new(self.clock, self.view) };
         self.session = Some(ClientSession::new(config, now_s));
         self.trips = RoundTrips::default();
         self.advanced_to_s = f64::NEG_INFINITY;
@@ -227,6 +230,7 @@ impl Viewer {
                     self.motion = MotionEstimator::default();
                 }
                 ClientEvent::Update(update) => self.decoder.push(self.session_number, update),
+                ClientEvent::Presenter(world_from_eye) => self.presenter = Some(world_from_eye),
                 ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
             }
         }
@@ -274,8 +278,8 @@ impl Viewer {
 
     /// The same of an eye that is known to move in a way, as controls may know.
     pub fn set_steered_pose(&mut self, world_from_eye: Rigid, known: Option<Motion>, now_s: f64) {
-        if self.camera.is_some() {
-            return; // Its image is no view of this eye.
+        if !self.role.is_asking() {
+            return; // What it is sent does not depend on its eye.
         }
         let seen = self.motion.see(world_from_eye, now_s);
         let Some(session) = self.session.as_mut().filter(|session| session.is_open()) else { return };
@@ -335,7 +339,10 @@ impl Viewer {
                 self.held_session = self.session_number;
                 session.applied(update.number, update.digest, held_at_s);
                 self.updates += 1;
-                self.trips.answered(update.pose_seq);
+                // Others' poses are not answered here.
+                if self.role.is_asking() {
+                    self.trips.answered(update.pose_seq);
+                }
                 if anew {
                     self.tracks.clear();
                 }
@@ -388,6 +395,16 @@ impl Viewer {
         self.welcome.as_ref()
     }
 
+    /// Where the presenter's eye is whom this viewer follows; `None` where it follows nobody, or none has come yet.
+    pub fn presenter(&self) -> Option<Rigid> {
+        self.presenter
+    }
+
+    /// What it is there for.
+    pub fn role(&self) -> &Role {
+        &self.role
+    }
+
     /// Whether there is something to show.
     pub fn has_picture(&self) -> bool {
         self.held.number > 0
@@ -395,7 +412,7 @@ impl Viewer {
 
     /// Whether something is held that the server made for a pose of this session, and not only for where the scene begins.
     pub fn has_answer(&self) -> bool {
-        self.has_picture() && (self.camera.is_some() || self.trips.is_answered())
+        self.has_picture() && (!self.role.is_asking() || self.trips.is_answered())
     }
 
     /// Whether the session is open.
@@ -414,7 +431,13 @@ impl Viewer {
 
     /// What a person should know, or `None` while all is well.
     pub fn status(&self, now_s: f64) -> Option<String> {
-        self.connection.status(now_s)
+        let waits = || match &self.role {
+            Role::Follower(name) if self.is_open() && !self.has_picture() && self.presenter.is_none() => {
+                Some(format!("waiting for {name} to present"))
+            }
+            _ => None,
+        };
+        self.connection.status(now_s).or_else(waits)
     }
 
     /// The server's own reason, where that was the last thing to end a session.

@@ -83,7 +83,7 @@ fn exchange(viewer: &mut Viewer, server: &mut Server, now_s: f64) {
             }
         }
         while let Some(bytes) = server.session.poll_transmit(now_s) {
-            viewer.handle(SocketEvent::Message(bytes), now_s);
+            viewer.handle(SocketEvent::Message(bytes.into()), now_s);
         }
     }
 }

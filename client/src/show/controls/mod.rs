@@ -26,6 +26,8 @@ use touch::Pointers;
 const SMOOTHING_S: f64 = 0.08;
 /// The longest step that one frame makes, in seconds: after a stall the eye does not leap.
 const LONGEST_STEP_S: f64 = 0.25;
+/// The same of an eye that is led: its leader's poses come ten times a second.
+const LED_SMOOTHING_S: f64 = 0.15;
 /// Looking straight up or down stays this far off the vertical, where the direction of "right" is lost.
 const LARGEST_PITCH_RAD: f64 = 1.55;
 /// A brisk walk, in m/s.
@@ -142,8 +144,20 @@ pub struct Controls {
     /// Of keys: right, up, forward in speeds' units.
     velocity: DVec3,
     pointers: Pointers,
+    led: Led,
     size_px: DVec2,
     fov_y_rad: f64,
+}
+
+/// Whether somebody else moves the eye.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Led {
+    /// Nobody does.
+    No,
+    /// Somebody is to, and was not heard of yet.
+    Waits,
+    /// To this pose.
+    To(Rigid),
 }
 
 impl Controls {
@@ -167,6 +181,7 @@ impl Controls {
             keys: [false; 7],
             velocity: DVec3::ZERO,
             pointers: Pointers::default(),
+            led: Led::No,
             size_px: DVec2::new(1280.0, 720.0),
             fov_y_rad: 60_f64.to_radians(),
         }
@@ -204,8 +219,41 @@ impl Controls {
         Rigid::look_along(eye, forward)
     }
 
+    /// Lets the eye be led from now on, until the person moves it.
+    pub fn be_led(&mut self) {
+        self.led = Led::Waits;
+    }
+
+    /// Whether the eye goes where it is led.
+    pub fn is_led(&self) -> bool {
+        self.led != Led::No
+    }
+
+    /// Where the leader's eye is now; the first time the eye leaps there, and from then on it goes.
+    pub fn lead_to(&mut self, world_from_eye: Rigid) {
+        if self.led == Led::Waits {
+            self.approach(world_from_eye, 1.0);
+        }
+        if self.is_led() {
+            self.led = Led::To(world_from_eye);
+        }
+    }
+
+    /// Goes a share of the way to another pose. Roll is left out.
+    fn approach(&mut self, world_from_eye: Rigid, share: f64) {
+        let there = Controls::new(world_from_eye, true, DVec3::ZERO, DVec3::ZERO);
+        let eye = self.pose().translation.lerp(there.anchor_world, share);
+        let half_turn = std::f64::consts::PI;
+        let yaw_rad = (there.yaw_rad - self.yaw_rad + half_turn).rem_euclid(2.0 * half_turn) - half_turn;
+        self.turn(yaw_rad * share, (there.pitch_rad - self.pitch_rad) * share);
+        self.anchor_world = if self.mode == Mode::Walk { eye } else { eye + self.forward() * self.distance_m };
+    }
+
     /// Takes an event.
     pub fn handle(&mut self, input: Input) {
+        if matches!(input, Input::PointerDown { .. } | Input::Wheel { .. } | Input::Key { down: true, .. }) {
+            self.led = Led::No;
+        }
         match input {
             Input::PointerDown { id, drag, at_px } => self.pointers.down(id, drag, at_px),
             Input::PointerMove { id, at_px } => {
@@ -240,6 +288,9 @@ impl Controls {
             self.velocity = DVec3::ZERO;
         }
         self.travel(travel);
+        if let Led::To(there) = self.led {
+            self.approach(there, 1.0 - (-dt_s / LED_SMOOTHING_S).exp());
+        }
         self.velocity != DVec3::ZERO || asked != DVec3::ZERO
     }
 

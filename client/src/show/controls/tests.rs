@@ -219,3 +219,33 @@ fn the_motion_that_keys_say_is_where_the_eye_goes() {
         assert_eq!(controls.motion(), None, "a pointer may do anything");
     }
 }
+
+#[test]
+fn an_eye_is_led_until_the_person_moves_it() {
+    let there = Rigid::look_at(DVec3::new(3.0, 2.0, -1.0), DVec3::new(0.0, 1.0, 4.0));
+    let further = Rigid::look_at(DVec3::new(-3.0, 2.5, -1.0), DVec3::new(0.0, 1.0, 4.0));
+    let is_at = |controls: &Controls, pose: Rigid| {
+        controls.pose().translation.abs_diff_eq(pose.translation, 1e-6)
+            && forward(controls).abs_diff_eq(pose.transform_vector(DVec3::Z), 1e-6)
+    };
+    for mut controls in [walking(), orbiting()] {
+        let begun = controls.pose();
+        controls.lead_to(there);
+        assert_eq!(controls.pose(), begun, "nobody asked to be led");
+        controls.be_led();
+        controls.lead_to(there);
+        assert!(is_at(&controls, there), "at first it leaps");
+        controls.lead_to(further);
+        controls.advance(0.1);
+        assert!(!is_at(&controls, there) && !is_at(&controls, further), "then it goes");
+        for _ in 0..40 {
+            controls.advance(0.1);
+        }
+        assert!(is_at(&controls, further));
+        drag(&mut controls, Drag::Look, (400.0, 300.0), (420.0, 300.0));
+        assert!(!controls.is_led());
+        controls.lead_to(there);
+        controls.advance(1.0);
+        assert!(controls.pose().translation.distance(there.translation) > 1.0, "it stays where the person took it");
+    }
+}

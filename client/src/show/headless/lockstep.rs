@@ -41,7 +41,7 @@ pub(super) fn run(
         viewer: Viewer::new(&options.server, Clock::Virtual, options.view(), decoder, 0.0)
             .with_budget(options.budget_bytes)
             .with_draws(options.picture.draws())
-            .with_camera(options.camera.clone()),
+            .with_role(options.role.clone()),
         up: LinkModel::new(link, options.seed),
         down: LinkModel::new(link, !options.seed),
         patience_s: options.patience_s,

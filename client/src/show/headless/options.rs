@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use camera::Trace;
 use network::Link;
-use protocol::message::{Clock, ViewSize};
+use protocol::message::{Clock, Role, ViewSize};
 
 use crate::draw::picture::PictureOptions;
 
@@ -32,8 +32,8 @@ pub struct Options {
     pub fov_y_rad: f64,
     /// What the held copy may take of this machine's memory.
     pub budget_bytes: u64,
-    /// The camera whose image is shown, by its name; `None` for what the eye sees.
-    pub camera: Option<String>,
+    /// What the viewer is there for.
+    pub role: Role,
     /// Which clock to ask the server for.
     pub clock: Clock,
     /// Pictures a second of the trace's time.
@@ -64,7 +64,7 @@ impl Options {
             size_px: (640, 360),
             fov_y_rad: 60_f64.to_radians(),
             budget_bytes: protocol::session::DEFAULT_BUDGET_BYTES,
-            camera: None,
+            role: Role::Viewer,
             clock: Clock::Wall,
             fps: 60.0,
             frames: None,

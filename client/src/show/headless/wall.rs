@@ -27,7 +27,7 @@ pub(super) fn run(
     let mut viewer = Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0)
         .with_budget(options.budget_bytes)
         .with_draws(options.picture.draws())
-        .with_camera(options.camera.clone());
+        .with_role(options.role.clone());
     let mut pump = Pump::new(sockets, url, Arc::new(|| {}));
     wait(options, &mut pump, &mut viewer, stage, Viewer::is_open)?;
     let welcome = viewer.welcome().expect("an open session was welcomed").clone();

@@ -40,6 +40,7 @@ fn press(running: &mut Running<'_>, key: PhysicalKey) {
                 running.controls = Some(Controls::new(welcome.start_world_from_eye, welcome.walk, min, max));
             }
         }
+        PhysicalKey::Code(KeyCode::KeyF) => running.follow(),
         PhysicalKey::Code(KeyCode::KeyM) => {
             if let Some(controls) = &mut running.controls {
                 controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });

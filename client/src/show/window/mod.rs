@@ -124,7 +124,7 @@ impl<'a> App<'a> {
             viewer: Viewer::new(&options.server, Clock::Wall, view, decoder, 0.0)
                 .with_budget(options.budget_bytes)
                 .with_draws(options.picture.draws())
-                .with_camera(options.camera.clone()),
+                .with_role(options.role.clone()),
             pump: Pump::new(self.sockets, &self.url, wake),
             controls: None,
             cursor_px: glam::DVec2::ZERO,

@@ -2,6 +2,7 @@
 
 use gpu::GpuError;
 use network::Link;
+use protocol::message::Role;
 use thiserror::Error;
 
 use crate::draw::picture::{PictureError, PictureOptions};
@@ -18,8 +19,8 @@ pub struct Options {
     pub fov_y_rad: f64,
     /// What the held copy may take of this machine's memory.
     pub budget_bytes: u64,
-    /// The camera whose image is shown, by its name; `None` to look around.
-    pub camera: Option<String>,
+    /// What the viewer is there for.
+    pub role: Role,
     /// Graphics interface.
     pub renderer: Renderer,
     /// How pictures are drawn.

@@ -1,6 +1,6 @@
 //! A window that is open: what a turn and a frame of it do.
 
-use protocol::message::ViewSize;
+use protocol::message::{Role, ViewSize};
 
 use super::options::{Options, WindowError};
 use super::overlay::{self, Overlay};
@@ -36,8 +36,23 @@ impl Running<'_> {
         {
             let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
             self.controls = Some(Controls::new(welcome.start_world_from_eye, welcome.walk, min, max));
+            self.follow();
         }
-        changed
+        changed | self.be_led()
+    }
+
+    /// Lets a follower's eye go with the presenter's, until he moves it.
+    pub fn follow(&mut self) {
+        if let (Role::Follower(_), Some(controls)) = (self.viewer.role(), &mut self.controls) {
+            controls.be_led();
+        }
+    }
+
+    /// Tells the controls where they are led; whether the eye is to go there.
+    fn be_led(&mut self) -> bool {
+        let (Some(controls), Some(there)) = (&mut self.controls, self.viewer.presenter()) else { return false };
+        controls.lead_to(there);
+        controls.is_led() && self.drawn_pose != Some(controls.pose())
     }
 
     pub fn tell_view(&mut self, fov_y_rad: f64) {

@@ -1,0 +1,266 @@
+//! Audiences: many clients that follow one presenter. What he is sent is looked for once and encoded once, and the same buffers go to all.
+//!
+//! A presenter's session hands over every update that it sends ([`Presenting::publish`]); followers' sessions take them one after the other, each as
+//! fast as its own path goes ([`Following::next_update`]). Who comes late, or falls so far behind that updates are gone, first gets the whole copy of the
+//! moment ([`protocol::Held::whole`]), which is made once for all who lack it then. When a presenter leaves, his followers keep what they hold; the
+//! next one by his name takes them over, and numbers go on.
+
+mod log;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use bytes::Bytes;
+use camera::Rigid;
+use protocol::message::ServerMessage;
+use protocol::wire::{Envelope, PackedUpdate, encode_server};
+use tokio::sync::{Notify, watch};
+
+use log::{Log, Next};
+
+/// All audiences of a server, by name. One is there as long as somebody presents or follows.
+#[derive(Debug, Default)]
+pub struct Audiences {
+    by_name: Mutex<BTreeMap<String, Arc<Audience>>>,
+}
+
+#[derive(Debug)]
+struct Audience {
+    state: Mutex<State>,
+    /// Counts what followers may be told.
+    news: watch::Sender<u64>,
+    /// Told when a whole copy is wanted.
+    wanted: Notify,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    log: Log,
+    has_presenter: bool,
+    followers: usize,
+    wants_whole: bool,
+    /// Counts places of the presenter's eye, with the messages that tell the last one.
+    eye: Option<(u64, Vec<Bytes>)>,
+}
+
+impl Audience {
+    fn state(&self) -> MutexGuard<'_, State> {
+        lock(&self.state)
+    }
+
+    fn tell(&self) {
+        self.news.send_modify(|count| *count += 1);
+    }
+}
+
+/// A state that a panic left is as whole as any: each change is one assignment or more that stand for themselves.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Audiences {
+    /// Begins to present; `None` where somebody does by this name already.
+    pub fn present(self: &Arc<Self>, name: &str) -> Option<Presenting> {
+        let seat = self.seat(name, |state| !std::mem::replace(&mut state.has_presenter, true))?;
+        Some(Presenting { seat })
+    }
+
+    /// Begins to follow, whether or not somebody presents yet.
+    pub fn follow(self: &Arc<Self>, name: &str) -> Following {
+        let join = |state: &mut State| {
+            state.followers += 1;
+            true
+        };
+        let seat = self.seat(name, join).expect("who follows is always taken in");
+        let mut news = seat.audience.news.subscribe();
+        news.mark_changed();
+        Following { seat, news, held: None, told_eye: 0 }
+    }
+
+    /// A seat in an audience that lets one in.
+    fn seat(self: &Arc<Self>, name: &str, lets_in: impl FnOnce(&mut State) -> bool) -> Option<Seat> {
+        let mut by_name = lock(&self.by_name);
+        let new = || Arc::new(Audience { state: Mutex::default(), news: watch::Sender::new(0), wanted: Notify::new() });
+        let audience = by_name.entry(name.to_owned()).or_insert_with(new).clone();
+        let is_in = lets_in(&mut audience.state());
+        is_in.then(|| Seat { name: name.to_owned(), audience, audiences: self.clone() })
+    }
+}
+
+/// A place in an audience.
+#[derive(Debug)]
+struct Seat {
+    name: String,
+    audience: Arc<Audience>,
+    audiences: Arc<Audiences>,
+}
+
+impl Seat {
+    /// Gives the place back; an audience without anybody ends.
+    fn leave(&self, give_back: impl FnOnce(&mut State)) {
+        let mut by_name = lock(&self.audiences.by_name);
+        let mut state = self.audience.state();
+        give_back(&mut state);
+        if !state.has_presenter && state.followers == 0 {
+            by_name.remove(&self.name);
+        }
+    }
+}
+
+/// Held by who presents. Dropping it ends that.
+#[derive(Debug)]
+pub struct Presenting {
+    seat: Seat,
+}
+
+impl Presenting {
+    /// The last update of whoever presented before; 0 where nobody did.
+    pub fn last(&self) -> u64 {
+        self.seat.audience.state().log.last()
+    }
+
+    /// Gives followers what the presenter was sent.
+    pub fn publish(&self, update: PackedUpdate) {
+        let mut state = self.seat.audience.state();
+        let is_followed = state.followers > 0;
+        state.log.push(update, is_followed);
+        drop(state);
+        self.seat.audience.tell();
+    }
+
+    /// Whether somebody needs the whole copy.
+    pub fn is_asked(&self) -> bool {
+        self.seat.audience.state().wants_whole
+    }
+
+    /// Waits until somebody may need it.
+    pub async fn asked(&self) {
+        self.seat.audience.wanted.notified().await;
+    }
+
+    /// Gives followers the whole copy of now.
+    pub fn publish_whole(&self, whole: PackedUpdate) {
+        let mut state = self.seat.audience.state();
+        state.wants_whole = false;
+        state.log.put_whole(whole);
+        drop(state);
+        self.seat.audience.tell();
+    }
+
+    /// Tells followers where the presenter's eye is at a time.
+    pub fn look_from(&self, world_from_eye: Rigid, at_s: f64) {
+        let messages = encode_server(&Envelope { at_s, message: ServerMessage::Presenter { world_from_eye } });
+        let mut state = self.seat.audience.state();
+        let count = state.eye.as_ref().map_or(0, |(count, _)| *count);
+        state.eye = Some((count + 1, messages));
+        drop(state);
+        self.seat.audience.tell();
+    }
+}
+
+impl Drop for Presenting {
+    fn drop(&mut self) {
+        self.seat.leave(|state| state.has_presenter = false);
+    }
+}
+
+/// Held by who follows. Dropping it ends that.
+#[derive(Debug)]
+pub struct Following {
+    seat: Seat,
+    news: watch::Receiver<u64>,
+    /// The update that was sent last; `None` where none follows what the client holds.
+    held: Option<u64>,
+    told_eye: u64,
+}
+
+impl Following {
+    /// Waits until there may be something new.
+    pub async fn changed(&mut self) {
+        if self.news.changed().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    }
+
+    /// What to send next, which counts as sent; `None` while there is nothing new or the whole copy is still to be made.
+    pub fn next_update(&mut self) -> Option<PackedUpdate> {
+        let mut state = self.seat.audience.state();
+        match state.log.next(self.held) {
+            Next::Nothing => None,
+            Next::Update(update) => {
+                self.held = Some(update.number);
+                Some(update)
+            }
+            Next::Whole => {
+                state.wants_whole = true;
+                self.seat.audience.wanted.notify_one();
+                None
+            }
+        }
+    }
+
+    /// What the client held is lost: the next update begins anew.
+    pub fn begin_anew(&mut self) {
+        self.held = None;
+    }
+
+    /// The messages that tell where the presenter's eye is, where it was not told yet.
+    pub fn eye(&mut self) -> Option<Vec<Bytes>> {
+        let state = self.seat.audience.state();
+        let (count, messages) = state.eye.as_ref().filter(|(count, _)| *count > self.told_eye)?;
+        self.told_eye = *count;
+        Some(messages.clone())
+    }
+}
+
+impl Drop for Following {
+    fn drop(&mut self) {
+        self.seat.leave(|state| {
+            state.followers -= 1;
+            if state.followers == 0 {
+                state.log.forget();
+                state.wants_whole = false;
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_presents_and_an_empty_audience_ends() {
+        let audiences = Arc::new(Audiences::default());
+        let presenting = audiences.present("Ada").expect("nobody else presents");
+        assert!(audiences.present("Ada").is_none());
+        assert!(audiences.present("Grace").is_some(), "by another name");
+        let following = audiences.follow("Ada");
+        drop(presenting);
+        assert_eq!(lock(&audiences.by_name).len(), 1, "who follows waits for the next one");
+        let next = audiences.present("Ada").expect("the place is free");
+        drop(following);
+        assert!(audiences.present("Ada").is_none());
+        drop(next);
+        assert!(lock(&audiences.by_name).is_empty());
+    }
+
+    #[test]
+    fn a_follower_who_must_clear_waits_for_a_beginning() {
+        let audiences = Arc::new(Audiences::default());
+        let (presenting, mut following) = (audiences.present("Ada").expect("free"), audiences.follow("Ada"));
+        let update =
+            |number, clears| PackedUpdate { number, digest: 0, clears, bytes: 10, fragments: Vec::new().into() };
+        presenting.publish(update(1, false));
+        assert!(following.next_update().is_none() && presenting.is_asked());
+        presenting.publish_whole(update(1, true));
+        assert!(!presenting.is_asked());
+        assert_eq!(following.next_update().map(|update| (update.number, update.clears)), Some((1, true)));
+        presenting.publish(update(2, false));
+        assert_eq!(following.next_update().map(|update| update.number), Some(2));
+        assert_eq!(following.next_update(), None);
+        following.begin_anew();
+        assert_eq!(following.next_update().map(|update| update.number), Some(1), "the copy and what followed it");
+        assert_eq!(following.next_update().map(|update| update.number), Some(2));
+    }
+}
