@@ -28,6 +28,7 @@ use crate::discretize::{Capture, Discretization};
 use crate::imager::Imager;
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
+use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
@@ -233,11 +234,13 @@ impl Stage {
             return planned(Rules { images: 1, image_size_px: smaller(COARSE_SIDE), ..rules });
         }
         let by_path = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
-        let share = if self.sheds_load { by_path.min(client.pace.share_under_load()) } else { by_path };
+        let load = self.load(client);
+        let share = by_path.min(load.side_share);
         // A first set may as well be for many who come at once.
-        let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && share < by_path;
+        let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && load.is_heavy();
         if shrinks && share < 1.0 {
-            let coarse = planned(Rules { image_size_px: smaller(share), ..rules })?;
+            let images = load.images(rules.images);
+            let coarse = planned(Rules { image_size_px: smaller(share), images, ..rules })?;
             // A path that carries less is used at every tick.
             let coverage = Coverage { way: None, ..coarse.coverage };
             Some(Plan { is_coarse: true, coverage, ..coarse })
@@ -246,8 +249,15 @@ impl Stage {
         }
     }
 
+    /// Under load a first set is as quick as a coarse image before it would be.
     fn begins_coarsely(&self, client: &Client) -> bool {
-        self.coarse_first && client.focus.is_none() && client.picture_sent_at_s.is_none()
+        let has_nothing = client.focus.is_none() && client.picture_sent_at_s.is_none();
+        self.coarse_first && has_nothing && !self.load(client).is_heavy()
+    }
+
+    /// What waiting says that there is time for.
+    fn load(&self, client: &Client) -> Load {
+        if self.sheds_load { client.pace.load() } else { Load::NONE }
     }
 
     fn look(

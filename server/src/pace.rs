@@ -20,6 +20,29 @@ const MOST_STEPS: usize = 2;
 /// Share of a new update in what a pixel is expected to cost.
 const SMOOTHING: f64 = 0.25;
 
+/// What a server has time for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// The side of the next images as a share of the largest.
+    pub side_share: f64,
+}
+
+impl Load {
+    /// No viewer waits for another.
+    pub const NONE: Load = Load { side_share: 1.0 };
+
+    /// Whether less is to be done for each viewer.
+    pub fn is_heavy(&self) -> bool {
+        self.side_share < 1.0
+    }
+
+    /// How many images there is time for, of so many: then only one, from where the viewer is expected. What it leaves out, the next one shows, and that
+    /// comes the sooner.
+    pub fn images(&self, images: usize) -> usize {
+        if self.is_heavy() { 1 } else { images }
+    }
+}
+
 /// What the updates of one client came to.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pace {
@@ -39,9 +62,9 @@ impl Pace {
         }
     }
 
-    /// The side of the next images as a share of the largest, by what waiting said.
-    pub fn share_under_load(&self) -> f64 {
-        SIDE_SHARES[self.load_step]
+    /// What there is time for, by what waiting said.
+    pub fn load(&self) -> Load {
+        Load { side_share: SIDE_SHARES[self.load_step] }
     }
 
     /// An update for a viewer who moves was made from views of so many pixels together.
@@ -96,7 +119,7 @@ mod tests {
         let mut pace = Pace::default();
         let shares = [0.05, 0.3, 0.3, 0.3, 0.1, 0.04, 0.04, 0.04].map(|wait_s| {
             pace.waited(wait_s, 0.1);
-            pace.share_under_load()
+            pace.load().side_share
         });
         let half = SIDE_SHARES[MOST_STEPS];
         assert_eq!(shares, [1.0, SIDE_SHARES[1], half, half, half, SIDE_SHARES[1], 1.0, 1.0]);

@@ -20,8 +20,8 @@ use crate::viewer::Viewer;
 /// Updates that wait for the encoder at most: one, so that what an update shows is never older than one encoding.
 const ENCODER_QUEUE: usize = 1;
 
-/// After so many turns without a pause, work that nobody waits for has its turn.
-const TURNS_IN_A_ROW: usize = 20;
+/// Work that nobody waits for takes one part in so many of the time at most, while there are turns to take.
+const PARTS_FOR_TURNS: u32 = 20;
 
 /// Where a session's viewer is when its turn comes, and what time it is then.
 pub type Look = Box<dyn FnOnce() -> (Viewer, f64) + Send>;
@@ -132,17 +132,17 @@ fn make_updates(
     waiting: &AtomicUsize,
     encoder: &mpsc::SyncSender<Unencoded>,
 ) -> Result<(), StageError> {
-    let mut turns_in_a_row = 0;
+    let mut aside_from = Instant::now();
     loop {
-        let next = queue.try_recv();
-        if next.is_err() || turns_in_a_row >= TURNS_IN_A_ROW {
-            turns_in_a_row = 0;
-            if stage.work_aside()? && next.is_err() {
+        let (next, begun) = (queue.try_recv(), Instant::now());
+        if next.is_err() || begun >= aside_from {
+            let has_worked = stage.work_aside()?;
+            aside_from = Instant::now() + begun.elapsed() * PARTS_FOR_TURNS;
+            if has_worked && next.is_err() {
                 continue;
             }
         }
         let Ok(turn) = next.or_else(|_| queue.recv()) else { break };
-        turns_in_a_row += 1;
         let goes_on = make_update(&mut stage, turn, waiting, encoder);
         waiting.fetch_sub(1, Ordering::Relaxed);
         if !goes_on? {

@@ -10,6 +10,7 @@ pub mod occlusion;
 pub mod reconstruction;
 pub mod sampling;
 pub mod sent_once;
+pub mod serving;
 pub mod shadows;
 pub mod timing;
 
@@ -20,6 +21,7 @@ pub const ALL: &[&dyn Topic] = &[
     &sampling::Sampling,
     &reconstruction::Reconstruction,
     &sent_once::SentOnce,
+    &serving::Serving,
     &timing::Timing,
     &codec::Codec,
     &materials::Materials,

@@ -57,6 +57,7 @@ impl Verdict {
 }
 
 /// A view of the object, and its rays.
+#[derive(Debug)]
 struct View {
     /// From the object to the eye, in mesh space.
     towards: DVec3,
@@ -65,42 +66,87 @@ struct View {
     points_world: Vec<Option<DVec3>>,
 }
 
-/// Tries the mesh's axes, the one that points upwards most first, until both images together serve; the best of them otherwise.
+/// A verdict in the making. It takes a software renderer a second, so it is made in steps: the views first, then one axis after the other.
+#[derive(Debug)]
+pub(super) struct Judging {
+    object: u16,
+    views: Vec<View>,
+    /// Still to be tried; the next one is the last.
+    axes: Vec<DVec3>,
+    best: Verdict,
+}
+
+/// All steps at once.
 pub(super) fn judge(
     scene: &Scene,
     snapshot: &Snapshot,
     object: u16,
     imager: &mut dyn Imager,
 ) -> Result<Verdict, ImagerError> {
-    let views = views(scene, snapshot, object, imager)?;
-    let up = turned_back(&snapshot.world_from_mesh[usize::from(object)], DVec3::Y);
-    let mut axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * up.dot(axis).signum());
-    axes.sort_by(|a, b| up.dot(*b).total_cmp(&up.dot(*a)));
-    let mut best = Verdict::NONE;
-    for axis in axes {
-        let mut images = Vec::new();
-        for end in End::BOTH {
-            let Some(camera) = camera(scene, snapshot, object, axis * end.sign(), IMAGE_PX) else { continue };
-            let Some(image) = relief(imager, snapshot, object, &camera)? else { continue };
-            images.extend(impostor(&image));
-        }
-        let [upper, lower] = images.as_slice() else { continue };
-        let wrong = [wrong_share(&[upper], Some(axis), &views), wrong_share(&[lower], Some(-axis), &views)];
-        let verdict = Verdict { axis, wrong, wrong_by_both: wrong_share(&[upper, lower], None, &views) };
-        if verdict.wrong_by_both < best.wrong_by_both {
-            best = verdict;
-        }
-        if best.wrong_by_both <= MOST_WRONG {
-            break;
+    let mut judging = Judging::begin(scene, snapshot, object, imager)?;
+    loop {
+        if let Some(verdict) = judging.step(scene, snapshot, imager)? {
+            return Ok(verdict);
         }
     }
-    let kind = if best.wrong_by_both <= MOST_WRONG { "a relief" } else { "no relief" };
-    let [upper, lower, both] = [best.wrong[0], best.wrong[1], best.wrong_by_both].map(|wrong| (100.0 * wrong).round());
-    tracing::info!(
-        "{:?} is {kind}: images from one end of it, the other and both are wrong by {upper}, {lower} and {both} % of its pixels",
-        scene.instances[usize::from(object)].name
-    );
-    Ok(best)
+}
+
+impl Judging {
+    /// Looks at an object from all around.
+    pub fn begin(
+        scene: &Scene,
+        snapshot: &Snapshot,
+        object: u16,
+        imager: &mut dyn Imager,
+    ) -> Result<Judging, ImagerError> {
+        let views = views(scene, snapshot, object, imager)?;
+        let up = turned_back(&snapshot.world_from_mesh[usize::from(object)], DVec3::Y);
+        let mut axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * up.dot(axis).signum()).to_vec();
+        axes.sort_by(|a, b| up.dot(*a).total_cmp(&up.dot(*b)));
+        Ok(Judging { object, views, axes, best: Verdict::NONE })
+    }
+
+    /// Tries one of the mesh's axes, the one that points upwards most first, until both images together serve; the best of them otherwise.
+    pub fn step(
+        &mut self,
+        scene: &Scene,
+        snapshot: &Snapshot,
+        imager: &mut dyn Imager,
+    ) -> Result<Option<Verdict>, ImagerError> {
+        if let Some(axis) = self.axes.pop() {
+            let verdict = self.try_axis(axis, (scene, snapshot), imager)?;
+            self.best = verdict.filter(|verdict| verdict.wrong_by_both < self.best.wrong_by_both).unwrap_or(self.best);
+        }
+        let serves = self.best.wrong_by_both <= MOST_WRONG;
+        if !serves && !self.axes.is_empty() {
+            return Ok(None);
+        }
+        let Verdict { wrong: [upper, lower], wrong_by_both, .. } = self.best;
+        let [upper, lower, both] = [upper, lower, wrong_by_both].map(|wrong| (100.0 * wrong).round());
+        tracing::info!(
+            "{:?} is {}: images from one end of it, the other and both are wrong by {upper}, {lower} and {both} % of its pixels",
+            scene.instances[usize::from(self.object)].name,
+            if serves { "a relief" } else { "no relief" }
+        );
+        Ok(Some(self.best))
+    }
+
+    fn try_axis(
+        &self,
+        axis: DVec3,
+        (scene, snapshot): (&Scene, &Snapshot),
+        imager: &mut dyn Imager,
+    ) -> Result<Option<Verdict>, ImagerError> {
+        let mut images = Vec::new();
+        for end in End::BOTH {
+            let Some(camera) = camera(scene, snapshot, self.object, axis * end.sign(), IMAGE_PX) else { continue };
+            let Some(image) = relief(imager, snapshot, self.object, &camera)? else { continue };
+            images.extend(impostor(&image));
+        }
+        let [upper, lower] = images.as_slice() else { return Ok(None) };
+        let wrong = [wrong_share(&[upper], Some(axis), &self.views), wrong_share(&[lower], Some(-axis), &self.views)];
+        Ok(Some(Verdict { axis, wrong, wrong_by_both: wrong_share(&[upper, lower], None, &self.views) }))
+    }
 }
 
 /// From the 26 directions of a cube's faces, edges and corners.

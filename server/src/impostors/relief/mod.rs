@@ -76,7 +76,7 @@ pub enum Judged {
     Aside,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Shape {
     /// Ids ascend.
     objects: Vec<u16>,
@@ -84,6 +84,8 @@ struct Shape {
     verdict: Option<judge::Verdict>,
     /// The object that a viewer came near to before there was a verdict.
     asked_for: Option<u16>,
+    /// The verdict that it was asked for.
+    judging: Option<judge::Judging>,
     images: BTreeMap<(End, u32), Relief>,
 }
 
@@ -105,7 +107,7 @@ impl Reliefs {
             let mesh = scene.meshes.get(instance.mesh as usize);
             let is_seen_through = mesh.is_some_and(|mesh| scene.is_seen_through(mesh.material as usize));
             if !instance.deforms && shown_by_mesh(scene, &all_show, instance.mesh).is_none() && !is_seen_through {
-                let new = || Shape { objects: Vec::new(), verdict: None, asked_for: None, images: BTreeMap::new() };
+                let new = || Shape::default();
                 shapes.entry(instance.mesh).or_insert_with(new).objects.push(object);
             }
         }
@@ -126,15 +128,22 @@ impl Reliefs {
         self.shapes.values().any(|shape| shape.asked_for.is_some())
     }
 
-    /// Judges one shape that a look asked for; whether there was one.
+    /// Goes on by a step in judging a shape that a look asked for; whether there was one.
     pub fn judge_next(
         &mut self,
         (scene, snapshot): (&Scene, &Snapshot),
         imager: &mut dyn Imager,
     ) -> Result<bool, ImagerError> {
-        let asked = self.shapes.values_mut().find_map(|shape| Some((shape.asked_for.take()?, &mut shape.verdict)));
-        let Some((object, verdict)) = asked else { return Ok(false) };
-        *verdict = Some(judge::judge(scene, snapshot, object, imager)?);
+        let asked = self.shapes.values_mut().find_map(|shape| Some((shape.asked_for?, shape)));
+        let Some((object, shape)) = asked else { return Ok(false) };
+        match &mut shape.judging {
+            None => shape.judging = Some(judge::Judging::begin(scene, snapshot, object, imager)?),
+            Some(judging) => {
+                if let Some(verdict) = judging.step(scene, snapshot, imager)? {
+                    (shape.verdict, shape.judging, shape.asked_for) = (Some(verdict), None, None);
+                }
+            }
+        }
         Ok(true)
     }
 
