@@ -8,7 +8,7 @@ mod next;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::Duration;
 
 use camera::Pinhole;
@@ -64,7 +64,8 @@ pub struct Stage {
     /// Samples a pixel of an output at most, along each axis.
     densest: f64,
     needs: Needs,
-    reliefs: Reliefs,
+    /// Of all stages of a server.
+    reliefs: Arc<Mutex<Reliefs>>,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
 }
@@ -84,6 +85,16 @@ pub struct Made {
     pub pixels: u64,
     /// What of it is for lights.
     pub lights: LightWork,
+}
+
+/// What of reliefs is known, where no other thread is about to add to it. Verdicts and images are made one after the other, so what a panic leaves is
+/// whole.
+fn free(reliefs: &Mutex<Reliefs>) -> Option<MutexGuard<'_, Reliefs>> {
+    match reliefs.try_lock() {
+        Ok(reliefs) => Some(reliefs),
+        Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+        Err(TryLockError::WouldBlock) => None,
+    }
 }
 
 /// What of an update is for lights.
@@ -106,7 +117,7 @@ impl Stage {
         Stage {
             first_triangles: if deforms { triangle_bases(&scene).into() } else { Arc::default() },
             needs: if imager.sky().is_some() { Needs::under_sky(&scene) } else { Needs::new(&scene) },
-            reliefs: Reliefs::default(),
+            reliefs: Arc::default(),
             scene,
             rules,
             account_rules,
@@ -120,6 +131,27 @@ impl Stage {
             densest,
             still,
         }
+    }
+
+    /// Another one of the same scene, for another thread; `None` where its imager is the only one there can be.
+    pub fn twin(&self) -> Option<Stage> {
+        Some(Stage {
+            scene: self.scene.clone(),
+            rules: self.rules,
+            account_rules: self.account_rules,
+            coding: self.coding,
+            method: self.method,
+            placement: self.placement,
+            coarse_first: self.coarse_first,
+            sheds_load: self.sheds_load,
+            imager: self.imager.twin()?,
+            materials: self.materials.clone(),
+            first_triangles: self.first_triangles.clone(),
+            densest: self.densest,
+            needs: self.needs.clone(),
+            reliefs: self.reliefs.clone(),
+            still: self.still.clone(),
+        })
     }
 
     /// The same, which decides what is sent by other numbers.
@@ -150,8 +182,7 @@ impl Stage {
     /// The same, which shows many objects of a shape by one image. Not where views are made by rays, which meet everything.
     pub fn with_reliefs(self, judged: Judged) -> Stage {
         let reliefs = if self.method.needs_rays() { Reliefs::default() } else { Reliefs::new(&self.scene) };
-        let reliefs = reliefs.judged(judged);
-        Stage { reliefs, ..self }
+        Stage { reliefs: Arc::new(Mutex::new(reliefs.judged(judged))), ..self }
     }
 
     /// The same, whose samples are coded by a rule.
@@ -161,13 +192,12 @@ impl Stage {
 
     /// Does a piece of work that looks asked for and need not wait for; whether there was any.
     pub fn work_aside(&mut self) -> Result<bool, StageError> {
-        if !self.reliefs.is_asked() {
-            return Ok(false);
-        }
+        let reliefs = self.reliefs.clone();
+        let Some(mut reliefs) = free(&reliefs).filter(|reliefs| reliefs.is_asked()) else { return Ok(false) };
         // Shapes are rigid: they look the same at any time.
         let snapshot = self.snapshot(0.0);
         self.imager.leave_out(BTreeSet::new());
-        Ok(self.reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?)
+        Ok(reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?)
     }
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.

@@ -32,6 +32,11 @@ pub enum ImagerError {
 
 /// Sees one scene, and what clients hold of it. One thread owns it.
 pub trait Imager: Send {
+    /// Another imager of the same scene, for another thread; `None` where there can be only one.
+    fn twin(&self) -> Option<Box<dyn Imager>> {
+        None
+    }
+
     /// What draws, for people: the adapter's name and kind.
     fn adapter(&self) -> String;
 
@@ -157,6 +162,19 @@ impl GpuImager {
 }
 
 impl Imager for GpuImager {
+    fn twin(&self) -> Option<Box<dyn Imager>> {
+        Some(Box::new(GpuImager {
+            renderer: self.renderer.twin()?,
+            discretizer: self.discretizer.twin(),
+            ends: self.ends.twin(),
+            addresses: AddressPass::new(self.renderer.gpu()).ok()?,
+            impostors: None,
+            look: self.look.clone(),
+            adapter: self.adapter.clone(),
+            placed: None,
+        }))
+    }
+
     fn adapter(&self) -> String {
         self.adapter.clone()
     }

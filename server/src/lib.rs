@@ -14,6 +14,9 @@
 //! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
 //!   what it counts.
 
+// Whether a pipeline of wgpu may go from thread to thread is asked through all that it consists of.
+#![recursion_limit = "256"]
+
 pub mod access;
 pub mod account;
 pub mod anticipate;
@@ -36,6 +39,7 @@ pub mod occluders;
 pub mod options;
 pub mod pace;
 pub mod plan;
+mod queue;
 pub mod render;
 pub mod rest;
 mod revise;

@@ -1,6 +1,6 @@
-//! The two threads that make updates: one owns the GPU and looks for what clients lack, the other encodes it. Sessions are
+//! The threads that make updates: some look for what clients lack, each with a stage of its own, and one encodes it. Sessions are
 //! served in turn: each has at most one place in the queue, and where to look is planned when its turn comes, from its newest
-//! pose. While one session's update is encoded, the next one's is made.
+//! pose. While one looking thread waits for the GPU another compares, and while an update is encoded the next ones are made.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
@@ -13,6 +13,7 @@ use crate::account::Counts;
 use crate::client::Client;
 use crate::frame::{self, Stage};
 use crate::plan::Reason;
+use crate::queue::Queue;
 use crate::stage_error::StageError;
 use crate::stats::Stats;
 use crate::viewer::Viewer;
@@ -73,28 +74,32 @@ pub struct Made {
 #[error("the rendering thread ended")]
 pub struct WorkerGone;
 
-/// Asks for updates. Dropping it ends both threads once the queue is empty.
+/// Asks for updates. Dropping it ends its threads once the queue is empty.
 pub struct Worker {
-    turns: mpsc::SyncSender<Turn>,
+    turns: Arc<Queue<Turn>>,
     waiting: Arc<AtomicUsize>,
     failure: watch::Receiver<Option<String>>,
 }
 
 impl Worker {
-    /// Starts the threads for at most `sessions` sessions.
-    pub fn start(stage: Stage, sessions: usize, stats: Arc<Stats>) -> std::io::Result<Worker> {
-        let (turns, queue) = mpsc::sync_channel(sessions);
+    /// Starts the threads: one a stage, and one more.
+    pub fn start(stages: Vec<Stage>, stats: Arc<Stats>) -> std::io::Result<Worker> {
+        let turns = Arc::new(Queue::default());
         let (updates, encoder_queue) = mpsc::sync_channel(ENCODER_QUEUE);
         let (failed, failure) = watch::channel(None);
-        let waiting = Arc::new(AtomicUsize::new(0));
-        let left = waiting.clone();
+        let (failed, waiting) = (Arc::new(failed), Arc::new(AtomicUsize::new(0)));
         std::thread::Builder::new().name("encode".into()).spawn(move || encode_updates(&encoder_queue, &stats))?;
-        std::thread::Builder::new().name("images".into()).spawn(move || {
-            if let Err(error) = make_updates(stage, &queue, &left, &updates) {
-                tracing::error!("no more images: {error}");
-                failed.send_replace(Some(error.to_string()));
-            }
-        })?;
+        for (index, stage) in stages.into_iter().enumerate() {
+            let (turns, left, failed, updates) = (turns.clone(), waiting.clone(), failed.clone(), updates.clone());
+            std::thread::Builder::new().name(format!("images-{index}")).spawn(move || {
+                // One of them does what nobody waits for: whatever it judges, all know.
+                if let Err(error) = make_updates(stage, index == 0, &turns, &left, &updates) {
+                    tracing::error!("no more images: {error}");
+                    failed.send_replace(Some(error.to_string()));
+                    turns.give_up();
+                }
+            })?;
+        }
         Ok(Worker { turns, waiting, failure })
     }
 
@@ -102,8 +107,7 @@ impl Worker {
     pub async fn serve(&self, client: Box<Client>, wish: Wish, look: Look) -> Result<Served, WorkerGone> {
         let (reply, served) = oneshot::channel();
         self.waiting.fetch_add(1, Ordering::Relaxed);
-        // The queue has a place for every session, so it is full only if one has two.
-        self.turns.try_send(Turn { wish, look, client, reply, queued: Instant::now() }).map_err(|_| WorkerGone)?;
+        self.turns.push(Turn { wish, look, client, reply, queued: Instant::now() }).map_err(|_| WorkerGone)?;
         served.await.map_err(|_| WorkerGone)
     }
 
@@ -126,23 +130,30 @@ struct Unencoded {
     reply: oneshot::Sender<Served>,
 }
 
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.turns.close();
+    }
+}
+
 fn make_updates(
     mut stage: Stage,
-    queue: &mpsc::Receiver<Turn>,
+    works_aside: bool,
+    queue: &Queue<Turn>,
     waiting: &AtomicUsize,
     encoder: &mpsc::SyncSender<Unencoded>,
 ) -> Result<(), StageError> {
     let mut aside_from = Instant::now();
     loop {
-        let (next, begun) = (queue.try_recv(), Instant::now());
-        if next.is_err() || begun >= aside_from {
+        let (next, begun) = (queue.try_next(), Instant::now());
+        if works_aside && (next.is_none() || begun >= aside_from) {
             let has_worked = stage.work_aside()?;
             aside_from = Instant::now() + begun.elapsed() * PARTS_FOR_TURNS;
-            if has_worked && next.is_err() {
+            if has_worked && next.is_none() {
                 continue;
             }
         }
-        let Ok(turn) = next.or_else(|_| queue.recv()) else { break };
+        let Some(turn) = next.or_else(|| queue.next()) else { break };
         let goes_on = make_update(&mut stage, turn, waiting, encoder);
         waiting.fetch_sub(1, Ordering::Relaxed);
         if !goes_on? {

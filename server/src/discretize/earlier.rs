@@ -13,6 +13,7 @@ use crate::targets::IDS_FORMAT;
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
 /// The layout, and what is bound where a test needs nothing.
+#[derive(Clone)]
 pub(crate) struct EarlierLayout {
     pub layout: wgpu::BindGroupLayout,
     ids: wgpu::TextureView,

@@ -90,6 +90,12 @@ impl EndsPass {
         Ok(EndsPass { gpu, layout, pipelines, targets: None })
     }
 
+    /// Another one that shares its pipelines.
+    pub fn twin(&self) -> EndsPass {
+        let (gpu, layout, pipelines) = (self.gpu.clone(), self.layout.clone(), self.pipelines.clone());
+        EndsPass { gpu, layout, pipelines, targets: None }
+    }
+
     /// Tells of the samples of a mask of a capture's where their surfaces end; `scene` is as it was when they were captured. All other samples
     /// are said to go on.
     pub fn tell(&mut self, scene: &SceneRenderer, capture: &mut Capture, mask: &Mask) -> Result<(), RenderError> {

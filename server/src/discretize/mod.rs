@@ -72,6 +72,13 @@ impl Discretizer {
         Ok(Discretizer { gpu, earlier, conventional, by_redundancy: Vec::new(), attachments: None, depths: None })
     }
 
+    /// Another one that shares its pipelines: sets of both may be in the making at once.
+    pub fn twin(&self) -> Discretizer {
+        let (gpu, earlier) = (self.gpu.clone(), self.earlier.clone());
+        let (conventional, by_redundancy) = (self.conventional.clone(), self.by_redundancy.clone());
+        Discretizer { gpu, earlier, conventional, by_redundancy, attachments: None, depths: None }
+    }
+
     /// Submits the images of `cameras`, in order, of the scene as it is now: those that the method uses
     /// ([`Discretization::cameras`]). Several sets may be in flight.
     pub fn run(

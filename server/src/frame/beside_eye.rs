@@ -8,7 +8,7 @@ use protocol::message::Shadows;
 use protocol::{Lighting, Viewpoint};
 use scene::Snapshot;
 
-use super::{BYTES_PER_SAMPLE, Client, LightWork, Stage, StageError};
+use super::{BYTES_PER_SAMPLE, Client, LightWork, Stage, StageError, free};
 use crate::account::Surroundings;
 use crate::impostors::Shot;
 use crate::impostors::relief::{self, Eye};
@@ -34,7 +34,13 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<(), StageError> {
-        if self.reliefs.is_nothing() {
+        let reliefs = self.reliefs.clone();
+        let Some(mut reliefs) = free(&reliefs) else {
+            // Another thread judges a shape or draws one: nothing is changed meanwhile.
+            self.imager.leave_out(client.account.shown_by_reliefs());
+            return Ok(());
+        };
+        if reliefs.is_nothing() {
             return Ok(());
         }
         let eye_world = plan.coverage.world_from_eye.translation;
@@ -42,7 +48,7 @@ impl Stage {
         // One coarse image is there sooner than reliefs.
         let eye = (!self.begins_coarsely(client)).then_some(Eye { eye_world, focal_px });
         let held = (&mut client.account, &mut client.reliefs);
-        relief::serve(&mut self.reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
+        relief::serve(&mut reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
         self.imager.leave_out(client.account.shown_by_reliefs());
         Ok(())
     }

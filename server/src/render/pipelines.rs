@@ -130,6 +130,7 @@ pub(super) struct Variant {
 }
 
 /// See `Pipelines::of`.
+#[derive(Clone)]
 pub struct Pipelines {
     /// One side culled, the same mirrored, both sides drawn; each without and with cut-outs.
     plain: Vec<[wgpu::RenderPipeline; 2]>,

@@ -95,6 +95,7 @@ struct Hierarchy {
 }
 
 /// The hierarchy on a GPU.
+#[derive(Clone)]
 pub(crate) struct RayBuffers {
     pub nodes: wgpu::Buffer,
     pub triangles: wgpu::Buffer,

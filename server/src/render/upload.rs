@@ -234,6 +234,50 @@ impl SceneRenderer {
         renderer.update(&scene.at(0.0), scene.bounds.centre())?;
         Ok(renderer)
     }
+
+    /// Another one of the same scene, which shares with this one what never changes, so that each may draw it at a time and in a way of its own. `None`
+    /// where vertices deform, or rays are followed.
+    pub fn twin(&self) -> Option<SceneRenderer> {
+        if !self.batch_of_deforming.is_empty() || self.rays.is_some() {
+            return None;
+        }
+        let own = |of: &wgpu::Buffer, label| {
+            let usage = of.usage();
+            let own = wgpu::BufferDescriptor { label: Some(label), size: of.size(), usage, mapped_at_creation: false };
+            self.gpu.device.create_buffer(&own)
+        };
+        let (instances, surfaces) = (own(&self.instances, "instances"), own(&self.surfaces, "surface materials"));
+        self.gpu.queue.write_buffer(&instances, 0, bytemuck::cast_slice(&self.records));
+        self.gpu.queue.write_buffer(&surfaces, 0, bytemuck::cast_slice(&self.surface_materials));
+        let bound = [&instances, &surfaces, &self.second_uvs, &self.vertices, &self.indices];
+        let scene_group = scene_group(&self.gpu, &self.layouts.scene, &bound[..if self.native { 3 } else { 5 }]);
+        Some(SceneRenderer {
+            gpu: self.gpu.clone(),
+            layouts: self.layouts.clone(),
+            native: self.native,
+            vertices: self.vertices.clone(),
+            second_uvs: self.second_uvs.clone(),
+            indices: self.indices.clone(),
+            instances,
+            surfaces,
+            surface_materials: self.surface_materials.clone(),
+            blended: self.blended.clone(),
+            detail: Detail::Motion,
+            shown: self.shown,
+            is_smooth: false,
+            scene_group,
+            texture_groups: self.texture_groups.clone(),
+            batches: self.batches.clone(),
+            slots: self.slots.clone(),
+            records: self.records.clone(),
+            batch_of_deforming: self.batch_of_deforming.clone(),
+            material_table: self.material_table.clone(),
+            kinds: self.kinds.clone(),
+            anchor_world: self.anchor_world,
+            rays: None,
+            left_out: BTreeSet::new(),
+        })
+    }
 }
 
 /// What a material is drawn with: the textures of base colours and of normals, and the material whose codes lie as its own, itself.
