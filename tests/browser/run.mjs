@@ -188,6 +188,42 @@ function tests(renderer) {
       await at.page.keyboard.press('Escape');
       assert.ok(await at.page.locator('#help').isHidden());
     }],
+    ['follows a presenter, and looks around on its own', async () => {
+      const open = (role) => smallPage(at, `${at.server.origin}/?renderer=${renderer}&${role}=Ada`);
+      const presenter = await open('present');
+      const goes = async (key) => {
+        const { pose } = await until(presenter, 'a picture', (now) => now.picture);
+        await presenter.bringToFront();
+        await presenter.locator('#view').focus();
+        await presenter.keyboard.down(key);
+        await until(presenter, 'a step', (now) => far(pose, now.pose) > 0.5);
+        await presenter.keyboard.up(key);
+        return (await settled(presenter)).pose;
+      };
+      const isAt = (pose) => (now) => now.picture && now.led && far(now.pose, pose) < 0.01 && turned(now.pose, pose) < 0.01;
+      const first = await goes('KeyS');
+      const follower = await open('follow');
+      const came = await until(follower, 'the place of the presenter', isAt(first));
+      assert.ok(came.samples > 10_000, `${came.samples} samples`);
+      assert.equal(await presenter.locator('#role').textContent(), 'Presenting as Ada');
+      const second = await goes('KeyA');
+      await follower.bringToFront();
+      await until(follower, 'the next place of the presenter', isAt(second));
+      assert.equal(await follower.locator('#role').textContent(), 'Following Ada');
+      const followed = await still(follower, join(shots, `${renderer}-4-followed.png`));
+      assert.ok(contrast(followed) > 50, 'the canvas is nearly blank');
+      await follower.mouse.move(320, 200);
+      await follower.mouse.down();
+      await follower.mouse.move(360, 200, { steps: 4 });
+      await follower.mouse.up();
+      await until(follower, 'a look of its own', (now) => !now.led && turned(now.pose, second) > 0.1);
+      await follower.locator('#role', { hasText: /^Follow Ada$/ }).waitFor();
+      await follower.screenshot({ path: join(shots, `${renderer}-4-follower.png`) });
+      await follower.locator('#role').click();
+      await until(follower, 'the presenter again', isAt(second));
+      await follower.close();
+      await presenter.close();
+    }],
     ['survives a restart of the server', async () => {
       const before = await settled(at.page);
       await at.server.stop('SIGKILL');

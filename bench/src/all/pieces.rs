@@ -63,6 +63,8 @@ const RUNS: &[NamedRun] = &[
     run("walk", "sent-once --size 256x256 --scene", &["urban", "pillars", "tree"]),
     run("settings", "sent-once --settings --size 256x256 --scene", &["urban", "pillars", "tree"]),
 
+    run("serving", "serving", &[]),
+
     run("timing", "timing --quick", &[]),
     run("all-stages", "timing", &[]),
 

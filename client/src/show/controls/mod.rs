@@ -28,6 +28,8 @@ const SMOOTHING_S: f64 = 0.08;
 const LONGEST_STEP_S: f64 = 0.25;
 /// The same of an eye that is led: its leader's poses come ten times a second.
 const LED_SMOOTHING_S: f64 = 0.15;
+/// So near to where it is led, in radians and as a share of the distance to what it looks at, an eye is there: a pixel is a thousand times as much.
+const THERE: f64 = 1e-6;
 /// Looking straight up or down stays this far off the vertical, where the direction of "right" is lost.
 const LARGEST_PITCH_RAD: f64 = 1.55;
 /// A brisk walk, in m/s.
@@ -158,6 +160,8 @@ enum Led {
     Waits,
     /// To this pose.
     To(Rigid),
+    /// It is at this pose.
+    At(Rigid),
 }
 
 impl Controls {
@@ -234,7 +238,7 @@ impl Controls {
         if self.led == Led::Waits {
             self.approach(world_from_eye, 1.0);
         }
-        if self.is_led() {
+        if self.is_led() && self.led != Led::At(world_from_eye) {
             self.led = Led::To(world_from_eye);
         }
     }
@@ -247,6 +251,12 @@ impl Controls {
         let yaw_rad = (there.yaw_rad - self.yaw_rad + half_turn).rem_euclid(2.0 * half_turn) - half_turn;
         self.turn(yaw_rad * share, (there.pitch_rad - self.pitch_rad) * share);
         self.anchor_world = if self.mode == Mode::Walk { eye } else { eye + self.forward() * self.distance_m };
+    }
+
+    fn is_near(&self, world_from_eye: Rigid) -> bool {
+        let (here, to) = (self.pose(), world_from_eye);
+        let turned = self.forward().distance(to.transform_vector(DVec3::Z));
+        turned < THERE && here.translation.distance(to.translation) < THERE * self.distance_m
     }
 
     /// Takes an event.
@@ -289,7 +299,13 @@ impl Controls {
         }
         self.travel(travel);
         if let Led::To(there) = self.led {
-            self.approach(there, 1.0 - (-dt_s / LED_SMOOTHING_S).exp());
+            let share = 1.0 - (-dt_s / LED_SMOOTHING_S).exp();
+            if self.is_near(there) {
+                self.approach(there, 1.0);
+                self.led = Led::At(there);
+            } else {
+                self.approach(there, share);
+            }
         }
         self.velocity != DVec3::ZERO || asked != DVec3::ZERO
     }

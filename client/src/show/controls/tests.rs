@@ -239,8 +239,13 @@ fn an_eye_is_led_until_the_person_moves_it() {
         controls.advance(0.1);
         assert!(!is_at(&controls, there) && !is_at(&controls, further), "then it goes");
         for _ in 0..40 {
+            controls.lead_to(further);
             controls.advance(0.1);
         }
+        let arrived = controls.pose();
+        controls.lead_to(further);
+        controls.advance(0.1);
+        assert_eq!(controls.pose(), arrived, "there it rests");
         assert!(is_at(&controls, further));
         drag(&mut controls, Drag::Look, (400.0, 300.0), (420.0, 300.0));
         assert!(!controls.is_led());
