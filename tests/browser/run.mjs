@@ -212,9 +212,9 @@ function tests(renderer) {
       assert.equal(await follower.locator('#role').textContent(), 'Following Ada');
       const followed = await still(follower, join(shots, `${renderer}-4-followed.png`));
       assert.ok(contrast(followed) > 50, 'the canvas is nearly blank');
-      await follower.mouse.move(320, 200);
+      await follower.mouse.move(320, 120);
       await follower.mouse.down();
-      await follower.mouse.move(360, 200, { steps: 4 });
+      await follower.mouse.move(360, 120, { steps: 4 });
       await follower.mouse.up();
       await until(follower, 'a look of its own', (now) => !now.led && turned(now.pose, second) > 0.1);
       await follower.locator('#role', { hasText: /^Follow Ada$/ }).waitFor();
