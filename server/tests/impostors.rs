@@ -261,21 +261,7 @@ fn a_scene_without_reflectors_is_sent_none() {
 
 /// Holds a patch of that number.
 fn add(held: &mut protocol::Held, id: u32) {
-    let camera = common::looking_back(DVec3::ZERO, 4);
-    let image = protocol::DepthImage {
-        camera: Camera::Pinhole(camera),
-        depth_scale: protocol::DepthScale { w_min: 1.0, w_step: 0.0 },
-        mask: protocol::Mask::empty(4, 4),
-        depth: Vec::new(),
-        normal: Vec::new(),
-        normal_rest: Vec::new(),
-        colour_rest: Vec::new(),
-        share: Vec::new(),
-        ends: Vec::new(),
-        colour: Vec::new(),
-        object: Vec::new(),
-        material: Vec::new(),
-    };
+    let image = protocol::DepthImage::without_samples();
     let patch = protocol::Patch {
         id: protocol::PatchId(id),
         purpose: Purpose::Environment,

@@ -37,8 +37,9 @@ fn step_m(session: &mut Session, x_m: f64) -> Made {
 }
 
 #[test]
-fn who_waits_for_turns_gets_smaller_images_first_sets_too_and_whole_ones_when_standing() {
-    for (sheds_load, share) in [(false, 1), (true, 4)] {
+fn who_waits_for_turns_gets_one_small_image_first_sets_too_and_whole_ones_when_standing() {
+    // One of three images, of a quarter of the side.
+    for (sheds_load, share) in [(false, 1), (true, 3 * 16)] {
         let mut session = Session::built_in("pillars");
         session.stage = session.stage.shed_load(sheds_load);
         let wait = |session: &mut Session| (0..3).for_each(|_| session.stage.waited(&mut session.client, 1.0));
@@ -54,6 +55,15 @@ fn who_waits_for_turns_gets_smaller_images_first_sets_too_and_whole_ones_when_st
         let reasons: Vec<_> = (0..20).filter_map(|_| session.tick()).map(|made| (made.reason, made.pixels)).collect();
         assert!(reasons.contains(&(Reason::Settling, whole_px)), "{reasons:?}");
     }
+}
+
+#[test]
+fn under_load_no_coarse_picture_comes_before_the_first_set() {
+    let mut session = Session::built_in("pillars");
+    session.stage = session.stage.coarse_first(true).shed_load(true);
+    session.stage.waited(&mut session.client, 1.0);
+    assert_eq!(session.tick().map(|made| made.reason), Some(Reason::First));
+    assert_ne!(session.tick().map(|made| made.reason), Some(Reason::First));
 }
 
 #[test]

@@ -115,7 +115,8 @@ fn nobody_waits_for_a_verdict_where_shapes_are_judged_aside() {
     assert!(!session.pause(), "nobody asked for anything");
     session.tick().expect("a first set");
     assert!(shown(&session).is_empty() && objects().all(|object| eye_samples(&session, object) > 0));
-    assert!(session.pause() && !session.pause(), "one shape");
+    // The views, and one of its axes: they are all alike.
+    assert_eq!((0..10).take_while(|_| session.pause()).count(), 2);
     session.settle();
     assert!(shown(&session).into_iter().eq(objects()));
     assert!(objects().all(|object| eye_samples(&session, object) == 0), "what was sent of them is given up");

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
@@ -51,6 +52,10 @@ pub struct Shared {
     pub started: Instant,
     /// Whether what the first clients hold is kept at moments, to be drawn.
     pub keeps_moments: bool,
+    /// Clients that run now, and updates that all of them held so far.
+    pub running: AtomicUsize,
+    /// See `running`.
+    pub updates: AtomicU64,
     /// The name by which the first client presents and all others follow; `None` where each goes his own way.
     pub audience: Option<String>,
 }
@@ -112,8 +117,10 @@ impl ClientReport {
     }
 }
 
-/// Runs one client for a time; a failure is part of its report.
-pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, duration: Duration) -> ClientReport {
+/// Runs one client for a time, once a time has passed; a failure is part of its report.
+pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, after: Duration, duration: Duration) -> ClientReport {
+    tokio::time::sleep(after).await;
+    shared.running.fetch_add(1, Ordering::Relaxed);
     let begun_s = if shared.clock == Clock::Virtual { 0.0 } else { shared.started.elapsed().as_secs_f64() };
     let mut client = Client {
         session: ClientSession::new(
@@ -137,6 +144,7 @@ pub async fn run(shared: Arc<Shared>, index: usize, mode: Mode, duration: Durati
         Clock::Wall => client.run(mode, duration).await,
         Clock::Virtual => client.run_virtual(duration.as_secs_f64()).await,
     };
+    client.shared.running.fetch_sub(1, Ordering::Relaxed);
     let intervals = &client.intervals_ms;
     ClientReport {
         index,
@@ -298,6 +306,7 @@ impl Client {
         let now_s = self.now_s();
         self.session.applied(head.number, head.digest, now_s);
         self.updates += 1;
+        self.shared.updates.fetch_add(1, Ordering::Relaxed);
         if let Some(before_s) = self.updated_at_s.replace(now_s) {
             self.intervals_ms.push((now_s - before_s) * 1000.0);
         }

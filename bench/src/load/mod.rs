@@ -8,6 +8,7 @@ mod table;
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -15,6 +16,7 @@ use camera::Trace;
 use protocol::message::Clock;
 use serde::Serialize;
 
+use crate::report::progress::Progress;
 pub use client::{ClientReport, Mode};
 pub use paths::Path;
 pub use table::table;
@@ -28,6 +30,10 @@ pub struct Load {
     pub clients: usize,
     /// How long.
     pub duration: Duration,
+    /// Whether a terminal is told how far the run is.
+    pub tells_progress: bool,
+    /// Over how long they come, evenly; all stay to the end.
+    pub ramp: Duration,
     /// Traces to walk, in turn; empty: eight made paths.
     pub traces: Vec<PathBuf>,
     /// Share of the clients that stop reading.
@@ -120,15 +126,19 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
         clock: load.clock,
         started,
         keeps_moments: load.scene.is_some(),
+        running: AtomicUsize::new(0),
+        updates: AtomicU64::new(0),
         audience: load.audience.then(|| format!("load test {}", std::process::id())),
     });
     let stalled = (load.stall * load.clients as f64).ceil() as usize;
     let clients: Vec<_> = (0..load.clients)
         .map(|index| {
             let mode = if index < stalled { Mode::Stalls } else { Mode::Reads };
-            tokio::spawn(client::run(shared.clone(), index, mode, load.duration))
+            let after = load.ramp.mul_f64(index as f64 / load.clients as f64);
+            tokio::spawn(client::run(shared.clone(), index, mode, after, load.duration.saturating_sub(after)))
         })
         .collect();
+    let progress = load.tells_progress.then(|| tokio::spawn(tell_progress(shared.clone(), load.duration)));
     // Near the end everybody holds a set and is being served.
     tokio::time::sleep(load.duration.mul_f64(0.9)).await;
     let during = health(&load.server).await;
@@ -136,6 +146,7 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
     for client in clients {
         reports.push(client.await.context("a client task failed")?);
     }
+    progress.iter().for_each(tokio::task::JoinHandle::abort);
     let seconds = started.elapsed().as_secs_f64();
     let mut report = report(load, reports, &before, during, seconds);
     if let Some(scene) = scene {
@@ -144,6 +155,18 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
         report.flip_covered = tokio::task::spawn_blocking(drawn).await.context("drawing failed")??;
     }
     Ok(report)
+}
+
+/// Tells on a terminal how far the run is.
+async fn tell_progress(shared: Arc<client::Shared>, duration: Duration) {
+    let progress = Progress::new("load", duration.as_secs());
+    loop {
+        let before = shared.updates.load(Ordering::Relaxed);
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        let (running, updates) = (shared.running.load(Ordering::Relaxed), shared.updates.load(Ordering::Relaxed));
+        progress.say(format!("{running} clients, {} updates a second", updates - before));
+        progress.step();
+    }
 }
 
 fn report(
