@@ -90,13 +90,13 @@ impl Worker {
         let (failed, waiting) = (Arc::new(failed), Arc::new(AtomicUsize::new(0)));
         std::thread::Builder::new().name("encode".into()).spawn(move || encode_updates(&encoder_queue, &stats))?;
         for (index, stage) in stages.into_iter().enumerate() {
-            let (turns, left, failed, updates) = (turns.clone(), waiting.clone(), failed.clone(), updates.clone());
+            let (turns, left, failed, updates) =
+                (Taker(turns.clone()), waiting.clone(), failed.clone(), updates.clone());
             std::thread::Builder::new().name(format!("images-{index}")).spawn(move || {
                 // One of them does what nobody waits for: whatever it judges, all know.
-                if let Err(error) = make_updates(stage, index == 0, &turns, &left, &updates) {
+                if let Err(error) = make_updates(stage, index == 0, &turns.0, &left, &updates) {
                     tracing::error!("no more images: {error}");
                     failed.send_replace(Some(error.to_string()));
-                    turns.give_up();
                 }
             })?;
         }
@@ -122,18 +122,27 @@ impl Worker {
     }
 }
 
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.turns.close();
+    }
+}
+
+/// What a looking thread takes turns from. However the thread ends, by a panic too, no session waits for it: what still waits is dropped, and so answered.
+struct Taker(Arc<Queue<Turn>>);
+
+impl Drop for Taker {
+    fn drop(&mut self) {
+        self.0.give_up();
+    }
+}
+
 /// An update on its way to the encoder.
 struct Unencoded {
     made: frame::Made,
     look: Duration,
     client: Box<Client>,
     reply: oneshot::Sender<Served>,
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.turns.close();
-    }
 }
 
 fn make_updates(

@@ -50,7 +50,7 @@ struct Options {
     clock: ClockName,
     /// The still built-in scene or file that the server shows: pictures of what the first five clients held at three moments are compared with it
     /// after the run
-    #[arg(long, value_name = "FILE|NAME")]
+    #[arg(long, value_name = "FILE|NAME", conflicts_with = "audience")]
     quality: Option<String>,
     /// Write the figures as JSON
     #[arg(long)]

@@ -84,7 +84,7 @@ pub struct ClientReport {
     pub index: usize,
     /// Whether it read to the end.
     pub mode: Mode,
-    /// Updates decoded and held.
+    /// Updates held; of most followers of an audience, acknowledged.
     pub updates: u64,
     /// Bytes received, without the transport's own.
     pub bytes: u64,

@@ -55,7 +55,7 @@ pub struct Report {
     pub health: serde_json::Value,
     /// How long the clients ran.
     pub seconds: f64,
-    /// Updates decoded, by all clients that read.
+    /// Updates held or, of most followers of an audience, acknowledged, by all clients that read.
     pub updates: u64,
     /// Bytes received, by all clients that read.
     pub bytes: u64,

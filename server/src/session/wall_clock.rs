@@ -86,7 +86,8 @@ impl<'a> Connection<'a> {
     /// Makes the whole copy where followers ask for it.
     fn make_whole(&mut self) -> Option<Turn<'a>> {
         let presenting = self.presenting.clone().filter(|presenting| presenting.is_asked())?;
-        let client = self.client.take_if(|client| client.account.held().number > 0)?;
+        // A presenter who took an audience over has nothing to pass on before his first update.
+        let client = self.client.take_if(|client| client.account.held().lighting.is_some())?;
         let (shared, coding) = (self.shared, self.shared.config.coding.coding(None));
         Some(Box::pin(async move {
             // As long as encoding any update: other sessions' tasks go on.

@@ -20,6 +20,7 @@ use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
 use crate::spread::{Better, Spread};
 use crate::topic::{Run, Topic, scene_label};
+use threads::Spent;
 
 /// See the module.
 pub struct Serving;
@@ -149,16 +150,21 @@ fn served(
         audience: is_audience,
         scene: None,
     };
-    let before = (threads::spent(SOCKETS), threads::spent(LOAD));
+    let before = threads::spent([SOCKETS, LOAD]);
     let found = load.block_on(load::run(&options));
-    let after = (threads::spent(SOCKETS), threads::spent(LOAD));
+    let spent = threads::spent([SOCKETS, LOAD]).zip(before).map(|(after, before)| after.since(&before));
     sockets.block_on(running.stop());
     let found = found?;
     anyhow::ensure!(found.errors == 0, "{} of {clients} clients ended by an error", found.errors);
+    Ok(measured(&label, &found, is_audience, spent))
+}
 
+/// The figures of a run; the presenter of an audience is not counted.
+fn measured(label: &str, found: &load::Report, is_audience: bool, spent: Option<Spent<2>>) -> Served {
     let counted: Vec<&ClientReport> = found.clients.iter().skip(usize::from(is_audience)).collect();
-    let method = if is_audience { format!("{} followers", clients - 1) } else { format!("{clients} walkers") };
-    let mut row = Row::new(&label, &method);
+    let method =
+        if is_audience { format!("{} followers", counted.len()) } else { format!("{} walkers", counted.len()) };
+    let mut row = Row::new(label, &method);
     let values = |of: fn(&ClientReport) -> &Vec<f64>| -> Vec<f64> {
         counted.iter().flat_map(|client| of(client).iter().copied()).collect()
     };
@@ -174,16 +180,13 @@ fn served(
     row.bytes.set("update", update_bytes);
     row.counts.set("clients", counted.len() as f64);
     row.counts.set("updates_per_s", updates as f64 / found.seconds);
-    if let ((Some(sockets_before), Some(load_before)), (Some(sockets_after), Some(load_after))) = (before, after) {
-        let on_sockets_s = sockets_after.named_s - sockets_before.named_s;
-        let on_load_s = load_after.named_s - load_before.named_s;
-        let all_s = sockets_after.named_s + sockets_after.others_s - sockets_before.named_s - sockets_before.others_s;
+    if let Some(Spent { named_s: [on_sockets_s, on_load_s], all_s }) = spent {
         row.counts.set("sockets_cores", on_sockets_s / found.seconds);
         row.counts.set("looks_cores", (all_s - on_sockets_s - on_load_s) / found.seconds);
         row.counts.set("mb_per_core_s", bytes as f64 / 1e6 / on_sockets_s);
     }
     let updates_per_s = updates as f64 / found.seconds / counted.len().max(1) as f64;
-    Ok(Served { row, clients: counted.len(), update_bytes, updates_per_s, lag_p99_ms: found.lag_ms.p99 })
+    Served { row, clients: counted.len(), update_bytes, updates_per_s, lag_p99_ms: found.lag_ms.p99 }
 }
 
 fn load_runtime() -> anyhow::Result<Runtime> {
