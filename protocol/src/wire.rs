@@ -12,7 +12,6 @@
 //! [`codec`]. It is split into fragments of at most [`FRAGMENT_BYTES`], so that a pong or a farewell never
 //! waits long behind bulk, and so that no message is large.
 
-mod fragments;
 pub(crate) mod graph;
 
 use std::sync::Arc;
@@ -28,9 +27,10 @@ use crate::codec::{self, CodecError, Coding, Packer, Unpacker};
 use crate::held::{Edit, PatchId, Update};
 use crate::limits::Limits;
 use crate::message::{ClientMessage, ServerMessage, Welcome};
-pub use fragments::{Assembler, FRAGMENT_BYTES, Fragment, PackedUpdate};
 pub use graph::GRAPH_MAX_FRUSTA;
 
+/// Bytes of an update in one message at most.
+pub const FRAGMENT_BYTES: usize = 32 * 1024;
 /// Kind and time.
 pub const ENVELOPE_BYTES: usize = 9;
 const CONTROL: u8 = 0;
@@ -92,6 +92,19 @@ pub enum ServerPacket {
     Control(ServerMessage),
     /// A part of an update, for an [`Assembler`].
     Fragment(Fragment),
+}
+
+/// A part of an update.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fragment {
+    /// Low bits of the update's number.
+    pub update: u32,
+    /// Bytes of the whole update.
+    pub total_bytes: u32,
+    /// Where `bytes` belong.
+    pub offset: u32,
+    /// At most [`FRAGMENT_BYTES`].
+    pub bytes: Vec<u8>,
 }
 
 /// [`ServerMessage`] without bulk.
@@ -238,11 +251,38 @@ pub struct EncodedUpdate {
     pub ends: Vec<usize>,
 }
 
+/// An update in the messages that carry it, each of at most [`FRAGMENT_BYTES`] and a head. Clones share their bytes: as many sessions as like
+/// send the same ones.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PackedUpdate {
+    /// [`Update::number`].
+    pub number: u64,
+    /// [`Update::digest`].
+    pub digest: u64,
+    /// Whether it begins with [`Edit::Clear`].
+    pub clears: bool,
+    /// Bytes of the update, without the messages' heads.
+    pub bytes: usize,
+    /// The messages, in order.
+    pub fragments: Arc<[Bytes]>,
+}
+
 impl EncodedUpdate {
     /// Bytes of some of the edits, which must be there.
     pub fn bytes_of(&self, edits: std::ops::Range<usize>) -> usize {
         let end = |edits: usize| edits.checked_sub(1).map_or(UpdateHead::BYTES, |last| self.ends[last]);
         end(edits.end) - end(edits.start)
+    }
+
+    /// Its messages, stamped with the sender's time.
+    pub fn packed(&self, at_s: f64) -> PackedUpdate {
+        PackedUpdate {
+            number: self.number,
+            digest: self.digest,
+            clears: self.clears,
+            bytes: self.bytes.len(),
+            fragments: fragments(at_s, self).map(Bytes::from).collect(),
+        }
     }
 }
 
@@ -462,4 +502,59 @@ pub(crate) fn decode_table<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result
     let (table, read) =
         bincode::serde::decode_from_slice(bytes, config()).map_err(|error| WireError::Control(error.to_string()))?;
     if read == bytes.len() { Ok(table) } else { Err(CodecError::Damaged("bytes after a table").into()) }
+}
+
+/// The messages of an update's fragments, in order.
+fn fragments(at_s: f64, update: &EncodedUpdate) -> impl Iterator<Item = Vec<u8>> + '_ {
+    let total_bytes = u32::try_from(update.bytes.len()).expect("updates stay under 4 GiB");
+    update.bytes.chunks(FRAGMENT_BYTES).enumerate().map(move |(index, bytes)| {
+        let mut out = Writer { bytes: Vec::with_capacity(ENVELOPE_BYTES + 12 + bytes.len()) };
+        out.u8(FRAGMENT);
+        out.f64(at_s);
+        out.u32(update.number as u32);
+        out.u32(total_bytes);
+        out.u32((index * FRAGMENT_BYTES) as u32);
+        out.bytes.extend_from_slice(bytes);
+        out.bytes
+    })
+}
+
+/// Puts updates together again. Fragments come in order, for the transport keeps it.
+#[derive(Debug, Default)]
+pub struct Assembler {
+    update: u32,
+    total_bytes: u32,
+    bytes: Vec<u8>,
+}
+
+impl Assembler {
+    /// Takes the next fragment; gives the bytes of the update with its last one. Memory grows with the bytes that came, not
+    /// with what a fragment claims.
+    pub fn push(&mut self, fragment: Fragment, limits: &Limits) -> Result<Option<Vec<u8>>, WireError> {
+        let Fragment { update, total_bytes, offset, bytes } = fragment;
+        check_size(&bytes, FRAGMENT_BYTES)?;
+        if total_bytes as usize > limits.update_bytes {
+            return Err(WireError::TooLarge { bytes: total_bytes as usize, limit: limits.update_bytes });
+        }
+        if offset == 0 && self.bytes.is_empty() {
+            (self.update, self.total_bytes) = (update, total_bytes);
+        }
+        if (update, total_bytes) != (self.update, self.total_bytes) {
+            return Err(WireError::Fragment("of another update"));
+        }
+        if offset as usize != self.bytes.len() || bytes.is_empty() {
+            return Err(WireError::Fragment("not where the last one ended"));
+        }
+        self.bytes.extend_from_slice(&bytes);
+        match self.bytes.len().cmp(&(total_bytes as usize)) {
+            std::cmp::Ordering::Less => Ok(None),
+            std::cmp::Ordering::Equal => Ok(Some(std::mem::take(&mut self.bytes))),
+            std::cmp::Ordering::Greater => Err(WireError::Fragment("past the update's end")),
+        }
+    }
+
+    /// Bytes of the update that is still on its way, received and in all.
+    pub fn progress_bytes(&self) -> (usize, usize) {
+        (self.bytes.len(), if self.bytes.is_empty() { 0 } else { self.total_bytes as usize })
+    }
 }
