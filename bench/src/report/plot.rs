@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -88,7 +88,15 @@ pub fn draw_scatter(plot: &Scatter, path: &Path) -> anyhow::Result<()> {
 
 /// Draws a scatter plot. Series of very many points are lines without marks.
 pub fn draw_curves(plot: &Scatter, axes: Axes, path: &Path) -> anyhow::Result<()> {
-    scatter(plot, axes, path).map_err(|error| anyhow!("{}: {error}", path.display()))
+    std::fs::write(path, curves_svg(plot, axes)?).with_context(|| path.display().to_string())
+}
+
+/// The same as text, for a page that holds its plots itself.
+pub fn curves_svg(plot: &Scatter, axes: Axes) -> anyhow::Result<String> {
+    let mut svg = String::new();
+    scatter(plot, axes, SVGBackend::with_string(&mut svg, SIZE_PX))
+        .map_err(|error| anyhow!("{}: {error}", plot.title))?;
+    Ok(svg)
 }
 
 /// Draws horizontal bars.
@@ -98,9 +106,9 @@ pub fn draw_bars(plot: &Bars, path: &Path) -> anyhow::Result<()> {
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-fn scatter(plot: &Scatter, axes: Axes, path: &Path) -> Outcome {
+fn scatter(plot: &Scatter, axes: Axes, backend: SVGBackend<'_>) -> Outcome {
     let points: Vec<(f64, f64)> = plot.series.iter().flat_map(|series| series.points.iter().copied()).collect();
-    let root = SVGBackend::new(path, SIZE_PX).into_drawing_area();
+    let root = backend.into_drawing_area();
     root.fill(&WHITE)?;
     let (left, right) = root.split_horizontally(SIZE_PX.0 as i32 - LEGEND_PX);
     let (x_end, y_end) = (axis_end(points.iter().map(|p| p.0)), axis_end(points.iter().map(|p| p.1)));
