@@ -30,6 +30,7 @@ pub mod render;
 pub mod report;
 pub mod rng;
 pub mod sets;
+mod spent;
 pub mod spread;
 pub mod stage;
 pub mod topic;

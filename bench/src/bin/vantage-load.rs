@@ -1,20 +1,23 @@
 //! `vantage-load`: many clients of one server, without drawing.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
 use clap::Parser;
 use protocol::message::Clock;
-use vantage_bench::load::{self, Load, Report};
+use vantage_bench::load::{self, Limits, Load, Report, Script};
 
 /// Connects many clients that move, decode and acknowledge without drawing, and prints what they got.
 #[derive(Debug, Parser)]
 #[command(
     name = "vantage-load",
     version,
-    after_help = "Exit codes: 0 all clients ran, 1 one failed or a limit was passed, 2 wrong usage."
+    after_help = "Behaviours: walk (made paths or traces), orbit (a round in 10 s), idle (stands still), reconnect (all leave without a word every 5 s \
+                  and come back within half a second), stall (reads nothing in the last 3 s of every 8 s).\n\n\
+                  Exit codes: 0 all clients got updates and every limit was kept; 1 a client ended by an error or got nothing, or a limit was passed; \
+                  2 wrong usage."
 )]
 struct Options {
     /// The server, ws://HOST:PORT; add ?token=... where it asks for one
@@ -26,26 +29,29 @@ struct Options {
     /// How long, in seconds
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
+    /// What the clients do: a behaviour, or several with the parts of the clients that they get, as walk:4,idle:1
+    #[arg(long, default_value = "walk", value_name = "NAME[:PART],...")]
+    script: Script,
     /// Over how many seconds the clients come; all stay to the end
     #[arg(long, default_value_t = 0.0, conflicts_with = "clock")]
     ramp: f64,
-    /// Fail where 99 of 100 updates are not there within so many milliseconds of the pose that they answer
-    #[arg(long, value_name = "MS")]
-    max_p99: Option<f64>,
-    /// Fail where 99 of 100 intervals between two updates of a client are longer than so many milliseconds
-    #[arg(long, value_name = "MS")]
-    max_interval_p99: Option<f64>,
-    /// A camera trace, one line `px py pz rx ry rz t_ms` a pose; given several times, clients take them in turn.
+    /// Fail where 99 of 100 updates are not there within this time of the pose that they answer: 500ms, 2s, or a number of milliseconds
+    #[arg(long, value_name = "TIME", value_parser = load::time)]
+    max_p99: Option<Duration>,
+    /// Fail where 99 of 100 intervals between two updates of a client are longer than this time
+    #[arg(long, value_name = "TIME", value_parser = load::time)]
+    max_interval_p99: Option<Duration>,
+    /// A camera trace, one line `px py pz rx ry rz t_ms` a pose; given several times, clients that walk take them in turn.
     /// Without: eight made paths
     #[arg(long)]
     trace: Vec<PathBuf>,
-    /// The first client presents and all others follow it; of those five decode what they get, the others only acknowledge it
+    /// The first client presents and all others follow it
     #[arg(long, conflicts_with = "clock")]
     audience: bool,
-    /// Share of the clients, in percent, that stop reading after a quarter of the time
-    #[arg(long, default_value_t = 0.0)]
-    stall: f64,
-    /// The clock that the server runs; virtual: seconds are of it, and nothing stalls
+    /// So many clients decode what they get, the others only acknowledge it. Without: all, of an audience the presenter and five followers
+    #[arg(long, value_name = "COUNT")]
+    decode: Option<usize>,
+    /// The clock that the server runs; virtual: seconds are of it, and nobody stalls or reconnects
     #[arg(long, value_enum, default_value_t)]
     clock: ClockName,
     /// The still built-in scene or file that the server shows: pictures of what the first five clients held at three moments are compared with it
@@ -53,8 +59,11 @@ struct Options {
     #[arg(long, value_name = "FILE|NAME", conflicts_with = "audience")]
     quality: Option<String>,
     /// Write the figures as JSON
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Write limits, figures and plots over the time of the run as one page
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, Default, clap::ValueEnum)]
@@ -75,45 +84,58 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether every client that reads ran to its end.
+/// Whether every limit was kept.
 fn run(options: &Options) -> anyhow::Result<bool> {
     anyhow::ensure!(options.seconds > 0.0 && options.seconds < 1e6, "--seconds must be positive");
-    anyhow::ensure!((0.0..=100.0).contains(&options.stall), "--stall is a share in percent");
     anyhow::ensure!((0.0..options.seconds).contains(&options.ramp), "--ramp is shorter than --seconds");
-    let load = Load {
+    let clients = options.clients as usize;
+    let decoding = options.decode.map_or(clients, |count| count.min(clients));
+    anyhow::ensure!(
+        options.quality.is_none() || decoding >= clients.min(load::LOOKED_AT),
+        "--quality looks at what the first {} clients hold: --decode at least as many",
+        load::LOOKED_AT
+    );
+    let report = load::runtime()?.block_on(load::run(&what_to_run(options)))?;
+    print!("{}", load::text(&report));
+    write(options, &report)?;
+    let missed: Vec<String> = report.bars.iter().filter_map(load::missed).collect();
+    for missed in &missed {
+        eprintln!("error: {missed}");
+    }
+    Ok(missed.is_empty())
+}
+
+fn what_to_run(options: &Options) -> Load {
+    Load {
         server: options.server.clone(),
         clients: options.clients as usize,
         duration: Duration::from_secs_f64(options.seconds),
+        tells_progress: true,
         ramp: Duration::from_secs_f64(options.ramp),
         traces: options.trace.clone(),
-        stall: options.stall / 100.0,
+        script: options.script.clone(),
         clock: match options.clock {
             ClockName::Wall => Clock::Wall,
             ClockName::Virtual => Clock::Virtual,
         },
-        tells_progress: true,
         audience: options.audience,
+        decoding: options.decode,
         scene: options.quality.clone(),
-    };
-    let report = tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(load::run(&load))?;
-    print!("{}", load::table(&report));
-    if let Some(path) = &options.json {
-        let json = serde_json::to_string_pretty(&report)?;
-        std::fs::write(path, json).with_context(|| format!("cannot write {}", path.display()))?;
+        limits: Limits { latency_p99: options.max_p99, interval_p99: options.max_interval_p99 },
     }
-    Ok(report.errors == 0 && keeps_limits(options, &report))
 }
 
-/// Whether a run stayed within what was asked; says what did not. What was not measured did not.
-fn keeps_limits(options: &Options, report: &Report) -> bool {
-    let limits = [
-        ("from a pose to its update, 99 of 100", report.latency_ms.p99, options.max_p99),
-        ("between two updates, 99 of 100", report.interval_ms.p99, options.max_interval_p99),
-    ];
-    let passed = limits.into_iter().filter_map(|(what, found, limit)| Some((what, found, limit?)));
-    let passed: Vec<_> = passed.filter(|(_, found, limit)| found.is_nan() || found > limit).collect();
-    for (what, found, limit) in &passed {
-        eprintln!("error: {what}: {found:.0} ms, at most {limit:.0} were asked for");
+fn write(options: &Options, report: &Report) -> anyhow::Result<()> {
+    let write = |path: &Path, text: String| {
+        std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    };
+    if let Some(path) = &options.json {
+        write(path, serde_json::to_string_pretty(report)?)?;
     }
-    passed.is_empty()
+    if let Some(path) = &options.html {
+        let arguments: Vec<String> = std::env::args().skip(1).collect();
+        let arguments = shlex::try_join(arguments.iter().map(String::as_str))?;
+        write(path, load::page(report, &format!("vantage-load {arguments}"))?)?;
+    }
+    Ok(())
 }

@@ -1,4 +1,4 @@
-//! Eight ways to move that need no file: around an object, or on the ground of a scene to walk in.
+//! Ways to move that need no file: eight kinds around an object, or on the ground of a scene to walk in, and an orbit.
 //!
 //! Each goes on for ever at a constant pace, so that a viewer on it always needs new samples.
 
@@ -14,6 +14,8 @@ pub const KINDS: usize = 8;
 const WALK_M_S: f64 = 1.4;
 /// A walker stays within this distance of the start, less in a small room.
 const WALK_RADIUS_M: f64 = 2.0;
+/// What turns quickly is looked at from all sides within 10 s.
+const ORBIT_TURNS_PER_S: f64 = 0.1;
 
 /// Where one client goes.
 #[derive(Debug, Clone)]
@@ -22,6 +24,8 @@ pub enum Path {
     Trace(Trace, f64),
     /// A made path.
     Made(Made),
+    /// One place for ever.
+    Still(Rigid),
 }
 
 /// A circle that the eye goes round, with a head that turns.
@@ -45,9 +49,7 @@ impl Path {
         let sign = if kind % 2 == 0 { 1.0 } else { -1.0 };
         let share = 1.0 - 0.1 * kind as f64 - 0.02 * (round % 5) as f64;
         if welcome.walk {
-            let extent = max - min;
-            let room_m = extent.x.min(extent.z).max(0.0) / 4.0;
-            let radius_m = WALK_RADIUS_M.min(room_m).max(0.1) * share;
+            let radius_m = free_radius_m(welcome) * share;
             let start = welcome.start_world_from_eye.translation;
             Path::Made(Made {
                 centre_world: start,
@@ -73,6 +75,26 @@ impl Path {
         }
     }
 
+    /// The `index`-th client's way round what it looks at from the start: an object, or a point ahead where one walks.
+    pub fn orbit(welcome: &Welcome, index: usize) -> Path {
+        let start = welcome.start_world_from_eye;
+        let centre_world = if welcome.walk {
+            let ahead = start.transform_vector(DVec3::Z) * DVec3::new(1.0, 0.0, 1.0);
+            start.translation + ahead.try_normalize().unwrap_or(DVec3::NEG_Z) * free_radius_m(welcome)
+        } else {
+            (DVec3::from(welcome.bounds_min_world) + DVec3::from(welcome.bounds_max_world)) / 2.0
+        };
+        let out = start.translation - centre_world;
+        Path::Made(Made {
+            centre_world,
+            radius_m: out.x.hypot(out.z).max(1e-6),
+            height_m: out.y,
+            turns_per_s: if index.is_multiple_of(2) { ORBIT_TURNS_PER_S } else { -ORBIT_TURNS_PER_S },
+            phase: (index as f64 * 0.618).fract(),
+            swing_rad: None,
+        })
+    }
+
     /// The eye at a time.
     pub fn at(&self, t_s: f64) -> Rigid {
         match self {
@@ -82,6 +104,7 @@ impl Path {
                 trace.at(if t_s > length_s { 2.0 * length_s - t_s } else { t_s })
             }
             Path::Made(made) => made.at(t_s),
+            Path::Still(world_from_eye) => *world_from_eye,
         }
     }
 
@@ -90,6 +113,13 @@ impl Path {
         const STEP_S: f64 = 0.01;
         (self.at(t_s + STEP_S).translation - self.at(t_s - STEP_S).translation) / (2.0 * STEP_S)
     }
+}
+
+/// Within this distance of the start one walks freely.
+fn free_radius_m(welcome: &Welcome) -> f64 {
+    let extent = DVec3::from(welcome.bounds_max_world) - DVec3::from(welcome.bounds_min_world);
+    let room_m = extent.x.min(extent.z).max(0.0) / 4.0;
+    WALK_RADIUS_M.min(room_m).max(0.1)
 }
 
 impl Made {
@@ -105,5 +135,55 @@ impl Made {
                 Rigid::look_along(eye, swing * along)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::Look;
+    use protocol::message::VERSION;
+
+    use super::*;
+
+    fn welcome(walk: bool) -> Welcome {
+        Welcome {
+            version: VERSION,
+            scene_name: "box".to_owned(),
+            bounds_min_world: [-10.0, 0.0, -10.0],
+            bounds_max_world: [10.0, 4.0, 10.0],
+            start_world_from_eye: Rigid::look_along(DVec3::new(0.0, 1.7, 6.0), DVec3::new(1.0, -0.5, 0.0)),
+            walk,
+            near_m: 0.05,
+            look: Look::Plain,
+            update_interval_s: 0.05,
+            scene_time_s: 0.0,
+        }
+    }
+
+    #[test]
+    fn an_orbit_goes_round_what_the_start_looks_at() {
+        let centres = [(true, DVec3::new(2.0, 1.7, 6.0), 2.0), (false, DVec3::new(0.0, 2.0, 0.0), 6.0)];
+        for (walk, centre_world, radius_m) in centres {
+            for index in 0..2 {
+                let path = Path::orbit(&welcome(walk), index);
+                for t_s in [0.0, 1.3, 7.0] {
+                    let eye = path.at(t_s);
+                    let ahead = eye.transform_vector(DVec3::Z);
+                    let toward = centre_world - eye.translation;
+                    assert!((toward.x.hypot(toward.z) - radius_m).abs() < 1e-9, "{walk}, {t_s} s: {toward}");
+                    assert!(ahead.dot(toward.normalize()) > 1.0 - 1e-9, "{walk}, {t_s} s: {ahead}");
+                }
+                let speed_m_s = path.velocity_world(3.0).length();
+                assert!((speed_m_s - TAU * radius_m * ORBIT_TURNS_PER_S).abs() < 1e-3, "{speed_m_s}");
+            }
+        }
+    }
+
+    #[test]
+    fn who_stands_still_has_no_speed() {
+        let place = Path::made(&welcome(true), 3).at(0.0);
+        let path = Path::Still(place);
+        assert_eq!((path.at(0.0), path.at(100.0)), (place, place));
+        assert_eq!(path.velocity_world(5.0), DVec3::ZERO);
     }
 }

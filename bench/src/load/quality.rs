@@ -14,7 +14,7 @@ use crate::compare::score;
 use crate::stage::{Stage, load_scene, picture};
 
 /// Clients that are looked at: the first ones.
-pub(super) const CLIENTS: usize = 5;
+pub const CLIENTS: usize = 5;
 /// At these shares of the time, when first sets have long been there.
 pub(super) const AT: [f64; 3] = [0.5, 0.7, 0.9];
 

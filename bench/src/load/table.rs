@@ -1,52 +1,65 @@
-//! A run's report for a terminal.
+//! The figures of a run for people.
 
 use std::fmt::Write;
 
-use super::{Mode, Report};
+use super::percentiles::Percentiles;
+use super::{Memory, Report};
+use crate::report::table::Table;
 
-/// The report as lines of text.
-pub fn table(report: &Report) -> String {
-    let mut text = String::new();
-    let mut line = |name: &str, value: String| writeln!(text, "{name:<34} {value}").expect("a string takes all");
-    let readers = report.clients.iter().filter(|client| client.mode == Mode::Reads).count();
-    let adapter = report.health["adapter"].as_str().unwrap_or("unknown");
-    let scene = report.health["scene"].as_str().unwrap_or("unknown");
-    line("server", format!("{}, scene {scene}, on {adapter}", report.server));
-    line("clients that read / stall", format!("{readers} / {}", report.clients.len() - readers));
-    line("seconds", format!("{:.1}", report.seconds));
-    line("updates (frames)", format!("{}, {:.2} a second a client", report.updates, per_client(report, readers)));
-    line("bytes", format!("{}, {:.2} Mbit/s in all", report.bytes, report.bytes as f64 * 8e-6 / report.seconds));
-    let latency = report.latency_ms;
-    line(
-        "pose to its update, p50 / p99 ms",
-        format!("{:.0} / {:.0}, worst {:.0}", latency.p50, latency.p99, latency.max),
-    );
-    let lag = report.lag_ms;
-    line("sent to received, p50 / p99 ms", format!("{:.0} / {:.0}, worst {:.0}", lag.p50, lag.p99, lag.max));
-    let interval = report.interval_ms;
-    line("interval, mean / p99 / max ms", format!("{:.0} / {:.0} / {:.0}", interval.mean, interval.p99, interval.max));
-    line("worst client's max by its mean", format!("{:.2}", report.worst_interval_by_mean));
-    if let Some(memory) = report.server_memory {
-        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-        line(
-            "server memory before / during MiB",
-            format!("{:.0} / {:.0}", mib(memory.before_bytes), mib(memory.during_bytes)),
-        );
-        line("server memory a client MiB", format!("{:.2}", mib(memory.per_client_bytes)));
-    }
-    if !report.flip_covered.is_empty() {
-        let mean = report.flip_covered.iter().sum::<f64>() / report.flip_covered.len() as f64;
-        let worst = report.flip_covered.iter().copied().fold(0.0, f64::max);
-        line("FLIP over covered, mean / worst", format!("{mean:.3} / {worst:.3}"));
-    }
-    line("errors", report.errors.to_string());
-    for client in report.clients.iter().filter(|client| client.error.is_some()) {
-        let error = client.error.as_deref().unwrap_or_default();
-        writeln!(text, "  client {} ({:?}): {error}", client.index, client.mode).expect("a string takes all");
+/// The figures as lines of text, and why clients ended early.
+pub fn text(report: &Report) -> String {
+    let mut text = figures(report).text();
+    for (cause, count) in report.errors_by_cause() {
+        writeln!(text, "  {count} clients: {cause}").expect("a string takes all");
     }
     text
 }
 
-fn per_client(report: &Report, readers: usize) -> f64 {
-    report.updates as f64 / report.seconds / readers.max(1) as f64
+/// The figures with their names and units.
+pub(super) fn figures(report: &Report) -> Table {
+    let mut table = Table::new(["figure", "value"]);
+    let mut line = |name: &str, value: String| table.row([name.to_owned(), value]);
+    let adapter = report.health["adapter"].as_str().unwrap_or("unknown");
+    let scene = report.welcome.as_ref().map_or("unknown", |welcome| &welcome.scene_name);
+    line("server", format!("{}, scene {scene}, on {adapter}", report.server));
+    line("clients", format!("{}, {}", report.clients.len(), report.script));
+    line("seconds", format!("{:.1}", report.seconds));
+    let per_client = report.updates as f64 / report.seconds / report.clients.len().max(1) as f64;
+    line("updates", format!("{}, {per_client:.2} a second a client", report.updates));
+    line("bytes", format!("{}, {:.2} Mbit/s in all", report.bytes, report.bytes as f64 * 8e-6 / report.seconds));
+    line("pose to its update", spread(report.latency_ms));
+    line("sent to received", spread(report.lag_ms));
+    line("between two updates", spread(report.interval_ms));
+    if report.worst_interval_by_mean.is_finite() {
+        line("worst client's longest interval by its mean", format!("{:.2}", report.worst_interval_by_mean));
+    }
+    let mut memory = |who: &str, memory: Option<Memory>| {
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        if let Some(Memory { before_bytes, during_bytes, per_client_bytes }) = memory {
+            let (before, during, per_client) = (mib(before_bytes), mib(during_bytes), mib(per_client_bytes));
+            line(who, format!("{before:.0} MiB before, {during:.0} MiB during, {per_client:.3} MiB a client"));
+        }
+    };
+    memory("server's memory", report.server_memory);
+    memory("load's memory", report.load_memory);
+    if let Some(cores) = report.load_cores {
+        let share = cores / report.clients.len().max(1) as f64;
+        line("load's processor time", format!("{cores:.2} cores, {:.3} % of a core a client", share * 100.0));
+    }
+    if !report.flip_covered.is_empty() {
+        let mean = report.flip_covered.iter().sum::<f64>() / report.flip_covered.len() as f64;
+        let worst = report.flip_covered.iter().copied().fold(0.0, f64::max);
+        line("FLIP over covered", format!("mean {mean:.3}, worst {worst:.3}"));
+    }
+    line("reconnections", report.reconnections.to_string());
+    line("errors", report.errors.to_string());
+    line("clients without an update", report.empty_handed.to_string());
+    table
+}
+
+fn spread(of: Percentiles) -> String {
+    if of.max.is_nan() {
+        return "not measured".to_owned();
+    }
+    format!("mean {:.0} ms, median {:.0} ms, p99 {:.0} ms, worst {:.0} ms", of.mean, of.p50, of.p99, of.max)
 }

@@ -3,7 +3,6 @@
 //! Server, load and plain axum run in this process on loopback, each on threads of its own names, so that processor time is told apart in one run.
 
 mod plain;
-mod threads;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,22 +11,20 @@ use anyhow::Context;
 use gpu::Gpu;
 use protocol::message::Clock;
 use server::imager::GpuImager;
-use tokio::runtime::Runtime;
 
-use crate::load::{self, ClientReport, Load};
+use crate::load::{self, Behaviour, ClientReport, Limits, Load, Script, Timed};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
+use crate::spent::{self, Spent};
 use crate::spread::{Better, Spread};
 use crate::topic::{Run, Topic, scene_label};
-use threads::Spent;
 
 /// See the module.
 pub struct Serving;
 
-/// Names of threads: of the server's sockets, and of the load.
+/// The name of the threads of the server's sockets.
 const SOCKETS: &str = "sockets";
-const LOAD: &str = "load";
 /// Walkers, and followers of one presenter.
 const WALKERS: [usize; 4] = [1, 4, 16, 50];
 const QUICK_WALKERS: [usize; 1] = [2];
@@ -136,7 +133,7 @@ fn served(
     let imager = GpuImager::new(gpu, &scene, &config)?;
     let label = scene.name.clone();
     let running = sockets.block_on(server::serve(config, Arc::new(scene), Box::new(imager)))?;
-    let load = load_runtime()?;
+    let runtime = load::runtime()?;
     let duration = if run.quick { QUICK_RUN } else { RUN };
     let options = Load {
         server: format!("ws://{}", running.addr),
@@ -145,14 +142,16 @@ fn served(
         tells_progress: false,
         ramp: Duration::ZERO,
         traces: run.trace.iter().filter(|path| path.as_os_str() != "auto").cloned().collect(),
-        stall: 0.0,
+        script: Script::all(Behaviour::Walk),
         clock: Clock::Wall,
         audience: is_audience,
+        decoding: None,
+        limits: Limits::default(),
         scene: None,
     };
-    let before = threads::spent([SOCKETS, LOAD]);
-    let found = load.block_on(load::run(&options));
-    let spent = threads::spent([SOCKETS, LOAD]).zip(before).map(|(after, before)| after.since(&before));
+    let before = spent::spent([SOCKETS, load::THREADS]);
+    let found = runtime.block_on(load::run(&options));
+    let spent = spent::spent([SOCKETS, load::THREADS]).zip(before).map(|(after, before)| after.since(&before));
     sockets.block_on(running.stop());
     let found = found?;
     anyhow::ensure!(found.errors == 0, "{} of {clients} clients ended by an error", found.errors);
@@ -165,15 +164,15 @@ fn measured(label: &str, found: &load::Report, is_audience: bool, spent: Option<
     let method =
         if is_audience { format!("{} followers", counted.len()) } else { format!("{} walkers", counted.len()) };
     let mut row = Row::new(label, &method);
-    let values = |of: fn(&ClientReport) -> &Vec<f64>| -> Vec<f64> {
-        counted.iter().flat_map(|client| of(client).iter().copied()).collect()
+    let values = |of: fn(&ClientReport) -> &Vec<Timed>| -> Vec<f64> {
+        counted.iter().flat_map(|client| of(client).iter().map(|timed| timed.ms)).collect()
     };
     let mut time = |name: &str, values: &[f64]| {
         Spread::of(values, Better::Lower).into_iter().for_each(|spread| row.time_ms.set(name, spread));
     };
-    time("lag", &values(|client| &client.lags_ms));
-    time("interval", &values(|client| &client.intervals_ms));
-    time("pose_to_update", &values(|client| &client.latencies_ms));
+    time("lag", &values(|client| &client.lags));
+    time("interval", &values(|client| &client.intervals));
+    time("pose_to_update", &values(|client| &client.latencies));
     let (updates, bytes) =
         counted.iter().fold((0, 0), |(updates, bytes), client| (updates + client.updates, bytes + client.bytes));
     let update_bytes = bytes as f64 / updates.max(1) as f64;
@@ -189,18 +188,10 @@ fn measured(label: &str, found: &load::Report, is_audience: bool, spent: Option<
     Served { row, clients: counted.len(), update_bytes, updates_per_s, lag_p99_ms: found.lag_ms.p99 }
 }
 
-fn load_runtime() -> anyhow::Result<Runtime> {
-    tokio::runtime::Builder::new_multi_thread()
-        .thread_name(LOAD)
-        .enable_all()
-        .build()
-        .context("no threads for the load")
-}
-
 /// The largest audience beside what websockets alone cost.
 fn bars(last: Served, run: &Run, report: &mut Report) -> anyhow::Result<()> {
     let duration = if run.quick { QUICK_RUN } else { RUN } / 3;
-    let load = load_runtime()?;
+    let load = load::runtime()?;
     let size = (last.update_bytes.round().max(1.0) as usize, last.updates_per_s.max(0.1));
     let plain = plain::bytes_per_core_s(&load, last.clients, size, duration)? / 1e6;
     let mut row = Row::new(&last.row.scene, "plain axum");

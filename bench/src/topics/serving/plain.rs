@@ -14,7 +14,7 @@ use protocol::wire::FRAGMENT_BYTES;
 use tokio::runtime::Runtime;
 use tokio::sync::broadcast;
 
-use super::threads;
+use crate::spent;
 
 /// The name of the server's threads.
 pub(super) const THREADS: &str = "plain-axum";
@@ -37,13 +37,13 @@ pub(super) fn bytes_per_core_s(
     while updates.receiver_count() < clients && patience.elapsed() < Duration::from_secs(20) {
         std::thread::sleep(Duration::from_millis(10));
     }
-    let before = threads::spent([THREADS]).context("the system does not tell processor time by thread")?;
+    let before = spent::spent([THREADS]).context("the system does not tell processor time by thread")?;
     let sender = server.spawn(send(updates, update_bytes, updates_per_s));
     let mut bytes = 0;
     for reader in readers {
         bytes += load.block_on(reader)??;
     }
-    let spent_s = threads::spent([THREADS]).map_or(f64::NAN, |after| after.since(&before).named_s[0]);
+    let spent_s = spent::spent([THREADS]).map_or(f64::NAN, |after| after.since(&before).named_s[0]);
     sender.abort();
     server.shutdown_background();
     Ok(bytes as f64 / spent_s)

@@ -1,8 +1,8 @@
-//! Processor time of this process, by the names of its threads. One process holds server and load, so that both are measured in one run.
+//! Processor time of this process, by the names of its threads. Where one process holds server and load, both are measured in one run.
 
 /// Processor seconds so far.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spent<const NAMES: usize> {
+pub(crate) struct Spent<const NAMES: usize> {
     /// Of the threads that run now whose names begin with each word.
     pub named_s: [f64; NAMES],
     /// Of the whole process.
@@ -21,7 +21,7 @@ impl<const NAMES: usize> Spent<NAMES> {
 const TICKS_PER_S: f64 = 100.0;
 
 /// Processor time so far, by words that names of threads begin with; `None` where the system does not tell it by thread.
-pub(super) fn spent<const NAMES: usize>(names: [&str; NAMES]) -> Option<Spent<NAMES>> {
+pub(crate) fn spent<const NAMES: usize>(names: [&str; NAMES]) -> Option<Spent<NAMES>> {
     let mut spent = Spent { named_s: [0.0; NAMES], all_s: seconds(&std::fs::read_to_string("/proc/self/stat").ok()?)? };
     for task in std::fs::read_dir("/proc/self/task").ok()?.flatten() {
         // A thread that ended meanwhile has no line.
