@@ -58,7 +58,7 @@ impl Shared {
 
 /// Which client, what it does and when, in seconds of the run.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct Client {
     pub index: usize,
     pub behaviour: Behaviour,
     pub comes_s: f64,
@@ -108,10 +108,10 @@ impl ClientReport {
 }
 
 /// Runs one client from when it comes to its end; a failure is part of its report.
-pub(super) async fn run(shared: Arc<Shared>, part: Part) -> ClientReport {
-    tokio::time::sleep(Duration::from_secs_f64(part.comes_s)).await;
-    let mut seen = ClientReport { index: part.index, behaviour: part.behaviour, ..ClientReport::default() };
-    if let Err(error) = visits(&shared, part, &mut seen).await {
+pub(super) async fn run(shared: Arc<Shared>, client: Client) -> ClientReport {
+    tokio::time::sleep(Duration::from_secs_f64(client.comes_s)).await;
+    let mut seen = ClientReport { index: client.index, behaviour: client.behaviour, ..ClientReport::default() };
+    if let Err(error) = visits(&shared, client, &mut seen).await {
         shared.counters.errors.fetch_add(1, Ordering::Relaxed);
         seen.error = Some(format!("{error:#}"));
     }
@@ -121,12 +121,12 @@ pub(super) async fn run(shared: Arc<Shared>, part: Part) -> ClientReport {
 }
 
 /// One visit after the other, as storms will have it.
-async fn visits(shared: &Shared, part: Part, seen: &mut ClientReport) -> anyhow::Result<()> {
-    while Visit::run(shared, part, seen).await? == Left::InStorm {
+async fn visits(shared: &Shared, client: Client, seen: &mut ClientReport) -> anyhow::Result<()> {
+    while Visit::run(shared, client, seen).await? == Left::InStorm {
         // The same clients come back in the same order, spread over the time.
-        let share = (part.index as f64 * 0.618).fract();
+        let share = (client.index as f64 * 0.618).fract();
         tokio::time::sleep(AWAY + AWAY.mul_f64(share)).await;
-        if shared.now_s() >= part.ends_s {
+        if shared.now_s() >= client.ends_s {
             break;
         }
         seen.reconnections += 1;

@@ -33,7 +33,7 @@ use tokio::runtime::Runtime;
 use tokio::sync::Notify;
 
 pub use client::ClientReport;
-use client::{Part, Shared};
+use client::{Client, Shared};
 pub use files::TooFewFiles;
 use health::{websocket_url, without_token};
 pub use limits::{Limits, NoTime, missed, time};
@@ -108,8 +108,8 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
     let shared = Arc::new(shared(load)?);
     let come = behaviours.into_iter().enumerate().map(|(index, behaviour)| {
         let comes_s = load.ramp.as_secs_f64() * index as f64 / load.clients as f64;
-        let part = Part { index, behaviour, comes_s, ends_s: load.duration.as_secs_f64() };
-        tokio::spawn(client::run(shared.clone(), part))
+        let client = Client { index, behaviour, comes_s, ends_s: load.duration.as_secs_f64() };
+        tokio::spawn(client::run(shared.clone(), client))
     });
     let clients: Vec<_> = come.collect();
     let looking = tokio::spawn(watch::look_on(shared.clone(), load.tells_progress.then_some(load.duration)));

@@ -43,7 +43,7 @@ fn facts(report: &Report) -> Table {
         let extent: Vec<String> = (0..3).map(|axis| number(max[axis] - min[axis])).collect();
         fact("scene", welcome.scene_name.clone());
         fact("extent", format!("{} m", extent.join(" x ")));
-        fact("one", if welcome.walk { "walks in it" } else { "goes round it" }.to_owned());
+        fact("to be", if welcome.walk { "walked in" } else { "gone round" }.to_owned());
         fact("look", format!("{:?}", welcome.look).to_lowercase());
         fact("between two ticks of the server", format!("{:.0} ms", welcome.update_interval_s * 1e3));
         fact("version of the protocol", welcome.version.to_string());
@@ -53,11 +53,9 @@ fn facts(report: &Report) -> Table {
 
 fn plots(report: &Report) -> anyhow::Result<String> {
     let limit_ms = |what: &str| report.bars.iter().find(|bar| bar.what.starts_with(what)).map(|bar| bar.at_most);
-    let latency = [
-        curve(report, "median", |second| second.latency_ms.p50),
-        curve(report, "99 of 100", |second| second.latency_ms.p99),
-    ];
-    let interval = [curve(report, "99 of 100", |second| second.interval_ms.p99)];
+    let latency =
+        [curve(report, "median", |second| second.latency_ms.p50), curve(report, "p99", |second| second.latency_ms.p99)];
+    let interval = [curve(report, "p99", |second| second.interval_ms.p99)];
     let errors = [
         curve(report, "clients that ended by an error", |second| second.errors as f64),
         curve(report, "reconnections", |second| second.reconnections as f64),
@@ -127,9 +125,15 @@ mod tests {
         assert_eq!(page.matches("<svg").count(), 6);
         // A mark for each of two seconds in all plots but the one of what was not measured, and one in every legend.
         assert_eq!(page.matches("<circle").count(), 2 * 5 + 6);
-        for text in
-            ["ws://&lt;host&gt;", "walk:2,&lt;idle&gt;", "token=...", "second of the run", "99 of 100", "limit", "MISS"]
-        {
+        for text in [
+            "ws://&lt;host&gt;",
+            "walk:2,&lt;idle&gt;",
+            "token=...",
+            "second of the run",
+            ">\nlimit\n<",
+            "\np99\n",
+            "MISS",
+        ] {
             assert!(page.contains(text), "{text}");
         }
         for unit in ["ms", "updates a second", "Mbit/s", "clients", "a second"] {

@@ -18,7 +18,7 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async_with_config};
 
-use super::client::{ClientReport, Part, Shared};
+use super::client::{Client, ClientReport, Shared};
 use super::paths::Path;
 use super::quality::{self, Moment};
 use super::script::Behaviour;
@@ -46,7 +46,7 @@ pub(super) enum Left {
 
 pub(super) struct Visit<'a> {
     shared: &'a Shared,
-    part: Part,
+    client: Client,
     seen: &'a mut ClientReport,
     session: ClientSession,
     held: Held,
@@ -60,15 +60,15 @@ pub(super) struct Visit<'a> {
 
 impl<'a> Visit<'a> {
     /// From connecting to leaving; what is seen is added to the client's report.
-    pub async fn run(shared: &'a Shared, part: Part, seen: &'a mut ClientReport) -> anyhow::Result<Left> {
+    pub async fn run(shared: &'a Shared, client: Client, seen: &'a mut ClientReport) -> anyhow::Result<Left> {
         let mut socket = connect(&shared.url).await?;
         let _connected = Connected::count(&shared.counters);
         shared.counters.reconnections.fetch_add(u64::from(seen.reconnections > 0), Ordering::Relaxed);
         let now_s = if shared.clock == Clock::Virtual { 0.0 } else { shared.now_s() };
-        let config = ClientConfig { role: shared.role(part.index), ..ClientConfig::new(shared.clock, VIEW) };
+        let config = ClientConfig { role: shared.role(client.index), ..ClientConfig::new(shared.clock, VIEW) };
         let mut visit = Visit {
             shared,
-            part,
+            client,
             seen,
             session: ClientSession::new(config, now_s),
             held: Held::default(),
@@ -93,8 +93,8 @@ impl<'a> Visit<'a> {
     async fn in_real_time(&mut self, socket: &mut Socket) -> anyhow::Result<Left> {
         self.flush(socket).await?;
         let mut next_pose_s = self.now_s();
-        while self.now_s() < self.part.ends_s {
-            let reads = self.part.behaviour.reads(self.now_s());
+        while self.now_s() < self.client.ends_s {
+            let reads = self.client.behaviour.reads(self.now_s());
             tokio::select! {
                 message = socket.next(), if reads => match message {
                     Some(Ok(Message::Binary(bytes))) => {
@@ -108,7 +108,7 @@ impl<'a> Visit<'a> {
                 () = tokio::time::sleep(self.until_due(next_pose_s)) => {}
             }
             let now_s = self.now_s();
-            if self.part.behaviour.leaves(self.connected_at_s, now_s) {
+            if self.client.behaviour.leaves(self.connected_at_s, now_s) {
                 return Ok(Left::InStorm);
             }
             if self.is_on_the_move() && now_s >= next_pose_s {
@@ -125,7 +125,7 @@ impl<'a> Visit<'a> {
 
     /// The same in steps of virtual time, without network delay.
     async fn in_virtual_time(&mut self, socket: &mut Socket) -> anyhow::Result<()> {
-        let duration_s = self.part.ends_s - self.part.comes_s;
+        let duration_s = self.client.ends_s - self.client.comes_s;
         let mut step = 0_u32;
         while self.virtual_s < duration_s {
             self.virtual_s = f64::from(step) * POSE_INTERVAL_S;
@@ -156,13 +156,13 @@ impl<'a> Visit<'a> {
 
     /// Whether there is something to do at every pose; who stands still sleeps until the session wants something.
     fn is_on_the_move(&self) -> bool {
-        self.part.behaviour != Behaviour::Idle || self.keeps_moments()
+        self.client.behaviour != Behaviour::Idle || self.keeps_moments()
     }
 
     fn until_due(&self, next_pose_s: f64) -> Duration {
         let pose_s = if self.is_on_the_move() { next_pose_s } else { f64::INFINITY };
         let session_s = self.session.next_deadline_s().unwrap_or(f64::INFINITY);
-        let due_s = pose_s.min(session_s).min(self.part.ends_s);
+        let due_s = pose_s.min(session_s).min(self.client.ends_s);
         Duration::from_secs_f64((due_s - self.now_s()).max(0.0))
     }
 
@@ -196,7 +196,7 @@ impl<'a> Visit<'a> {
     }
 
     fn choose_path(&self, welcome: &Welcome) -> Path {
-        let index = self.part.index;
+        let index = self.client.index;
         let walked = || match self.shared.traces.len() {
             0 => Path::made(welcome, index),
             count => {
@@ -206,7 +206,7 @@ impl<'a> Visit<'a> {
                 Path::Trace(trace, offset_s)
             }
         };
-        match self.part.behaviour {
+        match self.client.behaviour {
             Behaviour::Orbit => Path::orbit(welcome, index),
             Behaviour::Idle => Path::Still(walked().at(0.0)),
             Behaviour::Walk | Behaviour::Reconnect | Behaviour::Stall => walked(),
@@ -215,7 +215,7 @@ impl<'a> Visit<'a> {
 
     fn pose(&mut self) {
         let now_s = self.now_s();
-        let is_asking = self.shared.role(self.part.index).is_asking();
+        let is_asking = self.shared.role(self.client.index).is_asking();
         let Some(path) = self.path.as_ref().filter(|_| is_asking) else { return };
         let before = self.session.pose_seq();
         self.session.set_pose(path.at(now_s), Motion::along(path.velocity_world(now_s)), now_s);
@@ -225,12 +225,12 @@ impl<'a> Visit<'a> {
     }
 
     fn keeps_moments(&self) -> bool {
-        self.shared.keeps_moments && self.part.index < quality::CLIENTS
+        self.shared.keeps_moments && self.client.index < quality::CLIENTS
     }
 
     /// Keeps what is held where a moment of the run has come.
     fn keep_moment(&mut self) {
-        let Part { comes_s, ends_s, .. } = self.part;
+        let Client { comes_s, ends_s, .. } = self.client;
         let share = (self.now_s() - comes_s) / (ends_s - comes_s);
         let is_due = quality::AT.get(self.seen.moments.len()).is_some_and(|at| share >= *at);
         if let (true, Some(path)) = (is_due && self.keeps_moments(), &self.path) {
@@ -246,7 +246,7 @@ impl<'a> Visit<'a> {
             let ms = (clock.scene_time_s(received.arrived_at_s) - received.sent_at_s) * 1e3;
             self.seen.lags.push(Timed { at_s, ms });
         }
-        if self.part.index < self.shared.decoding {
+        if self.client.index < self.shared.decoding {
             self.decode(received).await?;
         }
         let now_s = self.now_s();
