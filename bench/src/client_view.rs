@@ -170,7 +170,7 @@ impl ClientView {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         self.frames.draw(&mut encoder, shown, camera, &self.output_view, options);
         self.gpu.queue.submit([encoder.finish()]);
-        self.frames.submitted();
+        self.frames.submitted(false);
         self.gpu.wait_idle()?;
         Ok(started.elapsed().as_secs_f64() * 1000.0)
     }

@@ -99,7 +99,7 @@ fn show_from(camera: &Pinhole, held: &Held, format: wgpu::TextureFormat, options
     let slot = readback.texture(&output, 0, (SIDE, SIDE));
     let encoded = readback.encode(&gpu, &mut encoder);
     gpu.queue.submit([encoder.finish()]);
-    frame.submitted();
+    frame.submitted(true);
     let pixels = encoded.map().wait(&gpu).expect("a readback").values(slot);
     gpu.wait_idle().expect("the device lives");
     Shown { pixels, uncovered_share: frame.uncovered_share().expect("a counted frame") }

@@ -222,7 +222,7 @@ fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
     let slot = readback.texture(&output, 0, (SIDE, SIDE));
     let encoded = readback.encode(&gpu, &mut encoder);
     gpu.queue.submit([encoder.finish()]);
-    frame.submitted();
+    frame.submitted(true);
     let pixels = encoded.map().wait(&gpu).expect("a readback").values(slot);
     Shown { pixels, reflects: frame.reflects(), steps: frame.steps().expect("a readback") }
 }

@@ -22,6 +22,7 @@ mod pass;
 mod patch;
 mod points;
 mod redraw;
+mod slices;
 pub mod tiles;
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -34,6 +35,7 @@ pub use parallelograms::{FlattenPass, INVOCATIONS_A_ROW, Parallelograms, dispatc
 pub use pass::{CastPass, SETBACK_FOOTPRINTS, Smoothing, SurfacePass};
 pub use patch::SurfaceStats;
 pub use points::{FRUSTUM_PLANES, PointBuffer, PointPass, Projection};
+pub use slices::Slices;
 
 /// Why surfaces could not be built or drawn.
 #[derive(Debug, thiserror::Error)]

@@ -11,6 +11,7 @@ use crate::gbuffer::GBuffer;
 use crate::held::HeldSurfaces;
 use crate::mesh::Vertex;
 use crate::patch::{PatchSurface, QuadBuffers};
+use crate::slices::Slices;
 
 /// What colour and normal are between the centres of two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -94,9 +95,23 @@ impl SurfacePass {
         smoothing: Smoothing,
         target: &GBuffer,
     ) {
+        self.encode_slice(encoder, (surfaces, &mut Slices::default(), usize::MAX), camera, smoothing, target);
+    }
+
+    /// The next slice of the same, of so many quads at most; the first one clears the targets. Between two slices of a view neither camera nor
+    /// targets may change; what is held may, and then shows as it was or as it is.
+    pub fn encode_slice(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (surfaces, slices, most_quads): (&HeldSurfaces, &mut Slices, usize),
+        camera: &Pinhole,
+        smoothing: Smoothing,
+        target: &GBuffer,
+    ) {
         let views = &target.views;
         let targets = [&views.colour, &views.normal_ids, &views.w];
-        self.0.encode(encoder, surfaces, camera, smoothing, &targets, &views.depth);
+        let slice = (slices, most_quads);
+        self.0.encode_some(encoder, (surfaces, &|_| true, slice), camera, smoothing, (&targets, &views.depth));
     }
 }
 
@@ -138,7 +153,8 @@ impl CastPass {
         (w, depth): (&wgpu::TextureView, &wgpu::TextureView),
         is_drawn: impl Fn(&Pinhole) -> bool,
     ) {
-        self.0.encode_some(encoder, (surfaces, &is_drawn), camera, Smoothing::None, (&[w], depth));
+        let all = (&mut Slices::default(), usize::MAX);
+        self.0.encode_some(encoder, (surfaces, &is_drawn, all), camera, Smoothing::None, (&[w], depth));
     }
 }
 
@@ -182,14 +198,15 @@ impl Quads {
         targets: &[&wgpu::TextureView],
         depth: &wgpu::TextureView,
     ) {
-        self.encode_some(encoder, (surfaces, &|_| true), camera, smoothing, (targets, depth));
+        let all = (&mut Slices::default(), usize::MAX);
+        self.encode_some(encoder, (surfaces, &|_| true, all), camera, smoothing, (targets, depth));
     }
 
-    /// The same of patches of some cameras.
+    /// The next slice of patches of some cameras.
     fn encode_some(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        (surfaces, is_drawn): (&HeldSurfaces, &dyn Fn(&Pinhole) -> bool),
+        (surfaces, is_drawn, (slices, most_quads)): (&HeldSurfaces, &dyn Fn(&Pinhole) -> bool, (&mut Slices, usize)),
         camera: &Pinhole,
         smoothing: Smoothing,
         (targets, depth): (&[&wgpu::TextureView], &wgpu::TextureView),
@@ -198,16 +215,21 @@ impl Quads {
             .next_multiple_of(self.gpu.device.limits().min_uniform_buffer_offset_alignment);
         let inputs = Inputs::new(surfaces, camera, self.is_seen, smoothing, stride as usize);
         let group = (!inputs.views.is_empty()).then(|| self.bind(&inputs));
-        let mut pass = begin(encoder, targets, depth);
+        let mut pass = begin(encoder, slices.is_first(), targets, depth);
+        let mut slice = slices.next(most_quads);
         let Some(group) = group else { return };
-        for (index, (_, patch)) in surfaces.patches().enumerate() {
+        for (index, (id, patch)) in surfaces.patches().enumerate() {
             let QuadBuffers::Gpu { vertices, indices, parts, .. } = &patch.quads else { continue };
-            if !is_drawn(&patch.camera) || !patch.may_be_seen_from(camera) {
+            if slice.is_over() {
+                break;
+            }
+            if slice.is_drawn(id) || !is_drawn(&patch.camera) || !patch.may_be_seen_from(camera) {
                 continue;
             }
             // What casts is drawn from both sides.
             let is_one_sided = surfaces.is_one_sided(patch);
             let seen = parts.seen_from(camera, &patch.camera, (self.coarsens, is_one_sided && self.is_seen));
+            let seen = slice.cut(id, seen);
             if seen.is_empty() {
                 continue;
             }
@@ -378,24 +400,27 @@ fn normal_rows(now_from_capture: DMat3) -> Rows {
 
 fn begin<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
+    clears: bool,
     targets: &[&wgpu::TextureView],
     depth: &wgpu::TextureView,
 ) -> wgpu::RenderPass<'a> {
-    let clear = |view| {
+    let load = if clears { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+    let load_depth = if clears { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
+    let attachment = |view| {
         Some(wgpu::RenderPassColorAttachment {
             view,
             depth_slice: None,
             resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
         })
     };
-    let targets: Vec<_> = targets.iter().copied().map(clear).collect();
+    let targets: Vec<_> = targets.iter().copied().map(attachment).collect();
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("surfaces"),
         color_attachments: &targets,
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            depth_ops: Some(wgpu::Operations { load: load_depth, store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         }),
         timestamp_writes: None,

@@ -2,6 +2,7 @@
 
 use client::draw::effects::Drawn;
 use client::draw::shadow::SoftProgress;
+use client::draw::steady::Resolution;
 use client::receive::stats::Stats;
 use client::receive::viewer::Progress;
 use client::show::controls::Mode;
@@ -50,6 +51,7 @@ pub struct Page {
     /// Two, shown together.
     soft: [HtmlElement; 2],
     soft_points: HtmlElement,
+    resolution: HtmlElement,
     shadows: HtmlElement,
     occlusion: HtmlElement,
     renderer: HtmlElement,
@@ -75,6 +77,7 @@ impl Page {
             uncovered: element("uncovered")?,
             soft: [element("soft-name")?, element("soft")?],
             soft_points: element("soft-points")?,
+            resolution: element("resolution")?,
             shadows: element("shadows")?,
             occlusion: element("occlusion")?,
             renderer: element("renderer")?,
@@ -107,6 +110,13 @@ impl Page {
         self.soft.iter().for_each(|element| element.set_hidden(progress.is_none()));
         if let Some(progress) = progress {
             set_text(&self.soft_points, &progress.to_string());
+        }
+    }
+
+    /// Shows how fine pictures are.
+    pub fn show_resolution(&self, resolution: Option<Resolution>) {
+        if let Some(resolution) = resolution {
+            set_text(&self.resolution, &resolution.to_string());
         }
     }
 

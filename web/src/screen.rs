@@ -33,6 +33,15 @@ impl Renderer {
     }
 }
 
+/// Whether WebGPU would draw without a GPU; `None` where there is no WebGPU.
+pub async fn webgpu_is_software() -> Option<bool> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = Backends::BROWSER_WEBGPU;
+    let adapter =
+        wgpu::Instance::new(descriptor).request_adapter(&wgpu::RequestAdapterOptions::default()).await.ok()?;
+    Some(adapter.get_info().device_type == wgpu::DeviceType::Cpu)
+}
+
 /// Canvas, device and picture.
 pub struct Screen {
     pub renderer: Renderer,

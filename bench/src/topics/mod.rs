@@ -1,6 +1,7 @@
 //! The topics, one file or folder each.
 
 pub mod codec;
+pub mod frame_rate;
 pub mod impostors;
 pub mod layers;
 pub mod light_images;
@@ -23,6 +24,7 @@ pub const ALL: &[&dyn Topic] = &[
     &sent_once::SentOnce,
     &serving::Serving,
     &timing::Timing,
+    &frame_rate::FrameRateTopic,
     &codec::Codec,
     &materials::Materials,
     &layers::Layers,

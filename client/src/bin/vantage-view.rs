@@ -11,6 +11,7 @@ use client::draw::occlusion::{self, Occlusion};
 use client::draw::picture::PictureOptions;
 use client::draw::shadow::{self, Shadows};
 use client::draw::soft;
+use client::draw::steady::FrameRate;
 use client::show::begin;
 use client::show::headless::{self, HeadlessError, Way};
 use client::show::window::{self, Renderer, WindowError};
@@ -59,6 +60,9 @@ struct Arguments {
     /// Where the corners of a sample's quad come from
     #[arg(long, value_enum, default_value_t)]
     corners: CornersName,
+    /// In a window: hold the frame rate where drawing all that is held takes too long, or draw it all for each frame
+    #[arg(long, value_enum, default_value_t)]
+    frame_rate: FrameRateName,
     /// Leave what no sample covers empty instead of filling it
     #[arg(long)]
     no_fill: bool,
@@ -140,6 +144,15 @@ enum CornersName {
     Offset,
     /// Each sample's own plane.
     OwnPlane,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum FrameRateName {
+    /// Frames show the last picture as the eye sees it by now, while the next one is drawn.
+    #[default]
+    Held,
+    /// Each frame is drawn as a whole.
+    Free,
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -230,7 +243,11 @@ impl Arguments {
         let pace = self.soft_pace.unwrap_or(if self.headless { soft::Pace::All } else { soft::Pace::Measured });
         let soft = soft::Settings { choice, pace, points: self.soft_points, ..soft::Settings::default() };
         let shadow = shadow::Settings { shadows, soft, ..Default::default() };
-        PictureOptions { corners, frame, occlusion, shadow, in_time }
+        let frame_rate = match self.frame_rate {
+            FrameRateName::Held => FrameRate::Held,
+            FrameRateName::Free => FrameRate::Free,
+        };
+        PictureOptions { corners, frame, occlusion, shadow, in_time, frame_rate }
     }
 
     fn budget_bytes(&self) -> u64 {

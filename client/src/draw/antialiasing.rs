@@ -1,7 +1,6 @@
 //! Whether pictures are antialiased while the view changes: where asked for, or as long as frames come in time with it.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use gpu::Gpu;
@@ -15,7 +14,7 @@ pub enum Antialias {
     Off,
     /// Several samples a pixel, always.
     On,
-    /// Several as long as frames come in time; where they do not, one while the view changes. At rest, all that a pixel shows.
+    /// Several once frames come in time with one, and as long as they do with several; else one while the view changes. At rest, all that a pixel shows.
     Measured,
 }
 
@@ -26,36 +25,54 @@ impl Antialias {
     }
 }
 
+/// Frames of one sample a pixel that take no longer come in time with several, too, as far as can be told without trying.
+const FAST: Duration = Duration::from_millis(25);
 /// A frame that takes longer is slow: twenty a second are the fewest that look like motion.
 const SLOW: Duration = Duration::from_millis(50);
-/// So many slow frames one after the other are no accident: the first ones wait for shaders.
-const SLOW_FRAMES: u32 = 4;
+/// So many fast frames one after the other, or so many slow ones, are no accident: the first ones wait for shaders.
+const FRAMES: u32 = 4;
 
-/// How long the device works at frames of several samples a pixel.
+/// How long the device works at frames.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct FrameTimes {
-    /// Slow frames one after the other; it stays once there were [`SLOW_FRAMES`].
-    slow: Arc<AtomicU32>,
+pub(crate) struct FrameTimes(Arc<Mutex<Times>>);
+
+/// Frames one after the other; a number stays once there were [`FRAMES`].
+#[derive(Debug, Clone, Copy, Default)]
+struct Times {
+    /// Fast ones of one sample a pixel.
+    fast: u32,
+    /// Slow ones of several.
+    slow: u32,
 }
 
 impl FrameTimes {
-    /// A frame of several samples a pixel was submitted just now.
-    pub(crate) fn submitted(&self, gpu: &Gpu) {
-        let (begin, slow) = (Instant::now(), Arc::clone(&self.slow));
-        gpu.queue.on_submitted_work_done(move || FrameTimes { slow }.took(begin.elapsed()));
+    /// A frame of one sample a pixel, or of several, was submitted just now.
+    pub(crate) fn submitted(&self, gpu: &Gpu, several: bool) {
+        let (begin, times) = (Instant::now(), self.clone());
+        gpu.queue.on_submitted_work_done(move || times.took(begin.elapsed(), several));
     }
 
-    fn took(&self, time: Duration) {
-        if self.is_too_slow() {
-            return;
+    fn took(&self, time: Duration, several: bool) {
+        let mut times = self.lock();
+        let (count, goes_on) = if several { (&mut times.slow, time > SLOW) } else { (&mut times.fast, time <= FAST) };
+        if *count < FRAMES {
+            *count = if goes_on { *count + 1 } else { 0 };
         }
-        let slow = if time > SLOW { self.slow.load(Ordering::Relaxed) + 1 } else { 0 };
-        self.slow.store(slow, Ordering::Relaxed);
     }
 
-    /// Whether frames did not come in time.
-    pub(crate) fn is_too_slow(&self) -> bool {
-        self.slow.load(Ordering::Relaxed) >= SLOW_FRAMES
+    /// Whether frames of several samples a pixel come in time: once those of one did, and until others did not.
+    pub(crate) fn allow_several(&self) -> bool {
+        let times = self.lock();
+        times.fast >= FRAMES && times.slow < FRAMES
+    }
+
+    /// Whether further frames may change that.
+    pub(crate) fn are_open(&self) -> bool {
+        self.lock().slow < FRAMES
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Times> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -66,14 +83,27 @@ mod tests {
     #[test]
     fn several_slow_frames_in_a_row_end_it_and_single_ones_do_not() {
         let times = FrameTimes::default();
+        (0..FRAMES).for_each(|_| times.took(FAST / 2, false));
         for _ in 0..10 {
-            (1..SLOW_FRAMES).for_each(|_| times.took(2 * SLOW));
-            times.took(SLOW / 2);
+            (1..FRAMES).for_each(|_| times.took(2 * SLOW, true));
+            times.took(SLOW / 2, true);
         }
-        assert!(!times.is_too_slow());
-        (0..SLOW_FRAMES).for_each(|_| times.took(2 * SLOW));
-        assert!(times.is_too_slow());
-        times.took(SLOW / 2);
-        assert!(times.is_too_slow(), "with one sample they come in time, with several they would not");
+        assert!(times.allow_several());
+        (0..FRAMES).for_each(|_| times.took(2 * SLOW, true));
+        assert!(!times.allow_several());
+        times.took(SLOW / 2, true);
+        assert!(!times.allow_several(), "with one sample they come in time, with several they would not");
+    }
+
+    #[test]
+    fn it_begins_once_frames_are_fast_without_it() {
+        let times = FrameTimes::default();
+        for _ in 0..10 {
+            (1..FRAMES).for_each(|_| times.took(FAST / 2, false));
+            times.took(FAST * 2, false);
+        }
+        assert!(!times.allow_several());
+        (0..FRAMES).for_each(|_| times.took(FAST / 2, false));
+        assert!(times.allow_several());
     }
 }

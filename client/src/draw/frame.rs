@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::Gpu;
 use protocol::{Held, Update};
-use surface::{GBuffer, HeldSurfaces, Smoothing, SurfaceError};
+use surface::{GBuffer, HeldSurfaces, Slices, Smoothing, SurfaceError};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use crate::draw::antialiasing::{Antialias, FrameTimes};
@@ -207,8 +207,7 @@ impl FrameRenderer {
         let at_rest = shown.rows_of(camera);
         self.samples = self.samples_for(camera, &at_rest, options.antialias);
         let drawn = drawn_camera(camera, self.samples);
-        let targets = self.targets.take().filter(|targets| targets.size_px() == (drawn.width_px, drawn.height_px));
-        let targets = targets.unwrap_or_else(|| Targets::new(&self.gpu, (drawn.width_px, drawn.height_px)));
+        let targets = self.targets_of(&drawn);
         if !at_rest.are_all() {
             self.held.encode(encoder, shown, &drawn, options.smoothing, &targets.gbuffer);
         }
@@ -216,6 +215,38 @@ impl FrameRenderer {
             at_rest.encode(encoder, &targets.gbuffer, 0);
         }
         self.targets = Some(targets);
+    }
+
+    /// The next slice of the first half, of so many quads at most, of a view with one sample a pixel that nobody stands still at. Until all are drawn nothing else may be.
+    pub(crate) fn draw_slice(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: Shown<'_>,
+        camera: &Pinhole,
+        options: Options,
+        (slices, most_quads): (&mut Slices, usize),
+    ) {
+        self.samples = 1;
+        let targets = self.targets_of(camera);
+        self.held.encode_slice(encoder, (shown, slices, most_quads), camera, options.smoothing, &targets.gbuffer);
+        self.targets = Some(targets);
+    }
+
+    /// Those of the last picture, where they are of this size.
+    fn targets_of(&mut self, drawn: &Pinhole) -> Targets {
+        let size_px = (drawn.width_px, drawn.height_px);
+        let targets = self.targets.take().filter(|targets| targets.size_px() == size_px);
+        targets.unwrap_or_else(|| Targets::new(&self.gpu, size_px))
+    }
+
+    /// Samples of a pixel along each side in the last picture.
+    pub(crate) fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// The inverse depths of the last picture, of as many samples a pixel as it was drawn with.
+    pub(crate) fn lit_w(&self) -> Option<&TextureView> {
+        self.targets.as_ref().map(|targets| &targets.lit.w.view)
     }
 
     /// The second half of [`FrameRenderer::draw`]: occlusion, light, reflections, fill and output of the surfaces drawn last.
@@ -289,11 +320,11 @@ impl FrameRenderer {
         self.targets = Some(targets);
     }
 
-    /// Tells that the commands of the last [`FrameRenderer::draw`] were submitted.
-    pub fn submitted(&mut self) {
+    /// Tells that the commands of the last [`FrameRenderer::draw`] were submitted; `is_timed`: whether they say what a frame takes while the view changes.
+    pub fn submitted(&mut self, is_timed: bool) {
         self.coverage.submitted();
-        if self.samples > 1 {
-            self.times.submitted(&self.gpu);
+        if is_timed && self.times.are_open() {
+            self.times.submitted(&self.gpu, self.samples > 1);
         }
     }
 
@@ -336,7 +367,7 @@ impl FrameRenderer {
 
     /// Samples of a pixel along each side: one where its parts are there already, the picture is too large, or frames are to come in time and did not.
     fn samples_for(&self, camera: &Pinhole, at_rest: &RowsOf<'_>, antialias: Antialias) -> u32 {
-        let comes_in_time = antialias == Antialias::On || !self.times.is_too_slow();
+        let comes_in_time = antialias == Antialias::On || self.times.allow_several();
         if antialias.is_wanted() && comes_in_time && !at_rest.are_all() { self.most_samples(camera) } else { 1 }
     }
 

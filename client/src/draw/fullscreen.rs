@@ -14,6 +14,9 @@ pub(crate) enum Binding {
     /// Layers.
     FloatTextures,
     UintTexture,
+    /// A texture that a sampler reads, and that sampler.
+    SampledTexture,
+    Sampler,
 }
 
 /// What a pass does to what its targets hold.
@@ -246,6 +249,8 @@ fn layout_entry(binding: u32, visibility: ShaderStages, kind: Binding) -> wgpu::
             texture(TextureSampleType::Float { filterable: false }, TextureViewDimension::D2Array)
         }
         Binding::UintTexture => texture(TextureSampleType::Uint, TextureViewDimension::D2),
+        Binding::SampledTexture => texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
+        Binding::Sampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
     };
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }

@@ -5,7 +5,7 @@ use glam::DAffine3;
 use gpu::Gpu;
 use protocol::PatchId;
 use protocol::held::HeldInstance;
-use surface::{GBuffer, Smoothing, SurfaceError, SurfacePass};
+use surface::{GBuffer, Slices, Smoothing, SurfaceError, SurfacePass};
 
 use crate::draw::relief::{ReliefInputs, ReliefPass};
 use crate::draw::shown::Shown;
@@ -38,8 +38,23 @@ impl HeldPass {
         smoothing: Smoothing,
         target: &GBuffer,
     ) {
+        self.encode_slice(encoder, (shown, &mut Slices::default(), usize::MAX), camera, smoothing, target);
+    }
+
+    /// The next slice of the same: see [`SurfacePass::encode_slice`]. The last one has the reliefs.
+    pub(crate) fn encode_slice(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (shown, slices, most_quads): (Shown<'_>, &mut Slices, usize),
+        camera: &Pinhole,
+        smoothing: Smoothing,
+        target: &GBuffer,
+    ) {
         let Shown { surfaces, held, impostors, .. } = shown;
-        self.surface.encode(encoder, surfaces, camera, smoothing, target);
+        self.surface.encode_slice(encoder, (surfaces, slices, most_quads), camera, smoothing, target);
+        if !slices.are_all() {
+            return;
+        }
         let Some(impostors) = impostors.filter(|_| !held.instances.is_empty()) else { return };
         let embedded = "the shaders are embedded, and tests compose each of them";
         let relief = self.relief.get_or_insert_with(|| ReliefPass::new(&self.gpu).expect(embedded));

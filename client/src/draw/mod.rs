@@ -6,6 +6,7 @@
 //!   [`light_images`]: what casts soft shadows.
 //! - [`effects`]: which of both are drawn, by how long frames take.
 //! - [`antialiasing`]: whether outlines are smooth while the view changes.
+//! - [`steady`]: how frames come in time where a device is too slow to draw all that is held for each.
 //! - [`camera_image`]: the image of a camera that was asked for by its name, in place of all else.
 //! - [`layers`]: what the eye sees through, blended with what lies behind it.
 //! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
@@ -35,3 +36,4 @@ pub mod shadow;
 mod shares;
 pub mod shown;
 pub mod soft;
+pub mod steady;

@@ -22,6 +22,7 @@ use crate::draw::occlusion::{self, Occlusion};
 use crate::draw::rest::RestView;
 use crate::draw::shadow::{self, SoftProgress};
 use crate::draw::shown::Shown;
+use crate::draw::steady::{self, FrameRate, Resolution, Steady};
 use crate::receive::follow::Follow;
 
 /// How pictures are drawn.
@@ -37,6 +38,8 @@ pub struct PictureOptions {
     pub shadow: shadow::Settings,
     /// Which of both are drawn only as long as frames come in time with them.
     pub in_time: InTime,
+    /// Whether frames come in time where drawing all that is held takes too long.
+    pub frame_rate: FrameRate,
 }
 
 impl PictureOptions {
@@ -102,6 +105,10 @@ pub struct Picture {
     effects: Effects,
     /// Of those that have to come in time, what the renderer is set to draw.
     drawn: InTime,
+    /// `None` where each frame is drawn as a whole.
+    steady: Option<Steady>,
+    /// When an object last moved.
+    moved: Option<Instant>,
     build_ms: f64,
 }
 
@@ -131,6 +138,8 @@ impl Picture {
             renderer,
             effects: Effects::new(options.in_time),
             drawn: InTime::default(),
+            steady: (options.frame_rate == FrameRate::Held).then(|| Steady::new(gpu, format)),
+            moved: None,
             options,
             build_ms: 0.0,
         })
@@ -141,15 +150,22 @@ impl Picture {
         &mut self.options.frame
     }
 
-    /// Puts rigid objects where they are when the next picture is seen; whether that changes it. Where updates leave them they are
-    /// put by each of these.
+    /// Puts rigid objects where they are when the next picture is seen, as soon as what is being drawn is; whether that changes it. Where updates leave them they
+    /// are put by each of these.
     pub fn move_objects(&mut self, world_from_objects: &BTreeMap<u16, DAffine3>) -> bool {
+        if !self.is_ready() {
+            return self.surfaces.poses_now() != world_from_objects;
+        }
         let before = self.surfaces.revision();
         self.surfaces.set_poses(world_from_objects);
         self.lights.iter_mut().for_each(|lights| lights.move_objects(world_from_objects));
         self.occluders.iter_mut().for_each(|occluders| occluders.set_poses(world_from_objects));
         let layers_moved = self.layers.move_objects(world_from_objects);
-        layers_moved || self.surfaces.revision() != before
+        let moved = layers_moved || self.surfaces.revision() != before;
+        if moved {
+            self.moved = Some(Instant::now());
+        }
+        moved
     }
 
     /// Draws and submits; does not wait. Where the image of a camera is held, that is the picture, and of `camera` only the size counts.
@@ -158,15 +174,28 @@ impl Picture {
             return self.draw_camera_image(held, (camera.width_px, camera.height_px), output);
         }
         self.follow_effects(held);
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
         let (occluders, layers, rest) = (self.occluders.as_ref(), Some(&self.layers), Some(&self.rest));
         let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, layers, rest };
         let options = frame::Options { strengths: self.effects.strengths(), ..self.options.frame };
-        self.renderer.draw(&mut encoder, shown, camera, output, options);
-        self.gpu.queue.submit([encoder.finish()]);
-        self.renderer.submitted();
-        self.effects.submitted(&self.gpu);
+        if let Some(steady) = &mut self.steady {
+            let has_effects = self.drawn != InTime::default();
+            let frame = steady::Frame { shown, camera, options, has_effects, moved: self.moved };
+            steady.draw(&mut self.renderer, &frame, output);
+        } else {
+            let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.renderer.draw(&mut encoder, shown, camera, output, options);
+            self.gpu.queue.submit([encoder.finish()]);
+            self.renderer.submitted(true);
+        }
+        if self.resolution() == Resolution::Whole {
+            self.effects.submitted(&self.gpu);
+        }
+    }
+
+    /// How frames are drawn now.
+    pub fn resolution(&self) -> Resolution {
+        self.steady.as_ref().map_or(Resolution::Whole, Steady::resolution)
     }
 
     /// Switches on or off what is drawn as long as it comes in time.
@@ -237,7 +266,7 @@ impl Picture {
         let mut second = encoder();
         self.renderer.draw_light(&mut second, shown, camera, output, self.options.frame);
         self.gpu.queue.submit([second.finish()]);
-        self.renderer.submitted();
+        self.renderer.submitted(true);
         self.gpu.wait_idle()?;
         let ms = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e3;
         Ok(Timing { surface_ms: ms(begin, middle), light_ms: ms(middle, Instant::now()) })
@@ -277,7 +306,9 @@ impl Picture {
 
     /// Whether the next picture may show more than the last one, though nothing moves.
     pub fn goes_on(&self) -> bool {
-        self.soft_progress().is_some_and(SoftProgress::goes_on) || self.effects.go_on()
+        self.soft_progress().is_some_and(SoftProgress::goes_on)
+            || self.effects.go_on()
+            || self.steady.as_ref().is_some_and(Steady::goes_on)
     }
 
     /// How far soft shadows got in the last picture. `None` where no light casts any.
@@ -310,5 +341,9 @@ impl Follow for Picture {
         self.rest.follow(held, update, anew);
         self.camera_image.follow(held, update, anew);
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;
+    }
+
+    fn is_ready(&self) -> bool {
+        self.steady.as_ref().is_none_or(|steady| !steady.is_drawing(Instant::now()))
     }
 }

@@ -6,6 +6,11 @@ use protocol::{Held, Update};
 pub trait Follow {
     /// `held` has just applied `update`; `anew` where nothing of what was held before is left.
     fn follow(&mut self, held: &Held, update: &Update, anew: bool);
+
+    /// Whether it may change now; until then updates wait.
+    fn is_ready(&self) -> bool {
+        true
+    }
 }
 
 /// Follows nothing.

@@ -204,7 +204,7 @@ impl Stage {
         let shown = Shown { lights, occluders, layers: Some(&self.layers), ..Shown::from((&self.surfaces, held)) };
         self.frames.draw(&mut encoder, shown, camera, &view, options);
         self.gpu.queue.submit([encoder.finish()]);
-        self.frames.submitted();
+        self.frames.submitted(true);
         self.read(&self.output)
     }
 
@@ -216,7 +216,7 @@ impl Stage {
         let options = Options { antialias: Antialias::On, ..Options::default() };
         self.frames.draw(&mut encoder, shown, camera, &view, options);
         self.gpu.queue.submit([encoder.finish()]);
-        self.frames.submitted();
+        self.frames.submitted(true);
         self.read(&self.output)
     }
 

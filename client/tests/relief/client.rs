@@ -81,7 +81,7 @@ impl Client {
         let slots = textures.map(|texture| readback.texture(texture, 0, (view.width_px, view.height_px)));
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
-        self.frame.submitted();
+        self.frame.submitted(true);
         let mapped = encoded.map().wait(&self.gpu).expect("a readback");
         Drawn {
             colour: mapped.values(slots[0]),

@@ -465,7 +465,7 @@ fn forty_objects_at_640_by_480() {
                 let begin = Instant::now();
                 let encoder = client.encode(&surfaces, held, &view);
                 client.gpu.queue.submit([encoder.finish()]);
-                client.frame.submitted();
+                client.frame.submitted(true);
                 client.gpu.wait_idle().expect("the device lives");
                 begin.elapsed().as_secs_f64() * 1e3
             })

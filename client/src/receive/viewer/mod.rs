@@ -306,7 +306,9 @@ impl Viewer {
         }
         let begin = web_time::Instant::now();
         let mut changed = false;
-        while let Some(decoded) = self.decoder.poll() {
+        while follower.is_ready()
+            && let Some(decoded) = self.decoder.poll()
+        {
             changed |= self.take_in(decoded, follower, now_s);
             if begin.elapsed().as_secs_f64() >= budget_s {
                 break;

@@ -9,6 +9,7 @@ use winit::window::Window;
 use crate::draw::effects::Drawn;
 use crate::draw::frame;
 use crate::draw::shadow::SoftProgress;
+use crate::draw::steady::Resolution;
 use crate::receive::stats::Stats;
 use crate::receive::viewer::Progress;
 use crate::show::controls::Mode;
@@ -23,6 +24,7 @@ pub(super) struct Panel<'a> {
     pub mode: Option<Mode>,
     pub soft: Option<SoftProgress>,
     /// Of shadows and of ambient occlusion.
+    pub resolution: Resolution,
     pub effects: [Drawn; 2],
 }
 
@@ -172,6 +174,7 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
                     stats.uncovered_share.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0)),
                 );
                 row("Decoding", format!("{:.1} ms", stats.ms.decode));
+                row("Resolution", panel.resolution.to_string());
                 let [shadows, occlusion] = panel.effects;
                 row("Shadows", shadows.to_string());
                 if let Some(soft) = panel.soft {

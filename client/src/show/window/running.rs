@@ -88,6 +88,7 @@ impl Running<'_> {
             progress: self.viewer.progress(),
             adapter: &self.screen.gpu.caps.name,
             soft: self.screen.picture.soft_progress(),
+            resolution: self.screen.picture.resolution(),
             effects: self.screen.picture.effects(),
             mode: self.controls.as_ref().map(Controls::mode),
         };
