@@ -1,10 +1,15 @@
 // How often a page shows a picture while somebody walks, beside a server on the same machine.
 //
+// `cargo xtask frames` builds what it needs and runs it.
+//
 //   VANTAGE_SERVER_BIN   the server's binary
 //   VANTAGE_WEB_DIR      the built web client
 //   node frames.mjs [--scene NAME] [--size 960x600] [--seconds 15] [--query '&antialias=off'] [webgpu|webgl2|auto]...
 //
-// A line a renderer: frames a second, intervals between pictures, and what the governor chose. The page walks by keys that are held down.
+// A line a renderer: pictures a second, the intervals between them in milliseconds, and how fine the page drew them, second by second. The page walks by keys that are
+// held down. 'auto' takes what the page takes by itself.
+//
+// --slow also lists intervals of more than 200 ms, with the tasks of the page's thread that took more than 50 ms meanwhile; --shot PATH takes a picture of the page.
 import { writeFile } from 'node:fs/promises';
 import { parseArgs } from 'node:util';
 import { openPage } from './lib/browser.mjs';
@@ -20,11 +25,12 @@ const { values, positionals } = parseArgs({
     query: { type: 'string', default: '' },
     shot: { type: 'string' },
     json: { type: 'string' },
+    slow: { type: 'boolean', default: false },
   },
 });
 const [width, height] = values.size.split('x').map(Number);
 const seconds = Number(values.seconds);
-const quiet = process.env.LOUD ? console.log : () => {};
+const quiet = () => {};
 
 /** In the page: when each picture was drawn, in milliseconds. */
 function recordFrames() {
@@ -52,12 +58,12 @@ async function measure(renderer) {
     await page.goto(`${server.origin}/?${renderer === 'auto' ? '' : `renderer=${renderer}`}${values.query}`, { waitUntil: 'load', timeout: PATIENCE_MS });
     await until(page, 'a picture', (now) => now.picture);
     await page.locator('canvas').click({ position: { x: 5, y: height - 5 } });
+    // To the left and forward in turn: a walk that stays in a room.
     const keys = ['ArrowLeft', 'KeyW'];
     await page.evaluate(recordFrames);
     const begin = Date.now();
     const shares = [];
     while (Date.now() - begin < seconds * 1e3) {
-      // Left, forward and right, forward in turn: a walk that stays in a room.
       const key = keys[shares.length % keys.length];
       await page.keyboard.down(key);
       await page.waitForTimeout(1000);
@@ -68,7 +74,7 @@ async function measure(renderer) {
     const drawnAt = await page.evaluate(() => window.drawnAt);
     const state = await page.evaluate(() => JSON.parse(JSON.stringify(window.vantage)));
     const tasks = await page.evaluate(() => window.longTasks);
-    if (process.env.LONG) {
+    if (values.slow) {
       drawnAt.slice(1).forEach((at, i) => {
         const ms = at - drawnAt[i];
         const within = tasks.filter(([start, took]) => start + took > drawnAt[i] && start < at).map(([, took]) => took);

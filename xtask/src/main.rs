@@ -5,6 +5,7 @@
 mod architecture;
 mod beside;
 mod circles;
+mod frames;
 mod run;
 mod setup;
 mod test;
@@ -53,6 +54,12 @@ enum Command {
     },
     /// Show models beside three.js: the same camera and environment, FLIP, a table and contact sheets.
     Beside(beside::BesideArgs),
+    /// Walk in a browser beside a server on this machine: pictures a second, and the intervals between them.
+    Frames {
+        /// Passed on to tests/browser/frames.mjs, e.g. `--scene urban webgl2`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Build the native viewer in release and run it.
     View {
         /// Passed on to vantage-view.
@@ -77,6 +84,7 @@ fn main() -> anyhow::Result<()> {
         Command::Test { only } => test::run_all(&only),
         Command::Report { arguments } => report(&arguments),
         Command::Beside(arguments) => beside::beside(&arguments),
+        Command::Frames { arguments } => frames::frames(&arguments),
         Command::View { arguments } => run_release("vantage-client", "vantage-view", &arguments),
         Command::Web { release } => {
             setup::install(&[Need::WasmTarget, Need::Clang])?;

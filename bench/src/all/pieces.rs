@@ -65,6 +65,8 @@ const RUNS: &[NamedRun] = &[
 
     run("serving", "serving", &[]),
 
+    run("frame-rate", "frame-rate", &[]),
+
     run("timing", "timing --quick", &[]),
     run("all-stages", "timing", &[]),
 

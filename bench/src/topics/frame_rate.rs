@@ -27,7 +27,7 @@ use crate::topics::sent_once::walk::{Setup, UPDATE_HZ, Walk, Walker};
 pub struct FrameRateTopic;
 
 /// The client's output where `--size` gives none.
-const OUTPUTS_PX: [(u32, u32); 3] = [(480, 300), (960, 600), (1440, 900)];
+const OUTPUTS_PX: [(u32, u32); 2] = [(480, 300), (960, 600)];
 const QUICK_OUTPUT_PX: (u32, u32) = (240, 150);
 /// Seconds of the walk.
 const WALK_S: f64 = 5.0;
@@ -81,9 +81,17 @@ impl Topic for FrameRateTopic {
         .to_vec();
         let progress = Progress::new("frame-rate", (run.scenes.len() * sizes_px.len()) as u64);
         for name in &run.scenes {
+            progress.say(format!("a walk in {}", scene_label(name)));
+            let mut place = match Place::new(&gpu, name, walk_s, run) {
+                Ok(place) => place,
+                Err(error) => {
+                    report.rows.push(Row::failed(&scene_label(name), "walk", &error));
+                    continue;
+                }
+            };
             for &size_px in &sizes_px {
                 progress.say(format!("walking in {}, {}x{}", scene_label(name), size_px.0, size_px.1));
-                if let Err(error) = scene(&gpu, name, size_px, walk_s, run, report) {
+                if let Err(error) = walk(&mut place, size_px, run, report) {
                     report.rows.push(Row::failed(&scene_label(name), "walk", &error));
                 }
                 progress.step();
@@ -93,34 +101,52 @@ impl Topic for FrameRateTopic {
     }
 }
 
-fn scene(
-    gpu: &Gpu,
-    name: &str,
-    size_px: (u32, u32),
+/// A scene with what somebody holds at the end of a walk through it.
+struct Place {
+    gpu: Gpu,
+    label: String,
+    walk: Walk,
     walk_s: f64,
-    run: &Run,
-    report: &mut Report,
-) -> anyhow::Result<()> {
-    let scene = Arc::new(run.load(name)?);
-    let label = scene_label(name);
-    let walk = Walk::new(&scene, run.read_trace()?, walk_s);
-    let near_m = server::start::near_m(&scene);
-    let held = held_after(gpu, &scene, &walk)?;
+    near_m: f64,
+    held: Held,
+    truths: Stage,
+}
+
+impl Place {
+    fn new(gpu: &Gpu, name: &str, walk_s: f64, run: &Run) -> anyhow::Result<Place> {
+        let scene = Arc::new(run.load(name)?);
+        let walk = Walk::new(&scene, run.read_trace()?, walk_s);
+        let mut walker = Walker::new(gpu, scene.clone(), &Setup::usual(IMAGE_PX))?;
+        for tick in 0..=(walk_s * UPDATE_HZ) as usize {
+            let now_s = tick as f64 / UPDATE_HZ;
+            walker.tick(walk.at(now_s), now_s)?;
+        }
+        let mut truths = Stage::new(gpu, run.load(name)?, Look::Plain)?;
+        truths.show(0.0, walk.at(0.0).translation)?;
+        let near_m = server::start::near_m(&scene);
+        Ok(Place { gpu: gpu.clone(), label: scene_label(name), walk, walk_s, near_m, held: walker.set.held, truths })
+    }
+}
+
+/// Walks once by each way.
+fn walk(place: &mut Place, size_px: (u32, u32), run: &Run, report: &mut Report) -> anyhow::Result<()> {
+    let Place { gpu, label, walk, walk_s, near_m, held, truths } = place;
+    let (walk_s, near_m) = (*walk_s, *near_m);
     let camera = |at_s: f64| Pinhole::symmetric(walk.at(at_s), size_px, FOV_Y_RAD, near_m);
-    let mut truths = Stage::new(gpu, run.load(name)?, Look::Plain)?;
-    truths.show(0.0, walk.at(0.0).translation)?;
     let compared: Vec<(f64, Picture)> = compared_at(walk_s)
         .map(|at_s| Ok((at_s, picture(&truths.smooth_truth(&camera(at_s))?))))
         .collect::<anyhow::Result<_>>()?;
     let mut of_held: Vec<(usize, f64)> = Vec::new();
     let mut walked = Vec::new();
     for (way, frame_rate) in WAYS {
-        let shown = show(gpu, &held, (frame_rate, walk_s), &compared, &camera)?;
+        let shown = show(gpu, held, (frame_rate, walk_s), &compared, &camera)?;
         let (mut flips, mut as_drawn) = (Vec::new(), Vec::new());
         for (index, (at_s, truth)) in compared.iter().enumerate() {
             let Some(on_screen) = shown.on_screen(*at_s) else { continue };
-            let drawn_truth = picture(&truths.smooth_truth(&camera(on_screen.drawn_s))?);
-            as_drawn.extend(score(&on_screen.picture, &drawn_truth, None)?.flip_covered);
+            if frame_rate.is_some() {
+                let drawn_truth = picture(&truths.smooth_truth(&camera(on_screen.drawn_s))?);
+                as_drawn.extend(score(&on_screen.picture, &drawn_truth, None)?.flip_covered);
+            }
             if let Some(flip) = score(&on_screen.picture, truth, None)?.flip_covered {
                 if way == "held" {
                     of_held.push((index, flip));
@@ -128,8 +154,8 @@ fn scene(
                 flips.push(flip);
             }
         }
-        let row = row(&label, way, size_px, &shown, (&flips, &as_drawn));
-        report.bars.extend(bars(&row, &label, way, size_px));
+        let row = row(label, way, size_px, &shown, (&flips, &as_drawn));
+        report.bars.extend(bars(&row, label, way, size_px));
         report.rows.push(row);
         walked.push(shown);
     }
@@ -145,16 +171,6 @@ fn scene(
         sheet(&walked, *at_s, truth)?.write(&run.figure(report, file, caption))?;
     }
     Ok(())
-}
-
-/// What a walker holds at the end of a walk.
-fn held_after(gpu: &Gpu, scene: &Arc<scene::Scene>, walk: &Walk) -> anyhow::Result<Held> {
-    let mut walker = Walker::new(gpu, scene.clone(), &Setup::usual(IMAGE_PX))?;
-    for tick in 0..=(walk.half_s * UPDATE_HZ) as usize {
-        let now_s = tick as f64 / UPDATE_HZ;
-        walker.tick(walk.at(now_s), now_s)?;
-    }
-    Ok(walker.set.held)
 }
 
 fn compared_at(walk_s: f64) -> impl Iterator<Item = f64> {
@@ -315,4 +331,26 @@ fn plot(run: &Run, report: &mut Report) -> anyhow::Result<()> {
         series,
     };
     draw_scatter(&scatter, &run.figure(report, "frame-rate.svg", "Error against the time between two pictures."))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::scratch_folder;
+
+    #[test]
+    fn what_is_on_the_screen_is_compared_whole_and_held() {
+        let out = scratch_folder("frame-rate");
+        let mut run = Run::new(vec!["pillars".to_owned()], out.clone());
+        run.quick = true;
+        let mut report = Report::new("frame-rate", "");
+        FrameRateTopic.run(&run, &mut report).expect("a GPU adapter, software or not");
+        assert!(!report.has_failures(), "{:?}", report.rows);
+        let error = |row: usize, name: &str| report.rows[row].figure(&format!("error.{name}.mean")).expect("compared");
+        // Where the eye was, whole frames show what they would at once; they are late.
+        assert!((error(0, "flip_covered") - error(1, "as_drawn")).abs() < 0.02, "{:?}", report.rows);
+        assert!(error(0, "flip_covered") < 0.5 * error(1, "flip_covered"), "{:?}", report.rows);
+        assert!(report.rows[2].figure("counts.frames_per_s").is_some_and(|rate| rate > 1.0));
+        std::fs::remove_dir_all(out).expect("was written");
+    }
 }

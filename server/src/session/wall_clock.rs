@@ -18,6 +18,8 @@ use crate::worker::{Served, Wish, WorkerGone};
 
 /// A session that waits for nothing else looks at its deadlines this often.
 pub(super) const IDLE: Duration = Duration::from_secs(1);
+/// A session that lacked nothing in so many ticks one after the other, while its viewer stood, is asked at every message and at [`IDLE`] intervals: whoever stands costs next to nothing.
+const QUIET_TICKS: u32 = 30;
 
 type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, WorkerGone>> + Send + 'a>>;
 
@@ -35,10 +37,12 @@ impl<'a> Connection<'a> {
         let shared = self.shared;
         let interval_s = shared.rules.update_interval_s;
         let (mut next_tick_s, mut turn, mut outgoing) = (0.0, None::<Turn<'a>>, None);
+        let mut quiet_ticks = 0_u32;
         loop {
             let now_s = shared.now_s();
             self.session.handle_timeout(now_s)?;
             while let Some(event) = self.session.poll_event() {
+                quiet_ticks = 0;
                 self.event(event)?;
             }
             if let Some(following) = self.following.take() {
@@ -47,11 +51,13 @@ impl<'a> Connection<'a> {
             if turn.is_none() && now_s >= next_tick_s {
                 next_tick_s = f64::max(next_tick_s + interval_s, now_s);
                 turn = self.make_whole().or_else(|| self.wish(now_s).and_then(|wish| self.take_turn(wish)));
+                quiet_ticks = if turn.is_none() { quiet_ticks.saturating_add(1) } else { 0 };
             }
             if outgoing.is_none() {
                 outgoing = self.session.poll_transmit(now_s);
             }
-            let wake = if turn.is_none() { self.until(next_tick_s) } else { IDLE };
+            let is_waiting = turn.is_none() && quiet_ticks < QUIET_TICKS;
+            let wake = if is_waiting { self.until(next_tick_s) } else { IDLE };
             let wake = self.session.next_deadline_s().map_or(wake, |deadline_s| wake.min(self.until(deadline_s)));
             let outgoing_bytes = outgoing.as_ref().map_or(0, bytes::Bytes::len);
             tokio::select! {
