@@ -20,6 +20,7 @@ pub mod mesh;
 mod parallelograms;
 mod pass;
 mod patch;
+mod placement;
 mod points;
 mod redraw;
 mod slices;

@@ -14,8 +14,9 @@ use wgpu::util::DeviceExt;
 use crate::SurfaceError;
 use crate::held::HeldSurfaces;
 use crate::mesh::QUAD_INDICES;
-use crate::pass::{Placement, movers_texture, setback};
+use crate::pass::setback;
 use crate::patch::{PatchSurface, QuadBuffers};
+use crate::placement::{Placement, movers_texture};
 
 /// `Patch` of `surface/parallelograms.wgsl`.
 #[repr(C)]

@@ -1,9 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::{DAffine3, DMat3, Vec3};
 use gpu::Gpu;
-use gpu::uniforms::{Rows, rows};
-use protocol::ObjectPose;
+use gpu::uniforms::Rows;
 use wgpu::util::DeviceExt;
 
 use crate::SurfaceError;
@@ -11,6 +9,7 @@ use crate::gbuffer::GBuffer;
 use crate::held::HeldSurfaces;
 use crate::mesh::Vertex;
 use crate::patch::{PatchSurface, QuadBuffers};
+use crate::placement::{MOVER_TEXELS, Placement, movers_texture};
 use crate::slices::Slices;
 
 /// What colour and normal are between the centres of two samples.
@@ -44,9 +43,6 @@ struct ViewUniform {
     setback: f32,
 }
 
-/// Texels a moving object takes in the texture of movers: three rows for points, three for normals.
-pub(crate) const MOVER_TEXELS: u32 = 6;
-
 /// A sample is tested against others as if it lay this many of its footprints (what a pixel spans at its depth, where it was captured)
 /// further from the eye. So of overlapping samples of one surface the finer shows, in one pass: their depths differ by less, through
 /// coding, averaged corners and curvature. What lies nearer before another surface than the difference of both footprints would
@@ -60,10 +56,6 @@ pub const SETBACK_FOOTPRINTS: f64 = 0.5;
 const SETBACK_ASIDE: f64 = 4.0;
 /// From further aside than this, some 14 degrees, nothing is set back any further: what is thin would be shown behind what it hides.
 const MOST_ASIDE: f64 = 0.25;
-
-/// Moving objects a row of that texture; the twin of the constant in `surface/quads.wgsl`. 2048 rows, which every device has,
-/// hold 131,072.
-const MOVERS_A_ROW: u32 = 64;
 
 /// Draws [`HeldSurfaces`] into a [`GBuffer`]; the nearest surface wins.
 #[derive(Debug)]
@@ -110,8 +102,8 @@ impl SurfacePass {
     ) {
         let views = &target.views;
         let targets = [&views.colour, &views.normal_ids, &views.w];
-        let slice = (slices, most_quads);
-        self.0.encode_some(encoder, (surfaces, &|_| true, slice), camera, smoothing, (&targets, &views.depth));
+        let meant = Meant { surfaces, is_meant: &|_| true, slices, most_quads };
+        self.0.encode_meant(encoder, meant, camera, smoothing, (&targets, &views.depth));
     }
 }
 
@@ -153,9 +145,17 @@ impl CastPass {
         (w, depth): (&wgpu::TextureView, &wgpu::TextureView),
         is_drawn: impl Fn(&Pinhole) -> bool,
     ) {
-        let all = (&mut Slices::default(), usize::MAX);
-        self.0.encode_some(encoder, (surfaces, &is_drawn, all), camera, Smoothing::None, (&[w], depth));
+        let meant = Meant { surfaces, is_meant: &is_drawn, slices: &mut Slices::default(), most_quads: usize::MAX };
+        self.0.encode_meant(encoder, meant, camera, Smoothing::None, (&[w], depth));
     }
+}
+
+/// The next slice of what is held, of patches of some cameras.
+struct Meant<'a> {
+    surfaces: &'a HeldSurfaces,
+    is_meant: &'a dyn Fn(&Pinhole) -> bool,
+    slices: &'a mut Slices,
+    most_quads: usize,
 }
 
 /// The pipeline that draws the quads of all patches with a vertex and a fragment stage of `surface/quads.wgsl`.
@@ -198,15 +198,14 @@ impl Quads {
         targets: &[&wgpu::TextureView],
         depth: &wgpu::TextureView,
     ) {
-        let all = (&mut Slices::default(), usize::MAX);
-        self.encode_some(encoder, (surfaces, &|_| true, all), camera, smoothing, (targets, depth));
+        let all = Meant { surfaces, is_meant: &|_| true, slices: &mut Slices::default(), most_quads: usize::MAX };
+        self.encode_meant(encoder, all, camera, smoothing, (targets, depth));
     }
 
-    /// The next slice of patches of some cameras.
-    fn encode_some(
+    fn encode_meant(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        (surfaces, is_drawn, (slices, most_quads)): (&HeldSurfaces, &dyn Fn(&Pinhole) -> bool, (&mut Slices, usize)),
+        Meant { surfaces, is_meant, slices, most_quads }: Meant<'_>,
         camera: &Pinhole,
         smoothing: Smoothing,
         (targets, depth): (&[&wgpu::TextureView], &wgpu::TextureView),
@@ -223,7 +222,7 @@ impl Quads {
             if slice.is_over() {
                 break;
             }
-            if slice.is_drawn(id) || !is_drawn(&patch.camera) || !patch.may_be_seen_from(camera) {
+            if slice.is_drawn(id) || !is_meant(&patch.camera) || !patch.may_be_seen_from(camera) {
                 continue;
             }
             // What casts is drawn from both sides.
@@ -302,60 +301,6 @@ impl Inputs {
     }
 }
 
-/// The texture of movers: [`MOVER_TEXELS`] a moving object, in whole rows, at least one.
-pub(crate) fn movers_texture(gpu: &Gpu, mut texels: Vec<[f32; 4]>) -> wgpu::Texture {
-    let row = (MOVER_TEXELS * MOVERS_A_ROW) as usize;
-    texels.resize(texels.len().max(1).next_multiple_of(row), [0.0; 4]);
-    let size = wgpu::Extent3d { width: row as u32, height: (texels.len() / row) as u32, depth_or_array_layers: 1 };
-    gpu.device.create_texture_with_data(
-        &gpu.queue,
-        &wgpu::TextureDescriptor {
-            label: Some("movers"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        },
-        wgpu::util::TextureDataOrder::LayerMajor,
-        bytemuck::cast_slice(&texels),
-    )
-}
-
-/// Where a patch is, seen from an output's eye.
-pub(crate) struct Placement {
-    pub(crate) eye_from_patch: Rows,
-    /// Of its moving objects, in their order.
-    pub(crate) movers: Vec<Mover>,
-}
-
-/// Where a patch's moving object is.
-pub(crate) struct Mover {
-    pub(crate) eye_from_patch: Rows,
-    /// The world's turn since capture, for normals.
-    pub(crate) turn: Rows,
-}
-
-impl Placement {
-    pub(crate) fn new(surfaces: &HeldSurfaces, patch: &PatchSurface, eye_from_world: &DAffine3) -> Placement {
-        let world_from_patch = patch.camera.world_from_eye.to_affine();
-        let mover = |pose: &ObjectPose| {
-            let now = surfaces.poses_now().get(&pose.object).unwrap_or(&pose.world_from_object);
-            let now_from_capture = *now * pose.world_from_object.inverse();
-            Mover {
-                eye_from_patch: rows(*eye_from_world * now_from_capture * world_from_patch),
-                turn: normal_rows(now_from_capture.matrix3),
-            }
-        };
-        Placement {
-            eye_from_patch: rows(*eye_from_world * world_from_patch),
-            movers: patch.objects.iter().map(mover).collect(),
-        }
-    }
-}
-
 fn view_uniform(
     patch: &PatchSurface,
     output: &Pinhole,
@@ -387,15 +332,6 @@ pub(crate) fn setback(patch: &PatchSurface, seen_by: Option<&Pinhole>) -> f32 {
     let aside =
         seen_by.map_or(0.0, |view| SETBACK_ASIDE * patch.aside_of(view.world_from_eye.translation).min(MOST_ASIDE));
     (SETBACK_FOOTPRINTS * (1.0 + aside) / patch.camera.focal_px) as f32
-}
-
-/// Normals go by the inverse transpose, which for a rigid motion is the rotation itself.
-fn normal_rows(now_from_capture: DMat3) -> Rows {
-    let rows = now_from_capture.inverse();
-    [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| {
-        let row: Vec3 = row.as_vec3();
-        row.extend(0.0).to_array()
-    })
 }
 
 fn begin<'a>(

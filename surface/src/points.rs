@@ -15,8 +15,8 @@ use wgpu::util::DeviceExt;
 use crate::SurfaceError;
 use crate::held::HeldSurfaces;
 use crate::mesh::Vertex;
-use crate::pass::{MOVER_TEXELS, Placement, movers_texture};
 use crate::patch::{PatchSurface, QuadBuffers};
+use crate::placement::{MOVER_TEXELS, Placement, movers_texture};
 
 /// The twin of the constant in `surface/points.wgsl`: a face, its four sides, and three limits.
 pub const FRUSTUM_PLANES: usize = 8;

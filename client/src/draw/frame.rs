@@ -10,11 +10,11 @@ use wgpu::{BindingResource, TextureFormat, TextureView};
 use crate::draw::antialiasing::{Antialias, FrameTimes};
 use crate::draw::coverage::{self, Coverage};
 use crate::draw::effects::Strengths;
-use crate::draw::fill::{FillPass, LEVELS, Pyramid};
-use crate::draw::fullscreen::{Binding, EMBEDDED, FullscreenPass, Target, uniform};
+use crate::draw::fill::{FillPass, Pyramid};
+use crate::draw::fullscreen::{EMBEDDED, FullscreenPass, Target, uniform};
 use crate::draw::held_pass::HeldPass;
 use crate::draw::impostors::Impostors;
-use crate::draw::layers::{LayersPass, Over, Seen};
+use crate::draw::layers::{Over, Seen};
 use crate::draw::light::{LightPass, Lighten};
 use crate::draw::lit::Lit;
 use crate::draw::occlusion::{self, OcclusionRenderer};
@@ -26,6 +26,7 @@ use crate::draw::rest::RowsOf;
 use crate::draw::shadow::{self, ShadowRenderer};
 use crate::draw::shares::Shares;
 use crate::draw::shown::Shown;
+use crate::draw::through::{Through, present_bindings};
 use crate::receive::follow::Follow;
 
 /// How a frame is drawn.
@@ -111,13 +112,6 @@ pub struct FrameRenderer {
     samples: u32,
     times: FrameTimes,
     output_format: TextureFormat,
-}
-
-/// What it takes to see through what is blended.
-#[derive(Debug)]
-struct Through {
-    layers: LayersPass,
-    present: FullscreenPass,
 }
 
 #[derive(Debug)]
@@ -424,27 +418,6 @@ impl FrameRenderer {
             None => self.present.encode(encoder, &inputs, &[output]),
         }
     }
-}
-
-impl Through {
-    fn new(gpu: &Gpu, output: TextureFormat) -> Result<Through, SurfaceError> {
-        let mut bindings = present_bindings();
-        bindings.extend([Binding::FloatTexture; 2]);
-        let present = FullscreenPass::new(gpu, "client/present.wgsl", "show_through", &bindings, &[output])?;
-        Ok(Through { layers: LayersPass::new(gpu)?, present })
-    }
-
-    /// What lies over opaque surfaces, or over the background.
-    fn over(&self, encoder: &mut wgpu::CommandEncoder, camera: &Pinhole, opaque: Option<&GBuffer>) -> Option<&Over> {
-        self.layers.over(encoder, camera, opaque.map(|gbuffer| &gbuffer.views.w))
-    }
-}
-
-/// Of `show` of `client/present.wgsl`.
-fn present_bindings() -> Vec<Binding> {
-    let mut bindings = vec![Binding::Uniform, Binding::FloatTexture];
-    bindings.extend([Binding::FloatTexture; 2 * LEVELS]);
-    bindings
 }
 
 /// What is reflected, and by what.

@@ -37,3 +37,4 @@ mod shares;
 pub mod shown;
 pub mod soft;
 pub mod steady;
+mod through;

@@ -24,7 +24,7 @@ struct Patch {
 
 const VERTEX_WORDS: u32 = 9u;
 const QUAD_INDICES: u32 = 6u;
-// The twin of `surface::pass::MOVERS_A_ROW`.
+// The twin of `surface::placement::MOVERS_A_ROW`.
 const MOVERS_A_ROW: u32 = 64u;
 
 @group(0) @binding(0) var<uniform> patch_view: Patch;

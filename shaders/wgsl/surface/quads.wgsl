@@ -38,7 +38,7 @@ const EDGE_ON: f32 = 1e-3;
 // A slot of six texels a moving object, MOVERS_A_ROW slots a row: three rows of `eye_from_patch` for it, then three of the world's turn since capture, for normals.
 @group(0) @binding(1) var movers: texture_2d<f32>;
 
-// The twin of `surface::pass::MOVERS_A_ROW`.
+// The twin of `surface::placement::MOVERS_A_ROW`.
 const MOVERS_A_ROW: u32 = 64u;
 
 struct VertexIn {

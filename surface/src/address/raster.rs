@@ -17,8 +17,9 @@ use super::view::{AddressTexel, AddressView};
 use crate::held::HeldSurfaces;
 use crate::mesh::QUAD_INDICES;
 use crate::mesh::{PatchMesh, Vertex};
-use crate::pass::{Placement, setback};
+use crate::pass::setback;
 use crate::patch::{PatchSurface, QuadBuffers};
+use crate::placement::Placement;
 use crate::tiles::Pyramid;
 
 /// Steps a pixel is divided into.
