@@ -188,7 +188,8 @@ impl Quads {
         Ok(Quads { gpu: gpu.clone(), layout, both_sides, one_sided, is_seen: unseen.is_some(), coarsens: false })
     }
 
-    /// Clears the targets and draws everything held.
+    /// Clears the targets and draws everything held; for what only servers ask.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

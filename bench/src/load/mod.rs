@@ -16,6 +16,7 @@ mod quality;
 mod report;
 mod script;
 mod series;
+mod stay;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -109,7 +110,7 @@ pub async fn run(load: &Load) -> anyhow::Result<Report> {
     let come = behaviours.into_iter().enumerate().map(|(index, behaviour)| {
         let comes_s = load.ramp.as_secs_f64() * index as f64 / load.clients as f64;
         let client = Client { index, behaviour, comes_s, ends_s: load.duration.as_secs_f64() };
-        tokio::spawn(client::run(shared.clone(), client))
+        tokio::spawn(stay::run(shared.clone(), client))
     });
     let clients: Vec<_> = come.collect();
     let looking = tokio::spawn(watch::look_on(shared.clone(), load.tells_progress.then_some(load.duration)));

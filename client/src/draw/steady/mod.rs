@@ -1,8 +1,8 @@
 //! Frames that come in time, whatever drawing what is held takes.
 //!
-//! Where a device is too slow to draw each frame as a whole ([`governor`]), a *key picture* is drawn in slices over several frames: of a wider view, from where
+//! Where a device is too slow to draw each frame as a whole (`governor.rs`), a *key picture* is drawn in slices over several frames: of a wider view, from where
 //! the eye will be in the middle of the time for which it is shown, and coarser. Until the next one is there, each frame shows it as it looks from where the eye is by
-//! then ([`reproject`]), which takes a small part of a whole frame. (The idea of asynchronous reprojection in headsets; Mark, McMillan, Bishop, *Post-rendering 3D
+//! then (`reproject.rs`), which takes a small part of a whole frame. (The idea of asynchronous reprojection in headsets; Mark, McMillan, Bishop, *Post-rendering 3D
 //! warping*, 1997, have it for networks.) A turn of the head is exact; what moves behind edges waits for the next key picture. At rest the picture is drawn as a whole.
 
 mod governor;
