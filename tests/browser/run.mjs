@@ -120,6 +120,7 @@ function tests(renderer) {
       assert.match(await panel(at.page, 'round-trip'), /^\d/);
       assert.equal(await panel(at.page, 'renderer'), renderer === 'webgpu' ? 'WebGPU' : 'WebGL2');
       assert.equal(await panel(at.page, 'scene'), SCENE);
+      assert.match(await panel(at.page, 'resolution'), /^(full|\d+ % in motion)$/);
       assert.ok(await at.page.locator('#loading').isHidden());
       assert.ok(await at.page.locator('#status').isHidden());
     }],

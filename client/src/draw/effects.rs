@@ -118,6 +118,13 @@ impl Effects {
         }
     }
 
+    /// Frames do not come in time as a whole, however long the device worked at what was drawn instead: that is decided.
+    pub(crate) fn missed(&self) {
+        if self.all().next().is_some() {
+            self.times.lock().extend([2 * SLOW; FRAMES as usize]);
+        }
+    }
+
     /// Whether shadows and occlusion are drawn.
     pub(crate) fn drawn(&self) -> InTime {
         let is_drawn = |effect: &Option<Effect>| effect.as_ref().is_some_and(Effect::is_drawn);
@@ -344,6 +351,20 @@ mod tests {
         assert_eq!(effects.strengths(), Strengths { shadows: 1.0, occlusion: 0.0 });
         assert!(seen.windows(2).all(|pair| pair[0].occlusion - pair[1].occlusion < 0.05));
         assert_eq!(effects.kept(), InTime { shadows: true, occlusion: false });
+    }
+
+    #[test]
+    fn where_frames_are_not_drawn_as_a_whole_what_was_seen_goes_and_nothing_is_tried() {
+        let (mut effects, mut at) = (both(), Instant::now());
+        frames(&mut effects, &mut at, 400, |_| FRAME / 2);
+        for _ in 0..400 {
+            effects.missed();
+            at += FRAME;
+            effects.step(at);
+        }
+        assert_eq!(effects.strengths(), Strengths { shadows: 0.0, occlusion: 0.0 });
+        assert!(!effects.go_on());
+        assert_eq!(effects.told(), [Some(Drawn::TooSlow); 2]);
     }
 
     #[test]

@@ -188,8 +188,9 @@ impl Picture {
             self.gpu.queue.submit([encoder.finish()]);
             self.renderer.submitted(true);
         }
-        if self.resolution() == Resolution::Whole {
-            self.effects.submitted(&self.gpu);
+        match self.resolution() {
+            Resolution::Whole => self.effects.submitted(&self.gpu),
+            Resolution::Keys(_) => self.effects.missed(),
         }
     }
 
