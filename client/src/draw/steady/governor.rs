@@ -192,7 +192,7 @@ mod tests {
     fn light_that_takes_too_long_makes_pictures_coarser() {
         let mut governor = Governor::new(false);
         frames(&mut governor, 100, (100 * MS, 900 * MS));
-        assert_eq!(governor.share(), 0.25);
+        assert_eq!(governor.share(), 0.375);
     }
 
     #[test]

@@ -91,6 +91,8 @@ struct KeyPicture {
     camera: Pinhole,
     colour: Target,
     w: TextureView,
+    /// Whether nothing is seen in it.
+    is_empty: bool,
 }
 
 /// A key picture that is being drawn.
@@ -98,7 +100,8 @@ struct KeyPicture {
 struct Begun {
     camera: Pinhole,
     slices: Slices,
-    /// Of a slice at most.
+    /// Of the picture, and of a slice at most.
+    quads: usize,
     most_quads: usize,
     since: Instant,
 }
@@ -199,7 +202,8 @@ impl Steady {
         renderer.draw(encoder, frame.shown, frame.camera, &target.view, frame.options);
         let passes = self.passes.get_or_insert_with(|| Passes::new(&self.gpu, self.format));
         passes.copy.encode(encoder, &[BindingResource::TextureView(&target.view)], &[output]);
-        self.show(renderer, target, *frame.camera);
+        let is_empty = frame.shown.surfaces.quads_drawn(frame.camera) == 0;
+        self.show(renderer, target, *frame.camera, is_empty);
     }
 
     /// A slice of the next key picture, or its light, and the frame by what is there then.
@@ -212,14 +216,16 @@ impl Steady {
         output: &TextureView,
     ) -> Work {
         let options = Options { antialias: Antialias::Off, ..frame.options };
-        let is_first = self.shown.is_none();
+        // What comes into an empty picture is shown at once.
+        let is_first = self.shown.as_ref().is_none_or(|shown| shown.is_empty);
         let mut begun = self.begun.take().unwrap_or_else(|| {
             let ahead_s = (1.5 * self.key_took.as_secs_f64()).min(LONGEST_AHEAD_S);
             let world_from_eye = motion.pose_after(&frame.camera.world_from_eye, ahead_s);
             let camera = key_camera(frame.camera, world_from_eye, self.governor.share());
             let slices = if is_first { 1 } else { self.governor.slices() };
-            let most_quads = frame.shown.surfaces.quads_drawn(&camera).div_ceil(slices).max(1);
-            Begun { camera, slices: Slices::default(), most_quads, since: now }
+            let quads = frame.shown.surfaces.quads_drawn(&camera);
+            let most_quads = quads.div_ceil(slices).max(1);
+            Begun { camera, slices: Slices::default(), quads, most_quads, since: now }
         });
         let mut work = Work::Light;
         if !begun.slices.are_all() {
@@ -231,22 +237,22 @@ impl Steady {
             let size_px = (begun.camera.width_px, begun.camera.height_px);
             let target = self.target(size_px);
             renderer.draw_light(encoder, frame.shown, &begun.camera, &target.view, options);
-            self.show(renderer, target, begun.camera);
+            self.show(renderer, target, begun.camera, begun.quads == 0);
             self.key_took = now.duration_since(begun.since);
         } else {
             self.begun = Some(begun);
         }
         let passes = self.passes.get_or_insert_with(|| Passes::new(&self.gpu, self.format));
-        if let Some(KeyPicture { camera, colour, w }) = &self.shown {
+        if let Some(KeyPicture { camera, colour, w, .. }) = &self.shown {
             let seen = Seen { camera, colour: &colour.view, w };
             passes.reproject.encode(encoder, seen, frame.camera, output);
         }
         work
     }
 
-    fn show(&mut self, renderer: &FrameRenderer, colour: Target, camera: Pinhole) {
+    fn show(&mut self, renderer: &FrameRenderer, colour: Target, camera: Pinhole, is_empty: bool) {
         let w = renderer.lit_w().expect("it drew the picture").clone();
-        self.shown = Some(KeyPicture { camera, colour, w });
+        self.shown = Some(KeyPicture { camera, colour, w, is_empty });
     }
 
     /// The one of the last key picture, where it is of this size: nothing of that is shown any more.
