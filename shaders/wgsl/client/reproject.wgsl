@@ -17,6 +17,11 @@ struct Reproject {
     // Of the output: clip.xy = scale * eye.xy + shift * eye.z.
     clip_scale: vec2f,
     clip_shift: vec2f,
+    // Of the net. Those behind are the same ones, infinitely far away: the picture is seen so where the eye has passed all that it shows.
+    corners: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: Reproject;
@@ -58,16 +63,16 @@ fn w_of_corner(image: vec2f) -> f32 {
     return select(own, nearest, ends);
 }
 
-// The outermost corners lie one picture further out, so that what the picture does not hold is as its border. The second instance is the picture infinitely far away,
-// where the eye has passed all that it shows.
+// The outermost corners lie one picture further out, so that what the picture does not hold is as its border.
 @vertex
-fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Corner {
+fn vertex(@builtin(vertex_index) vertex: u32) -> Corner {
+    let index = vertex % view.corners;
     let step = vec2f(f32(index % view.columns), f32(index / view.columns));
     let inner = clamp((step - 1.0) * view.cell_px, vec2f(0.0), view.size_px);
     let beyond = select(vec2f(0.0), vec2f(-1.0), step < vec2f(0.5)) + select(vec2f(0.0), vec2f(1.0), (step - 2.0) * view.cell_px >= view.size_px);
     let image = inner + beyond * view.size_px;
     var w = 0.0;
-    if instance == 0u {
+    if vertex < view.corners {
         w = w_of_corner(inner);
     }
     // Scaled by w: see `surface/quads.wgsl`. What is interpolated is linear in the picture.

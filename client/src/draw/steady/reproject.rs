@@ -31,6 +31,8 @@ struct ReprojectUniform {
     columns: u32,
     clip_scale: [f32; 2],
     clip_shift: [f32; 2],
+    corners: u32,
+    padding: [u32; 3],
 }
 
 /// A picture, and what it was taken by.
@@ -60,6 +62,7 @@ struct Net {
     columns: u32,
     rows: u32,
     indices: wgpu::Buffer,
+    count: u32,
 }
 
 impl Net {
@@ -72,12 +75,23 @@ impl Net {
                 corners.extend([first, below, first + 1, first + 1, below, below + 1]);
             }
         }
+        // Infinitely far away the picture is flat, so its border is all of it.
+        let [across, down] = [columns, rows].map(|count| [0, 1, count - 2, count - 1]);
+        for (above, below) in down.into_iter().zip(down.into_iter().skip(1)) {
+            for (left, right) in across.into_iter().zip(across.into_iter().skip(1)) {
+                let corner = |row: u32, column: u32| columns * rows + row * columns + column;
+                let (a, b, c, d) =
+                    (corner(above, left), corner(above, right), corner(below, left), corner(below, right));
+                corners.extend([a, c, b, b, c, d]);
+            }
+        }
+        let count = corners.len() as u32;
         let indices = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("cells"),
             contents: bytemuck::cast_slice(&corners),
             usage: wgpu::BufferUsages::INDEX,
         });
-        Net { columns, rows, indices }
+        Net { columns, rows, indices, count }
     }
 
     /// Corners along each side of a picture: of its cells, and one further out on both ends.
@@ -116,7 +130,7 @@ impl ReprojectPass {
         let size_px = (camera.width_px, camera.height_px);
         let depth = self.depth.take().filter(|depth| (depth.texture.width(), depth.texture.height()) == size_px);
         let depth = depth.unwrap_or_else(|| Target::new(&self.gpu, "reprojected depth", size_px, GBuffer::DEPTH));
-        let view = uniform(&self.gpu, "reproject", bytemuck::bytes_of(&uniform_of(seen.camera, camera, net.columns)));
+        let view = uniform(&self.gpu, "reproject", bytemuck::bytes_of(&uniform_of(seen.camera, camera, corners)));
         let inputs = [
             view.as_entire_binding(),
             BindingResource::TextureView(seen.colour),
@@ -127,13 +141,13 @@ impl ReprojectPass {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bind(&self.gpu, "reproject", &self.layout, &inputs), &[]);
         pass.set_index_buffer(net.indices.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..6 * (net.columns - 1) * (net.rows - 1), 0, 0..2);
+        pass.draw_indexed(0..net.count, 0, 0..1);
         drop(pass);
         (self.net, self.depth) = (Some(net), Some(depth));
     }
 }
 
-fn uniform_of(picture: &Pinhole, output: &Pinhole, columns: u32) -> ReprojectUniform {
+fn uniform_of(picture: &Pinhole, output: &Pinhole, corners: (u32, u32)) -> ReprojectUniform {
     // Composed in f64: far from the origin both are large, and their difference is not.
     let eye_from_picture = output.world_from_eye.inverse().to_affine() * picture.world_from_eye.to_affine();
     let clip_from_eye = output.clip_from_eye();
@@ -144,9 +158,11 @@ fn uniform_of(picture: &Pinhole, output: &Pinhole, columns: u32) -> ReprojectUni
         focal_px: picture.focal_px as f32,
         near_m: output.near_m as f32,
         cell_px: CELL_PX as f32,
-        columns,
+        columns: corners.0,
         clip_scale: [clip_from_eye.x_axis.x, clip_from_eye.y_axis.y],
         clip_shift: [clip_from_eye.z_axis.x, clip_from_eye.z_axis.y],
+        corners: corners.0 * corners.1,
+        padding: [0; 3],
     }
 }
 
@@ -210,7 +226,8 @@ mod tests {
             cell_px,
             columns,
             clip_scale,
-            clip_shift
+            clip_shift,
+            corners
         );
     }
 }
