@@ -58,9 +58,8 @@ impl Topic for FrameRateTopic {
          whole, and frames that show the last picture as the eye sees it by now while the next one is drawn in slices."
     }
 
-    fn default_scenes(&self, quick: bool) -> Vec<String> {
-        let scenes: &[&str] = if quick { &["pillars"] } else { &["pillars", "urban"] };
-        scenes.iter().map(|&name| name.to_owned()).collect()
+    fn default_scenes(&self, _quick: bool) -> Vec<String> {
+        vec!["pillars".to_owned()]
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
