@@ -81,6 +81,23 @@ pub struct Drawn {
     pub frame_ms: f64,
 }
 
+/// sRGB bytes are read back as they are.
+pub(crate) const SCREEN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// What frames are drawn onto and read back from.
+pub(crate) fn screen(gpu: &Gpu, (width, height): (u32, u32)) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("screen"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: SCREEN,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
 /// Draws frames of one size.
 pub struct ClientView {
     gpu: Gpu,
@@ -92,19 +109,9 @@ pub struct ClientView {
 impl ClientView {
     /// For frames of a size.
     pub fn new(gpu: &Gpu, (width, height): (u32, u32)) -> anyhow::Result<ClientView> {
-        let format = wgpu::TextureFormat::Rgba8Unorm;
-        let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("frame"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let output = screen(gpu, (width, height));
         let output_view = output.create_view(&wgpu::TextureViewDescriptor::default());
-        Ok(ClientView { gpu: gpu.clone(), frames: FrameRenderer::new(gpu, format)?, output, output_view })
+        Ok(ClientView { gpu: gpu.clone(), frames: FrameRenderer::new(gpu, SCREEN)?, output, output_view })
     }
 
     /// How ambient occlusion is measured from now on.

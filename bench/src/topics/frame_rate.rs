@@ -14,6 +14,7 @@ use gpu::{Gpu, Readback};
 use protocol::{Held, Look};
 use serde_json::json;
 
+use crate::client_view::{SCREEN, screen};
 use crate::compare::{Picture, flip, score};
 use crate::report::plot::{Scatter, Series, draw_scatter};
 use crate::report::progress::Progress;
@@ -210,21 +211,11 @@ fn show(
     compared: &[(f64, Picture)],
     camera: &dyn Fn(f64) -> Pinhole,
 ) -> anyhow::Result<Shown> {
-    let format = wgpu::TextureFormat::Rgba8Unorm;
     let options = PictureOptions { frame_rate: frame_rate.unwrap_or_default(), ..PictureOptions::default() };
-    let mut client = ClientPicture::new(gpu, format, options)?;
+    let mut client = ClientPicture::new(gpu, SCREEN, options)?;
     client.rebuild(held);
     let Pinhole { width_px, height_px, .. } = camera(0.0);
-    let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("screen"),
-        size: wgpu::Extent3d { width: width_px, height: height_px, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
+    let target = screen(gpu, (width_px, height_px));
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     let mut pictures = Vec::new();
     if frame_rate.is_none() {

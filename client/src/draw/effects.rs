@@ -5,11 +5,12 @@
 //! never jumps. One is tried after the other, and the one that came last goes first. A server sends for it only what is drawn.
 
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use gpu::Gpu;
 use web_time::Instant;
+
+use crate::draw::device_times::DeviceTimes;
 
 /// How much of what hides light counts, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,7 +86,7 @@ pub(crate) struct Effects {
     /// In the order in which they are tried.
     shadows: Option<Effect>,
     occlusion: Option<Effect>,
-    times: DeviceTimes,
+    times: DeviceTimes<()>,
 }
 
 impl Effects {
@@ -100,7 +101,7 @@ impl Effects {
 
     /// Decides what the next frame draws.
     pub(crate) fn step(&mut self, now: Instant) {
-        let times = self.times.take();
+        let times: Vec<Duration> = self.times.take().into_iter().map(|((), time)| time).collect();
         let first_is_settled = self.shadows.as_ref().is_none_or(Effect::is_settled);
         let last_is_off = self.occlusion.as_ref().is_none_or(|effect| !effect.is_drawn());
         for effect in self.shadows.iter_mut() {
@@ -114,14 +115,14 @@ impl Effects {
     /// A frame was submitted just now.
     pub(crate) fn submitted(&self, gpu: &Gpu) {
         if self.all().next().is_some() {
-            self.times.submitted(gpu);
+            self.times.submitted(gpu, ());
         }
     }
 
     /// Frames do not come in time as a whole, however long the device worked at what was drawn instead: that is decided.
     pub(crate) fn missed(&self) {
         if self.all().next().is_some() {
-            self.times.lock().extend([2 * SLOW; FRAMES as usize]);
+            (0..FRAMES).for_each(|_| self.times.add((), 2 * SLOW));
         }
     }
 
@@ -268,25 +269,6 @@ impl Effect {
     }
 }
 
-/// How long the device worked at the frames since it was last asked.
-#[derive(Debug, Clone, Default)]
-struct DeviceTimes(Arc<Mutex<Vec<Duration>>>);
-
-impl DeviceTimes {
-    fn submitted(&self, gpu: &Gpu) {
-        let (begin, times) = (Instant::now(), self.clone());
-        gpu.queue.on_submitted_work_done(move || times.lock().push(begin.elapsed()));
-    }
-
-    fn take(&self) -> Vec<Duration> {
-        std::mem::take(&mut self.lock())
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Duration>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -301,7 +283,7 @@ mod tests {
         time: impl Fn(&Effects) -> Duration,
     ) -> Vec<Strengths> {
         let mut frame = || {
-            effects.times.lock().push(time(effects));
+            effects.times.add((), time(effects));
             *at += FRAME;
             effects.step(*at);
             effects.strengths()

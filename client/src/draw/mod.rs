@@ -14,6 +14,7 @@
 pub mod antialiasing;
 pub mod camera_image;
 mod coverage;
+mod device_times;
 pub mod effects;
 mod fill;
 pub mod frame;

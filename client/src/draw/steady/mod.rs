@@ -9,7 +9,6 @@ mod governor;
 mod reproject;
 
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use camera::{Motion, Pinhole, Rigid};
@@ -20,6 +19,7 @@ use web_time::Instant;
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use crate::draw::antialiasing::Antialias;
+use crate::draw::device_times::DeviceTimes;
 use crate::draw::frame::{FrameRenderer, Options};
 use crate::draw::fullscreen::{Binding, EMBEDDED, FullscreenPass, Target};
 use crate::draw::shown::Shown;
@@ -70,7 +70,7 @@ pub(crate) struct Steady {
     gpu: Gpu,
     format: TextureFormat,
     governor: Governor,
-    works: Works,
+    times: DeviceTimes<Work>,
     passes: Option<Passes>,
     shown: Option<KeyPicture>,
     begun: Option<Begun>,
@@ -135,7 +135,7 @@ impl Steady {
             format,
             // A device without a GPU is known to be slow.
             governor: Governor::new(gpu.caps.software),
-            works: Works::default(),
+            times: DeviceTimes::default(),
             passes: None,
             shown: None,
             begun: None,
@@ -164,7 +164,7 @@ impl Steady {
     pub(crate) fn draw(&mut self, renderer: &mut FrameRenderer, frame: &Frame<'_>, output: &TextureView) {
         let now = Instant::now();
         let is_moving = self.eye.last.as_ref().is_some_and(|(last, _)| last != frame.camera);
-        for (work, time) in self.works.take() {
+        for (work, time) in self.times.take() {
             // Between frames that do not follow each other nobody asks whether the device is done.
             if is_moving {
                 self.governor.took(work, time);
@@ -186,7 +186,9 @@ impl Steady {
         };
         self.gpu.queue.submit([encoder.finish()]);
         renderer.submitted(matches!(work, Some(Work::Whole { .. })));
-        self.works.submitted(&self.gpu, work);
+        if let Some(work) = work {
+            self.times.submitted(&self.gpu, work);
+        }
     }
 
     /// All that there is of the very view, to be a key picture when the eye moves on.
@@ -298,25 +300,5 @@ fn key_camera(output: &Pinhole, world_from_eye: Rigid, share: f64) -> Pinhole {
         focal_px: share * output.focal_px,
         centre_px: share * output.centre_px + margin_px,
         ..*output
-    }
-}
-
-/// How long the device worked at the frames since it was last asked, in their order.
-#[derive(Debug, Clone, Default)]
-struct Works(Arc<Mutex<Vec<(Work, Duration)>>>);
-
-impl Works {
-    fn submitted(&self, gpu: &Gpu, work: Option<Work>) {
-        let Some(work) = work else { return };
-        let (begin, works) = (Instant::now(), self.clone());
-        gpu.queue.on_submitted_work_done(move || works.lock().push((work, begin.elapsed())));
-    }
-
-    fn take(&self) -> Vec<(Work, Duration)> {
-        std::mem::take(&mut self.lock())
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<(Work, Duration)>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
