@@ -5,7 +5,9 @@
 //! centres. It says so for each of its four sides, in three bits of a nibble; 0 says that the surface does not end there: it goes on
 //! in the next pixel, in another image, or behind what is nearer. So what is farther never says anything.
 
-use crate::image::{DepthImage, Ranks};
+mod beside;
+
+use crate::image::DepthImage;
 
 pub use crate::image::Ends;
 
@@ -47,62 +49,50 @@ pub enum Beside {
     Farther,
 }
 
-/// Asks an image what its samples have beside them. All of it is exact arithmetic: the two ends of a connection agree.
-pub struct Neighbours<'a> {
-    image: &'a DepthImage,
-    ranks: Ranks,
-    /// A footprint in depth steps is the code and this, times the next.
-    steps_before: f64,
-    footprints_a_step: f64,
+/// What all samples of an image have beside them. All of it is exact arithmetic: the two ends of a connection agree.
+pub struct Besides {
+    /// By sample, two bits a side.
+    codes: Vec<u8>,
 }
 
-impl<'a> Neighbours<'a> {
+impl Beside {
+    /// By code.
+    const ALL: [Beside; 4] = [Beside::GoesOn, Beside::Nothing, Beside::Other, Beside::Farther];
+}
+
+impl Besides {
     /// Of an image whose mask, depths and objects are known.
-    pub fn new(image: &'a DepthImage) -> Neighbours<'a> {
-        let (w_min, w_step) = (f64::from(image.depth_scale.w_min), f64::from(image.depth_scale.w_step));
-        Neighbours {
-            image,
-            ranks: Ranks::new(&image.mask),
-            steps_before: w_min / w_step,
-            footprints_a_step: 1.0 / image.camera.root().focal_px,
-        }
+    pub fn of(image: &DepthImage) -> Besides {
+        Besides { codes: beside::codes(image) }
     }
 
-    /// The place in the planes of the sample at a pixel beside another.
-    pub fn at(&self, (x, y): (u32, u32), [right, down]: [i32; 2]) -> Option<usize> {
-        let (x, y) = (x.checked_add_signed(right)?, y.checked_add_signed(down)?);
-        self.ranks.of(&self.image.mask, u16::try_from(x).ok()?, u16::try_from(y).ok()?)
+    /// What a sample has at a side.
+    #[inline(always)]
+    pub fn at(&self, rank: usize, side: usize) -> Beside {
+        Beside::ALL[usize::from(self.codes[rank] >> (2 * side) & 3)]
     }
 
-    /// What the sample `rank`, at a pixel, has at a side.
-    pub fn beside(&self, rank: usize, (x, y): (u32, u32), side: usize) -> Beside {
-        let [right, down] = SIDES[side];
-        let (width, height) = self.image.mask.size_px();
-        let is_inside = |at: Option<u32>, length: u32| at.is_some_and(|at| at < length);
-        if !is_inside(x.checked_add_signed(right), width) || !is_inside(y.checked_add_signed(down), height) {
-            return Beside::GoesOn;
-        }
-        let Some(other) = self.at((x, y), SIDES[side]) else { return Beside::Nothing };
-        let (own, beside) = (self.image.depth[rank], self.image.depth[other]);
-        if self.image.object[rank] != self.image.object[other] {
-            return if beside > own { Beside::GoesOn } else { Beside::Other };
-        }
-        let footprint = (self.steps_before + f64::from(own)) * self.footprints_a_step;
-        // Not where depths have no step either.
-        if f64::from(own) - f64::from(beside) > footprint { Beside::Farther } else { Beside::GoesOn }
+    /// At how many sides a surface may end.
+    pub fn side_count(&self) -> usize {
+        self.codes.iter().map(|code| ((code | code >> 1) & 0b0101_0101).count_ones() as usize).sum()
+    }
+
+    /// Whether a sample's surface goes on at all sides.
+    #[inline(always)]
+    pub fn goes_on_around(&self, rank: usize) -> bool {
+        self.codes[rank] == 0
     }
 }
 
 impl DepthImage {
     /// Takes the ends of its samples' surfaces, in the order of its planes, but for those that its own samples contradict.
-    pub fn settle_ends(&mut self, ends: Vec<Ends>) {
-        let neighbours = Neighbours::new(self);
-        let settled = |(rank, pixel): (usize, (u32, u32))| {
-            let is_shown = |&side: &usize| neighbours.beside(rank, pixel, side) != Beside::GoesOn;
-            let shown = |all: Ends, side: usize| with_level(all, side, level(ends[rank], side));
-            if ends[rank] == 0 { 0 } else { (0..SIDES.len()).filter(is_shown).fold(0, shown) }
-        };
-        let settled: Vec<Ends> = self.mask.occupied().enumerate().map(settled).collect();
-        self.ends = if settled.iter().all(|&ends| ends == 0) { Vec::new() } else { settled };
+    pub fn settle_ends(&mut self, mut ends: Vec<Ends>) {
+        let besides = Besides::of(self);
+        for (rank, ends) in ends.iter_mut().enumerate().filter(|(_, ends)| **ends != 0) {
+            let is_shown = |&side: &usize| besides.at(rank, side) != Beside::GoesOn;
+            let shown = |all: Ends, side: usize| with_level(all, side, level(*ends, side));
+            *ends = (0..SIDES.len()).filter(is_shown).fold(0, shown);
+        }
+        self.ends = if ends.iter().all(|&ends| ends == 0) { Vec::new() } else { ends };
     }
 }

@@ -11,7 +11,7 @@ use common::{MIRROR, cast, cast_with_mirror, fragments, patch, with_ends};
 use glam::{DAffine3, DVec2, DVec3};
 use proptest::prelude::*;
 use vantage_protocol::codec::{CodecError, Coding, ColourSteps, Profile, decode_patch, encode_patch};
-use vantage_protocol::ends::{self, Beside, Neighbours, SIDES, with_level};
+use vantage_protocol::ends::{self, Beside, Besides, SIDES, with_level};
 use vantage_protocol::plain::{read_update, write_update};
 use vantage_protocol::{
     DepthImage, DepthScale, Edit, Limits, Mask, NextSteps, ObjectPose, Patch, PatchId, Purpose, Update,
@@ -102,11 +102,11 @@ fn ends_that_the_image_itself_contradicts_are_dropped_and_come_back_where_they_a
     let claiming = DepthImage { ends: claims.clone(), ..image.clone() };
     round_trip(&patch(1, claiming));
     image.settle_ends(claims);
-    let neighbours = Neighbours::new(&image);
+    let besides = Besides::of(&image);
     let (mut ending, mut going_on) = (0, 0);
-    for (rank, pixel) in image.mask.occupied().enumerate() {
+    for rank in 0..image.sample_count() {
         for side in 0..SIDES.len() {
-            let goes_on = neighbours.beside(rank, pixel, side) == Beside::GoesOn;
+            let goes_on = besides.at(rank, side) == Beside::GoesOn;
             assert_eq!(ends::level(image.ends[rank], side), if goes_on { 0 } else { 4 - side as u16 });
             *if goes_on { &mut going_on } else { &mut ending } += 1;
         }

@@ -13,7 +13,7 @@ use super::CodecError;
 use super::bits::{BitReader, BitWriter};
 use super::colour::ColourSteps;
 use super::lanes::{self, get, put};
-use super::rans::{CONTEXTS, Counts, Decoder, Encoder, Steps};
+use super::rans::{CONTEXTS, Counts, Decoder, Encoder, InContext, Steps};
 use crate::bytes::{Reader, Writer};
 use crate::image::{DepthImage, Mask};
 
@@ -29,8 +29,15 @@ const FIRST_CONTEXTS: Contexts =
     put(8, 1) + put(16, 2) + put(24, 3) + put(32, 4) + put(8 * DEPTH as u8, DEPTH) + put(8 * SURFACE as u8, SURFACE);
 /// The lanes that change where a surface bends.
 const SHAPE: Symbols = put(255, 0) + put(255, 1) + put(255, DEPTH);
+const NORMAL: [usize; 2] = [0, 1];
 const COLOUR: [usize; 3] = [2, 3, 4];
 const CHANNELS: [usize; 6] = [0, 1, 2, 3, 4, DEPTH];
+
+/// The states of the entropy coder: of surface and depth, of the normal, of the first byte of the colour, and of the others.
+const SHAPE_STATE: usize = 0;
+const NORMAL_STATE: usize = 1;
+const FIRST_STATE: usize = 2;
+const OTHERS_STATE: usize = 3;
 
 /// Where the next level of differences begins, of the sum of two symbols. By entropies over four scenes, these were the best of five choices.
 const LEVELS: [u8; 3] = [1, 7, 23];
@@ -84,13 +91,23 @@ fn edge(left: Values, up: Values, corner: Values) -> Values {
 
 /// Columns before the first one and after the last one.
 const MARGIN: usize = 2;
-/// The last sample seen in each column, and of each object.
-struct Columns {
-    values: Vec<Values>,
+/// The last sample seen in a column.
+#[derive(Debug, Clone, Copy)]
+struct Column {
+    values: Values,
     /// How large the differences were, see [`lanes::at_most_31`].
-    sizes: Vec<u64>,
-    surfaces: Vec<Surface>,
-    of_object: Vec<Values>,
+    sizes: u64,
+    surface: Surface,
+}
+
+impl Column {
+    const EMPTY: Column = Column { values: 0, sizes: 0, surface: NO_SURFACE };
+}
+
+/// What was seen elsewhere.
+struct Seen {
+    /// The last sample of each object.
+    of_object: Box<[Values; 1 << 16]>,
     recent: [Surface; 1 << RECENT_BITS],
 }
 
@@ -106,12 +123,12 @@ struct Around {
 impl Around {
     /// The context of the surface. `flat` where depth and normal were as predicted to the left and above.
     #[inline(always)]
-    fn context(self, flat: bool) -> Contexts {
+    fn context(self, flat: bool) -> u8 {
         const ALIKE: u8 = 0b1111;
         let Around { left, up, corner, right } = self;
         let bit = |same: bool, place: u32| u8::from(same) << place;
         let context = bit(left == up, 0) | bit(up == corner, 1) | bit(up == right, 2) | bit(left == corner, 3);
-        put(if flat & (context == ALIKE) { FLAT_CONTEXT } else { context }, SURFACE)
+        if flat & (context == ALIKE) { FLAT_CONTEXT } else { context }
     }
 
     /// The surface of the first symbols. Not a choice of branches: which it is, is as good as chance at outlines.
@@ -127,30 +144,25 @@ impl Around {
     }
 }
 
-impl Columns {
-    fn new(width_px: u32) -> Columns {
-        let columns = width_px as usize + 2 * MARGIN;
-        Columns {
-            values: vec![0; columns],
-            sizes: vec![0; columns],
-            surfaces: vec![NO_SURFACE; columns],
-            of_object: vec![0; 1 << 16],
-            recent: [NO_SURFACE; 1 << RECENT_BITS],
-        }
+/// The surfaces farther away from the sample in the middle, with those [`MARGIN`] columns beside it.
+fn farther(columns: &[Column], at: usize, around: Around) -> [Surface; FARTHER] {
+    [around.right, around.corner, columns[at - 2].surface, columns[at + 2].surface]
+}
+
+impl Seen {
+    fn new() -> Seen {
+        let of_object = vec![0; 1 << 16].into_boxed_slice().try_into().expect("as many were made");
+        Seen { of_object, recent: [NO_SURFACE; 1 << RECENT_BITS] }
     }
 
-    #[inline(always)]
-    fn farther(&self, at: usize, around: Around) -> [Surface; FARTHER] {
-        [around.right, around.corner, self.surfaces[at - 2], self.surfaces[at + 2]]
-    }
-
-    /// What a sample without a neighbour of its surface is predicted to be. `corner` is what lay to the left before this row.
-    #[inline(always)]
-    fn elsewhere(&self, at: usize, surface: Surface, around: Around, corner: Values) -> Values {
+    /// What a sample without a neighbour of its surface is predicted to be. `corner` is what lay to the left before this row, `right` what
+    /// lies above to the right.
+    #[cold]
+    fn elsewhere(&self, surface: Surface, around: Around, corner: Values, right: Values) -> Values {
         if around.corner == surface {
             corner
         } else if around.right == surface {
-            self.values[at + 1]
+            right
         } else {
             self.of_object[usize::from(surface as u16)]
         }
@@ -162,68 +174,71 @@ type Named = (Surface, u8);
 
 /// One end of the walk.
 trait End {
-    /// The surface of the next sample.
+    /// The surface of the next sample, in a context.
     fn surface(
         &mut self,
-        columns: &mut Columns,
+        seen: &mut Seen,
+        columns: &[Column],
         at: usize,
         around: Around,
-        context: Contexts,
+        context: u8,
     ) -> Result<Named, CodecError>;
 
     /// Its values, and the symbols of their channels.
     fn values(&mut self, named: Named, predicted: Values, contexts: Contexts) -> Result<(Values, Symbols), CodecError>;
 
-    /// A row ends.
-    fn row(&mut self) {}
+    /// A run of columns was walked.
+    fn end_run(&mut self, _: &[Column]) {}
 }
 
 /// Goes through the samples of a mask.
 fn walk(mask: &Mask, end: &mut impl End) -> Result<(), CodecError> {
     let (width_px, height_px) = mask.size_px();
-    let mut columns = Columns::new(width_px);
+    let mut columns = vec![Column::EMPTY; width_px as usize + 2 * MARGIN];
+    let mut seen = Seen::new();
     let mut runs: Vec<Range<u32>> = Vec::new();
     for y in 0..height_px {
         runs.clear();
         mask.runs(y, |columns| runs.push(columns));
         for run in &runs {
-            walk_run(&mut columns, run.start as usize + MARGIN..run.end as usize + MARGIN, end)?;
+            let columns = &mut columns[run.start as usize..run.end as usize + 2 * MARGIN];
+            walk_run(columns, &mut seen, end)?;
+            end.end_run(&columns[MARGIN..columns.len() - MARGIN]);
         }
-        end.row();
     }
     Ok(())
 }
 
+/// A run of columns, with [`MARGIN`] more on both sides.
 #[inline(always)]
-fn walk_run(columns: &mut Columns, run: Range<usize>, end: &mut impl End) -> Result<(), CodecError> {
-    let before = run.start - 1;
-    let (mut left, mut left_size, mut left_surface) =
-        (columns.values[before], columns.sizes[before], columns.surfaces[before]);
-    let (mut corner, mut corner_surface) = (left, left_surface);
-    for at in run {
-        let (up, right) = (columns.surfaces[at], columns.surfaces[at + 1]);
-        let around = Around { left: left_surface, up, corner: corner_surface, right };
-        let (up, up_size) = (columns.values[at], columns.sizes[at]);
-        columns.of_object[usize::from(left_surface as u16)] = left;
-        let context = around.context((left_size | up_size) & SHAPE == 0);
-        let (surface, symbol) = end.surface(columns, at, around, context)?;
+fn walk_run(columns: &mut [Column], seen: &mut Seen, end: &mut impl End) -> Result<(), CodecError> {
+    let mut left = columns[MARGIN - 1];
+    let mut corner = left;
+    for at in MARGIN..columns.len() - MARGIN {
+        let (up, right) = (columns[at], columns[at + 1]);
+        let around =
+            Around { left: left.surface, up: up.surface, corner: corner.surface, right: right.surface };
+        let context = around.context((left.sizes | up.sizes) & SHAPE == 0);
+        let (surface, symbol) = end.surface(seen, columns, at, around, context)?;
+        if surface != left.surface {
+            seen.of_object[usize::from(left.surface as u16)] = left.values;
+        }
         let (predicted, contexts) = if symbol <= FLAT {
             // The one that is missing is as the other one.
             let (is_left, is_up) = (around.left == surface, around.up == surface);
-            let (first, second) = (if is_left { left } else { up }, if is_up { up } else { left });
-            let between = if is_left & is_up & (around.corner == surface) { corner } else { second };
-            (edge(first, second, between), lanes::levels(left_size + up_size, LEVELS))
+            let (first, second) =
+                (if is_left { left.values } else { up.values }, if is_up { up.values } else { left.values });
+            let between = if is_left & is_up & (around.corner == surface) { corner.values } else { second };
+            (edge(first, second, between), FIRST_CONTEXTS + lanes::levels(left.sizes + up.sizes, LEVELS))
         } else {
-            (columns.elsewhere(at, surface, around, corner), ALONE)
+            (seen.elsewhere(surface, around, corner.values, right.values), FIRST_CONTEXTS + ALONE)
         };
-        let (values, symbols) = end.values((surface, symbol), predicted, contexts + context + FIRST_CONTEXTS)?;
-        (corner, corner_surface) = (up, around.up);
-        (left, left_size, left_surface) = (values, lanes::at_most_31(symbols), surface);
-        columns.values[at] = values;
-        columns.sizes[at] = left_size;
-        columns.surfaces[at] = surface;
+        let (values, symbols) = end.values((surface, symbol), predicted, contexts + put(context, SURFACE))?;
+        corner = up;
+        left = Column { values, sizes: lanes::at_most_31(symbols), surface };
+        columns[at] = left;
     }
-    columns.of_object[usize::from(left_surface as u16)] = left;
+    seen.of_object[usize::from(left.surface as u16)] = left.values;
     Ok(())
 }
 
@@ -241,7 +256,7 @@ struct Counting<'a> {
 
 impl End for Counting<'_> {
     #[inline(always)]
-    fn surface(&mut self, columns: &mut Columns, at: usize, around: Around, _: Contexts) -> Result<Named, CodecError> {
+    fn surface(&mut self, seen: &mut Seen, columns: &[Column], at: usize, around: Around, _: u8) -> Result<Named, CodecError> {
         let object = self.image.object[self.rank];
         let material = if self.told_apart { 0 } else { self.image.material[self.rank] };
         let surface = Surface::from(object) | Surface::from(material) << 16;
@@ -249,16 +264,16 @@ impl End for Counting<'_> {
         if let Some(symbol) = neighbour {
             return Ok((surface, symbol));
         }
-        let symbol = match columns.farther(at, around).iter().position(|&farther| farther == surface) {
+        let symbol = match farther(columns, at, around).iter().position(|&farther| farther == surface) {
             Some(place) => FIRST_FARTHER + place as u8,
-            None if columns.recent[recent_place(surface)] == surface => FIRST_RECENT + recent_place(surface) as u8,
+            None if seen.recent[recent_place(surface)] == surface => FIRST_RECENT + recent_place(surface) as u8,
             None => {
                 self.literals.u16(object);
                 self.literals.u8(material);
                 LITERAL
             }
         };
-        columns.recent[recent_place(surface)] = surface;
+        seen.recent[recent_place(surface)] = surface;
         Ok((surface, symbol))
     }
 
@@ -307,14 +322,23 @@ pub(super) fn write(image: &DepthImage, steps: ColourSteps, told_apart: bool, bi
     walk(&image.mask, &mut counting).expect("images in memory are sound");
     let mut encoder = Encoder::new(Steps::write(&counting.counts, bits));
     for &(symbols, contexts) in counting.coded.iter().rev() {
-        if get(symbols, SURFACE) == FLAT {
-            encoder.write(symbols, contexts, COLOUR);
-        } else {
-            encoder.write(symbols, contexts, CHANNELS);
-        }
-        encoder.write(symbols, contexts, [SURFACE]);
+        write_sample(&mut encoder, |lane| (get(symbols, lane), get(contexts, lane)));
     }
     [encoder.finish(), counting.literals.bytes]
+}
+
+/// Writes the symbols of a sample in the order that a reader needs, backwards.
+#[inline(always)]
+fn write_sample(encoder: &mut Encoder, in_context: impl Fn(usize) -> InContext) {
+    let surface = in_context(SURFACE);
+    encoder.two(OTHERS_STATE, [in_context(COLOUR[1]), in_context(COLOUR[2])]);
+    encoder.one(FIRST_STATE, in_context(COLOUR[0]));
+    if surface.0 == FLAT {
+        encoder.one(SHAPE_STATE, surface);
+    } else {
+        encoder.two(NORMAL_STATE, NORMAL.map(&in_context));
+        encoder.two(SHAPE_STATE, [surface, in_context(DEPTH)]);
+    }
 }
 
 /// Reads samples into the planes of an image.
@@ -322,59 +346,56 @@ struct Reading<'a> {
     planes: Planes,
     decoder: Decoder,
     literals: Reader<'a>,
-    /// Of this row.
-    values: Vec<Values>,
-    surfaces: Vec<Surface>,
 }
 
 impl End for Reading<'_> {
     #[inline(always)]
     fn surface(
         &mut self,
-        columns: &mut Columns,
+        seen: &mut Seen,
+        columns: &[Column],
         at: usize,
         around: Around,
-        context: Contexts,
+        context: u8,
     ) -> Result<Named, CodecError> {
-        let symbol = get(self.decoder.read(context + FIRST_CONTEXTS, [SURFACE])?, SURFACE);
+        let symbol = self.decoder.symbol(SHAPE_STATE, get(FIRST_CONTEXTS, SURFACE) + context);
         if symbol <= FLAT {
             return Ok((around.neighbour(symbol), symbol));
         }
         let surface = match symbol {
-            ..LITERAL => columns.farther(at, around)[usize::from(symbol - FIRST_FARTHER)],
+            ..LITERAL => farther(columns, at, around)[usize::from(symbol - FIRST_FARTHER)],
             LITERAL => Surface::from(self.literals.u16()?) | Surface::from(self.literals.u8()?) << 16,
-            FIRST_RECENT.. => columns.recent[usize::from(symbol - FIRST_RECENT) % (1 << RECENT_BITS)],
+            FIRST_RECENT.. => seen.recent[usize::from(symbol - FIRST_RECENT) % (1 << RECENT_BITS)],
         };
-        columns.recent[recent_place(surface)] = surface;
+        seen.recent[recent_place(surface)] = surface;
         Ok((surface, symbol))
     }
 
     #[inline(always)]
     fn values(
         &mut self,
-        (surface, symbol): Named,
+        (_, symbol): Named,
         predicted: Values,
         contexts: Contexts,
     ) -> Result<(Values, Symbols), CodecError> {
-        let symbols = if symbol == FLAT {
-            self.decoder.read(contexts, COLOUR)?
-        } else {
-            self.decoder.read(contexts, CHANNELS)?
-        };
-        let code = get(symbols, DEPTH);
-        let code = if code == WIDE { self.literals.u16()? } else { code.into() };
-        let depth = ((predicted >> DEPTH_SHIFT) as u16).wrapping_add(code >> 1 ^ (code & 1).wrapping_neg());
+        let mut take = |state: usize, lane: usize| put(self.decoder.symbol(state, get(contexts, lane)), lane);
+        let [first, second, third] = COLOUR;
+        let mut symbols = take(FIRST_STATE, first) | take(OTHERS_STATE, second) | take(OTHERS_STATE, third);
+        let mut depth = (predicted >> DEPTH_SHIFT) as u16;
+        if symbol != FLAT {
+            let [x, y] = NORMAL;
+            symbols |= take(NORMAL_STATE, x) | take(NORMAL_STATE, y) | take(SHAPE_STATE, DEPTH);
+            let code = get(symbols, DEPTH);
+            let code = if code == WIDE { self.literals.u16()? } else { code.into() };
+            depth = depth.wrapping_add(code >> 1 ^ (code & 1).wrapping_neg());
+        }
+        self.decoder.fill()?;
         let channels = lanes::add(predicted & LOWER, lanes::unzigzag(symbols)) & LOWER;
-        let values = channels | u64::from(depth) << DEPTH_SHIFT;
-        self.values.push(values);
-        self.surfaces.push(surface);
-        Ok((values, symbols))
+        Ok((channels | u64::from(depth) << DEPTH_SHIFT, symbols))
     }
 
-    fn row(&mut self) {
-        self.planes.extend(&self.values, &self.surfaces);
-        self.values.clear();
-        self.surfaces.clear();
+    fn end_run(&mut self, columns: &[Column]) {
+        self.planes.extend(columns);
     }
 }
 
@@ -400,13 +421,13 @@ impl Planes {
         }
     }
 
-    fn extend(&mut self, values: &[Values], surfaces: &[Surface]) {
-        self.depth.extend(values.iter().map(|values| (values >> DEPTH_SHIFT) as u16));
-        self.normal.extend(values.iter().map(|&values| [0, 1].map(|lane| get(values, lane))));
-        let colours = values.iter().map(|&values| COLOUR.map(|lane| get(values, lane)));
+    fn extend(&mut self, columns: &[Column]) {
+        self.depth.extend(columns.iter().map(|column| (column.values >> DEPTH_SHIFT) as u16));
+        self.normal.extend(columns.iter().map(|column| NORMAL.map(|lane| get(column.values, lane))));
+        let colours = columns.iter().map(|column| COLOUR.map(|lane| get(column.values, lane)));
         self.steps.extend_by_bytes(&mut self.colour, colours);
-        self.object.extend(surfaces.iter().map(|&surface| surface as u16));
-        self.material.extend(surfaces.iter().map(|&surface| (surface >> 16) as u8));
+        self.object.extend(columns.iter().map(|column| column.surface as u16));
+        self.material.extend(columns.iter().map(|column| (column.surface >> 16) as u8));
     }
 }
 
@@ -422,8 +443,6 @@ pub(super) fn read(
         planes: Planes::with_capacity(image.mask.count(), steps),
         decoder: Decoder::new(bits, symbols)?,
         literals: Reader::new(literals),
-        values: Vec::new(),
-        surfaces: Vec::new(),
     };
     walk(&image.mask, &mut reading)?;
     reading.decoder.finish()?;

@@ -2,7 +2,7 @@
 //! machine.
 
 /// Bytes in a word.
-pub(super) const LANES: usize = 7;
+const LANES: usize = 7;
 /// From one byte to the next one.
 const STRIDE: usize = 9;
 

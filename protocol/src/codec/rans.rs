@@ -1,23 +1,23 @@
 //! Symbols by what was counted of them beforehand: an asymmetric numeral system (Duda, Asymmetric numeral systems, 2013; in the
 //! form of Giesen, Interleaved entropy coders, 2014, with 16 bits moved at a time).
 //!
-//! Each symbol of a sample has a state of its own, its *lane*, so that the lanes do not wait for each other. All share one
-//! stream of words. A writer goes backwards, from the last symbol to the first; a reader goes forwards.
+//! A sample's symbols go to a few states, one or two to each, so that the states do not wait for each other and a word is looked for once for
+//! two symbols. All share one stream of words. A writer goes backwards, from the last symbol to the first; a reader goes
+//! forwards.
 
 use super::CodecError;
 use super::bits::{Bits, Number, Probability};
-use super::lanes::{LANES, get, put};
 
-/// Contexts of all lanes together.
+/// Contexts of all symbols together.
 pub(super) const CONTEXTS: usize = 64;
 /// Frequencies sum up to `1 << PRECISION`. With 10, non-redundant images took 0.8 % (birdnest) to 3 % (urban) more bytes than with 11; more
 /// makes a reader's tables leave the nearest cache.
 const PRECISION: u32 = 11;
 const TOTAL: u32 = 1 << PRECISION;
-/// States lie from here up to 2^16 times it; a reader below takes a word.
-const LEAST_STATE: u32 = 1 << 15;
-/// Words that a sample takes at most, in a power of two.
-const MOST_WORDS: usize = LANES.next_power_of_two();
+/// States of a sample: at most one word each is looked for a sample.
+pub(super) const STATES: usize = 4;
+/// States lie from here up to 2^32 times it; a reader below takes a word. Two symbols take 22 bits at most.
+const LEAST_STATE: u64 = 1 << 31;
 
 /// How often each symbol of a context came.
 pub(super) type Counts = [u32; 256];
@@ -107,31 +107,35 @@ impl FrequencyCoder {
     }
 }
 
-/// How a writer moves a state by a symbol, without a division (Giesen, rans_byte.h, 2014).
+/// How a writer moves a state by a symbol, without a division (Giesen, rans64.h, 2014).
 #[derive(Debug, Clone, Copy, Default)]
 struct Step {
-    /// From this state on, a word is written first.
-    limit: u32,
-    reciprocal: u32,
-    shift: u32,
-    bias: u32,
+    reciprocal: u64,
+    bias: u16,
+    /// [`TOTAL`] less the frequency.
+    others: u16,
+    shift: u8,
 }
 
 impl Step {
     fn new(start: u32, frequency: u32) -> Step {
-        let limit = frequency << (31 - PRECISION);
+        let others = (TOTAL - frequency) as u16;
         if frequency == 1 {
-            return Step { limit, reciprocal: u32::MAX, shift: 0, bias: start + TOTAL - 1 };
+            return Step { reciprocal: u64::MAX, shift: 0, bias: (start + TOTAL - 1) as u16, others };
         }
-        let shift = 32 - (frequency - 1).leading_zeros();
-        let reciprocal = (1_u64 << (shift + 31)).div_ceil(u64::from(frequency));
-        Step { limit, reciprocal: reciprocal as u32, shift: shift - 1, bias: start }
+        let shift = u32::BITS - (frequency - 1).leading_zeros();
+        let reciprocal = (1_u128 << (shift + 63)).div_ceil(frequency.into()) as u64;
+        Step { reciprocal, shift: shift as u8 - 1, bias: start as u16, others }
     }
 
-    /// [`TOTAL`] less the frequency.
+    fn frequency(self) -> u64 {
+        u64::from(TOTAL) - u64::from(self.others)
+    }
+
     #[inline(always)]
-    fn others(self) -> u32 {
-        TOTAL - (self.limit >> (31 - PRECISION))
+    fn moved(self, state: u64) -> u64 {
+        let quotient = ((u128::from(state) * u128::from(self.reciprocal)) >> 64) as u64 >> (self.shift & 63);
+        state.wrapping_add(self.bias.into()).wrapping_add(quotient.wrapping_mul(self.others.into()))
     }
 }
 
@@ -165,90 +169,95 @@ impl Steps {
     }
 }
 
+/// A symbol in its context.
+pub(super) type InContext = (u8, u8);
+
 /// Writes the samples of a patch, the last one first.
 pub(super) struct Encoder {
     steps: Box<[[Step; 256]; CONTEXTS]>,
-    states: [u32; LANES],
-    words: Vec<u16>,
-    count: usize,
+    states: [u64; STATES],
+    words: Vec<u32>,
 }
 
 impl Encoder {
     pub fn new(Steps(steps): Steps) -> Encoder {
         let steps = steps.into_boxed_slice().try_into().expect("one of each context");
-        Encoder { steps, states: [LEAST_STATE; LANES], words: vec![0; 1024], count: 0 }
+        Encoder { steps, states: [LEAST_STATE; STATES], words: Vec::new() }
     }
 
-    /// Writes the symbols of some lanes in their contexts.
+    /// Writes what a reader takes from a state by one [`Decoder::symbol`].
     #[inline(always)]
-    pub fn write<const N: usize>(&mut self, symbols: u64, contexts: u64, lanes: [usize; N]) {
-        if self.words.len() < self.count + MOST_WORDS {
-            self.words.resize(2 * self.words.len(), 0);
+    pub fn one(&mut self, state: usize, symbol: InContext) {
+        let step = self.step(symbol);
+        self.states[state] = step.moved(self.filled(state, step.frequency() << PRECISION));
+    }
+
+    /// Writes what a reader takes from a state by two.
+    #[inline(always)]
+    pub fn two(&mut self, state: usize, [first, second]: [InContext; 2]) {
+        let (first, second) = (self.step(first), self.step(second));
+        self.states[state] = first.moved(second.moved(self.filled(state, first.frequency() * second.frequency())));
+    }
+
+    #[inline(always)]
+    fn step(&self, (symbol, context): InContext) -> Step {
+        self.steps[usize::from(context) % CONTEXTS][usize::from(symbol)]
+    }
+
+    /// A state that has room for symbols that come so often in the square of [`TOTAL`].
+    #[inline(always)]
+    fn filled(&mut self, state: usize, frequency: u64) -> u64 {
+        let from = self.states[state];
+        if from < frequency << (63 - 2 * PRECISION) {
+            return from;
         }
-        let words: &mut [u16; MOST_WORDS] =
-            self.words[self.count..].first_chunk_mut().expect("there was made room for as many");
-        let mut count = 0;
-        for lane in lanes.into_iter().rev() {
-            let step = self.steps[usize::from(get(contexts, lane)) % CONTEXTS][usize::from(get(symbols, lane))];
-            let state = self.states[lane];
-            let full = state >= step.limit;
-            words[count % MOST_WORDS] = state as u16;
-            count += usize::from(full);
-            let state = if full { state >> 16 } else { state };
-            let quotient = ((u64::from(state) * u64::from(step.reciprocal)) >> 32) as u32 >> step.shift;
-            self.states[lane] = state.wrapping_add(step.bias).wrapping_add(quotient.wrapping_mul(step.others()));
-        }
-        self.count += count;
+        self.words.push(from as u32);
+        from >> 32
     }
 
     /// The words in the order of the reader: the states, then those taken on the way.
-    pub fn finish(mut self) -> Vec<u8> {
-        self.words.truncate(self.count);
+    pub fn finish(self) -> Vec<u8> {
         let states = self.states.iter().flat_map(|state| state.to_le_bytes());
         states.chain(self.words.iter().rev().flat_map(|word| word.to_le_bytes())).collect()
     }
 }
 
-/// What a reader knows of a context: the symbol at each place, and the frequency and first place of each symbol, in the upper and the
+/// What a reader knows of all contexts: the symbol at each place, and the frequency and first place of each symbol, in the upper and the
 /// lower half. Two small tables, of which the parts in use stay in the nearest cache, are faster than one of everything.
-#[derive(Debug, Clone)]
 struct Places {
-    symbols: [u8; TOTAL as usize],
-    ranges: [u32; 256],
+    symbols: Box<[u8; CONTEXTS << PRECISION]>,
+    ranges: Box<[u32; CONTEXTS << 8]>,
 }
 
 impl Places {
-    fn new(frequencies: &Frequencies) -> Places {
-        let mut places = Places { symbols: [0; TOTAL as usize], ranges: [0; 256] };
-        let mut start = 0;
-        for (symbol, &frequency) in (0..=255).zip(frequencies).filter(|(_, frequency)| **frequency > 0) {
-            places.symbols[start..start + usize::from(frequency)].fill(symbol);
-            places.ranges[usize::from(symbol)] = u32::from(frequency) << 16 | start as u32;
-            start += usize::from(frequency);
-        }
-        places
-    }
-
     /// Reads the frequencies of all contexts that [`Steps::write`] wrote.
-    fn read(bits: &mut impl Bits) -> Result<Box<[Places; CONTEXTS]>, CodecError> {
+    fn read(bits: &mut impl Bits) -> Result<Places, CodecError> {
         let mut coder = FrequencyCoder::new();
-        let mut all = Vec::with_capacity(CONTEXTS);
-        let mut last = Places::new(&[0; 256]);
-        for _ in 0..CONTEXTS {
-            if let Some(frequencies) = coder.code(bits, None)? {
-                last = Places::new(&frequencies);
+        let (mut symbols, mut ranges) = (vec![0; CONTEXTS << PRECISION], vec![0; CONTEXTS << 8]);
+        let each = symbols.chunks_exact_mut(TOTAL as usize).zip(ranges.chunks_exact_mut(256));
+        let mut last = [0; 256];
+        for (symbols, ranges) in each {
+            last = coder.code(bits, None)?.unwrap_or(last);
+            let mut start = 0;
+            for (symbol, &frequency) in (0..=255).zip(&last).filter(|(_, frequency)| **frequency > 0) {
+                symbols[start..start + usize::from(frequency)].fill(symbol);
+                ranges[usize::from(symbol)] = u32::from(frequency) << 16 | start as u32;
+                start += usize::from(frequency);
             }
-            all.push(last.clone());
         }
-        Ok(all.into_boxed_slice().try_into().expect("one of each context"))
+        let sized = "as many were made";
+        Ok(Places {
+            symbols: symbols.into_boxed_slice().try_into().expect(sized),
+            ranges: ranges.into_boxed_slice().try_into().expect(sized),
+        })
     }
 }
 
 /// Reads the samples of a patch.
 pub(super) struct Decoder {
-    places: Box<[Places; CONTEXTS]>,
-    states: [u32; LANES],
-    words: Vec<u16>,
+    places: Places,
+    states: [u64; STATES],
+    words: Vec<u32>,
     at: usize,
 }
 
@@ -257,46 +266,51 @@ impl Decoder {
 
     /// Of the frequencies in `bits` and the words in `bytes`.
     pub fn new(bits: &mut impl Bits, bytes: &[u8]) -> Result<Decoder, CodecError> {
-        let (states, words) = bytes.split_at_checked(4 * LANES).ok_or(Decoder::DAMAGED)?;
-        let mut states = states.as_chunks().0.iter().map(|&state| u32::from_le_bytes(state));
+        let (states, words) = bytes.split_at_checked(STATES * size_of::<u64>()).ok_or(Decoder::DAMAGED)?;
+        let mut states = states.as_chunks().0.iter().map(|&state| u64::from_le_bytes(state));
         let states = std::array::from_fn(|_| states.next().expect("as many were split off"));
         let (words, rest) = words.as_chunks();
         if !rest.is_empty() {
             return Err(Decoder::DAMAGED);
         }
-        let words = words.iter().map(|&word| u16::from_le_bytes(word));
+        let words = words.iter().map(|&word| u32::from_le_bytes(word));
         // A sample looks at the next words at once.
-        let words = words.chain([0; MOST_WORDS]).collect();
+        let words = words.chain([0; STATES]).collect();
         Ok(Decoder { places: Places::read(bits)?, states, words, at: 0 })
     }
 
-    /// Reads the symbols of some lanes in their contexts.
+    /// Takes a symbol from a state. After two at most all must be filled.
     #[inline(always)]
-    pub fn read<const N: usize>(&mut self, contexts: u64, lanes: [usize; N]) -> Result<u64, CodecError> {
-        let words: &[u16; MOST_WORDS] = self.words[self.at..].first_chunk().ok_or(Decoder::DAMAGED)?;
+    pub fn symbol(&mut self, state: usize, context: u8) -> u8 {
+        let from = self.states[state];
+        let context = usize::from(context) % CONTEXTS;
+        let place = from as u32 % TOTAL;
+        let symbol = self.places.symbols[context << PRECISION | place as usize];
+        let range = self.places.ranges[context << 8 | usize::from(symbol)];
+        // Below, if the bytes are damaged, only where no sample is.
+        self.states[state] =
+            u64::from(range >> 16) * (from >> PRECISION) + u64::from(place.wrapping_sub(range & 0xffff));
+        symbol
+    }
+
+    /// Fills all states.
+    #[inline(always)]
+    pub fn fill(&mut self) -> Result<(), CodecError> {
+        let words: &[u32; STATES] = self.words[self.at..].first_chunk().ok_or(Decoder::DAMAGED)?;
         let mut count = 0;
-        let mut symbols = 0;
-        for lane in lanes {
-            let state = self.states[lane];
-            let places = &self.places[usize::from(get(contexts, lane)) % CONTEXTS];
-            let place = state % TOTAL;
-            let symbol = places.symbols[place as usize];
-            symbols |= put(symbol, lane);
-            let range = places.ranges[usize::from(symbol)];
-            // Below, if the bytes are damaged, only where no sample is.
-            let state = (range >> 16) * (state >> PRECISION) + place.wrapping_sub(range & 0xffff);
-            let low = state < LEAST_STATE;
-            let filled = state << 16 | u32::from(words[count % MOST_WORDS]);
-            self.states[lane] = if low { filled } else { state };
+        for state in &mut self.states {
+            let low = *state < LEAST_STATE;
+            let filled = *state << 32 | u64::from(words[count % STATES]);
+            *state = if low { filled } else { *state };
             count += usize::from(low);
         }
         self.at += count;
-        Ok(symbols)
+        Ok(())
     }
 
     /// Whether all words were read, and led back to where the writer began.
     pub fn finish(self) -> Result<(), CodecError> {
-        let whole = self.at + MOST_WORDS == self.words.len() && self.states == [LEAST_STATE; LANES];
+        let whole = self.at + STATES == self.words.len() && self.states == [LEAST_STATE; STATES];
         if whole { Ok(()) } else { Err(Decoder::DAMAGED) }
     }
 }
@@ -306,35 +320,44 @@ mod tests {
     use super::super::bits::{BitReader, BitWriter};
     use super::*;
 
-    const ORDER: [usize; LANES] = [0, 1, 2, 3, 4, 5, 6];
+    const SYMBOLS: usize = 7;
 
-    /// Symbols of each lane in a context of its own: from one that is always the same to noise.
-    fn samples() -> Vec<u64> {
+    /// Seven symbols, each in a context of its own: from one that is always the same to noise.
+    fn samples() -> Vec<[InContext; SYMBOLS]> {
         let noise = |seed: u64| (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let symbol = |seed: u64, lane: usize| (noise(noise(seed) ^ lane as u64) >> 32 & ((1 << lane) - 1)) as u8;
-        (0..20_000).map(|seed| ORDER.iter().map(|&lane| put(symbol(seed, lane), lane)).sum()).collect()
+        let symbol = |seed: u64, bits: usize| (noise(noise(seed) ^ bits as u64) >> 32 & ((1 << bits) - 1)) as u8;
+        (0..20_000).map(|seed| std::array::from_fn(|bits| (symbol(seed, bits), 9 * bits as u8))).collect()
     }
 
     #[test]
     fn symbols_come_back_and_what_is_damaged_is_seen() {
-        let contexts = ORDER.iter().map(|&lane| put(9 * lane as u8, lane)).sum();
         let samples = samples();
         let mut counts = [[0; 256]; CONTEXTS];
-        for sample in &samples {
-            ORDER.iter().for_each(|&lane| counts[9 * lane][usize::from(get(*sample, lane))] += 1);
+        for (symbol, context) in samples.as_flattened() {
+            counts[usize::from(*context)][usize::from(*symbol)] += 1;
         }
         let mut bits = BitWriter::new();
         let mut encoder = Encoder::new(Steps::write(&counts, &mut bits));
-        samples.iter().rev().for_each(|&sample| encoder.write(sample, contexts, ORDER));
+        for &[a, b, c, d, e, f, g] in samples.iter().rev() {
+            encoder.two(3, [f, g]);
+            encoder.two(2, [d, e]);
+            encoder.two(1, [b, c]);
+            encoder.one(0, a);
+        }
         let (bits, bytes) = (bits.finish(), encoder.finish());
         let read = |bytes: &[u8]| {
             let mut decoder = Decoder::new(&mut BitReader::new(&bits), bytes)?;
-            let read = samples.iter().map(|_| decoder.read(contexts, ORDER)).collect::<Result<Vec<u64>, _>>()?;
-            decoder.finish().map(|()| read)
+            let mut sample = || {
+                let sample = [0, 1, 1, 2, 2, 3, 3].into_iter().zip((0..).step_by(9));
+                let sample = sample.map(|(state, context)| (decoder.symbol(state, context), context)).collect::<Vec<_>>();
+                decoder.fill().map(|()| sample)
+            };
+            let read = samples.iter().map(|_| sample()).collect::<Result<Vec<_>, _>>()?;
+            decoder.finish().map(|()| read.concat())
         };
-        assert!(read(&bytes).expect("sound") == samples);
+        assert!(read(&bytes).expect("sound") == samples.as_flattened());
         let least = samples.len() * (1 + 2 + 3 + 4 + 5 + 6) / 8;
         assert!(bytes.len() < least + least / 100, "{} bytes for {least} of noise", bytes.len());
-        assert!(read(&bytes[..bytes.len() - 2]).is_err() && read(&[&bytes[..], &[0, 0]].concat()).is_err());
+        assert!(read(&bytes[..bytes.len() - 4]).is_err() && read(&[&bytes[..], &[0; 4]].concat()).is_err());
     }
 }

@@ -169,11 +169,11 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
             }
             rest::code(&mut bits, image, image.normal_rest.clone());
             quarters::code(&mut bits, image, image.colour_rest.clone());
-            ends::code(&mut bits, image, image.ends.clone());
+            let ends = ends::write(image, &mut bits);
             write_shares(&mut bits, image);
-            out.varint_block(&bits.finish());
-            out.varint_block(&symbols);
-            out.varint_block(&literals);
+            for block in [&bits.finish(), &symbols, &literals, &ends] {
+                out.varint_block(block);
+            }
         }
         Profile::Dense => {
             let mut writing = Writing { bits, activity: vec![0; image.sample_count()] };
@@ -292,7 +292,7 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
     };
     match coding.profile {
         Profile::Fast => {
-            let (symbols, literals) = (bytes.varint_block()?, bytes.varint_block()?);
+            let (symbols, literals, ends) = (bytes.varint_block()?, bytes.varint_block()?, bytes.varint_block()?);
             fast::read(&mut image, coding.colour, &mut bits, symbols, literals)?;
             if bits.decide(NO_VARYING, false) {
                 let mut reading = Reading { bits, activity: vec![0; count] };
@@ -301,7 +301,7 @@ pub(super) fn read(header: Header, bytes: &mut Reader, limits: &Limits) -> Resul
             }
             image.normal_rest = rest::code(&mut bits, &image, Vec::new());
             image.colour_rest = quarters::code(&mut bits, &image, Vec::new());
-            image.ends = ends::code(&mut bits, &image, Vec::new());
+            image.ends = ends::read(&image, &mut bits, ends)?;
             image.share = read_shares(&mut bits, &image)?;
         }
         Profile::Dense if count > 0 => {
