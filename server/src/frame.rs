@@ -28,6 +28,7 @@ use crate::discretize::{Capture, Discretization};
 use crate::imager::Imager;
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
+use crate::look_times::{Part, timed};
 use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
@@ -314,15 +315,17 @@ impl Stage {
         let account = &mut client.account;
         if anew {
             let views = self.set_views(plan, snapshot)?;
-            for mut capture in self.imager.captures(snapshot, &views, self.method)? {
+            let captures = timed(Part::Scene, || self.imager.captures(snapshot, &views, self.method))?;
+            for mut capture in captures {
                 account.counts_mut().look_at(Purpose::Eye, &capture);
                 let lacking = Lacking::all(&capture);
-                self.imager.tell_ends(&mut capture, &lacking.send)?;
-                account.add(Purpose::Eye, &capture, &lacking, plan.precision, now)?;
+                timed(Part::Scene, || self.imager.tell_ends(&mut capture, &lacking.send))?;
+                timed(Part::Keep, || account.add(Purpose::Eye, &capture, &lacking, plan.precision, now))?;
             }
         } else {
             // All at once: what they show does not depend on the account, and each wait for the GPU has a cost of its own.
-            let mut captures = self.imager.captures(snapshot, &plan.views, Discretization::Conventional)?;
+            let mut captures =
+                timed(Part::Scene, || self.imager.captures(snapshot, &plan.views, Discretization::Conventional))?;
             for (index, capture) in captures.iter_mut().enumerate() {
                 self.look_from(index, capture, plan, (Purpose::Eye, now), account)?;
             }

@@ -34,6 +34,7 @@ pub mod imager;
 pub mod impostors;
 pub mod lights;
 pub mod look;
+pub mod look_times;
 mod memory;
 pub mod occluders;
 pub mod options;

@@ -9,6 +9,7 @@ use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
 use crate::discretize::{Capture, DepthPrecision};
 use crate::imager::Imager;
+use crate::look_times::{Part, timed};
 use crate::stage_error::StageError;
 
 /// How a view is brought up to date.
@@ -43,8 +44,7 @@ pub fn revise(
 ) -> Result<(), StageError> {
     let (purpose, view) = (revision.purpose, capture.camera);
     account.counts_mut().look_at(purpose, capture);
-    account.refresh();
-    let mut copy = imager.copy_view(account, purpose, &view)?;
+    let mut copy = timed(Part::Copy, || copy_view(imager, account, revision.purpose, &view))?;
     let peers = account.captured_by(revision.peers);
     let judge = |account: &Account, copy: &AddressView, capture: &Capture| {
         let comparison = Comparison::new(capture, (purpose, copy), account, &peers, revision.rules);
@@ -56,19 +56,32 @@ pub fn revise(
         let superseded = revision.supersedes.then(|| account.superseded(&comparison, &lacking));
         (false_cover, lacking, superseded.unwrap_or_default())
     };
-    let (false_cover, mut lacking, mut superseded) = judge(account, &copy, capture);
-    if account.retract(purpose, &false_cover)? && revision.looks_again {
-        account.refresh();
-        copy = imager.copy_view(account, purpose, &view)?;
-        (_, lacking, superseded) = judge(account, &copy, capture);
+    let (false_cover, mut lacking, mut superseded) = timed(Part::Compare, || judge(account, &copy, capture));
+    let retracted = timed(Part::Keep, || account.retract(purpose, &false_cover))?;
+    if retracted && revision.looks_again {
+        copy = timed(Part::Copy, || copy_view(imager, account, purpose, &view))?;
+        (_, lacking, superseded) = timed(Part::Compare, || judge(account, &copy, capture));
     }
     if revision.is_seen {
         account.mark_seen(&copy);
     }
-    imager.tell_ends(capture, &lacking.send)?;
-    account.add(purpose, capture, &lacking, revision.precision, now)?;
-    if !revision.is_seen {
-        account.mark_added_unseen();
-    }
-    Ok(account.supersede(&superseded)?)
+    timed(Part::Scene, || imager.tell_ends(capture, &lacking.send))?;
+    timed(Part::Keep, || {
+        account.add(purpose, capture, &lacking, revision.precision, now)?;
+        if !revision.is_seen {
+            account.mark_added_unseen();
+        }
+        Ok(account.supersede(&superseded)?)
+    })
+}
+
+/// A view of the copy as it is now.
+fn copy_view(
+    imager: &mut dyn Imager,
+    account: &mut Account,
+    purpose: Purpose,
+    view: &Pinhole,
+) -> Result<AddressView, StageError> {
+    account.refresh();
+    Ok(imager.copy_view(account, purpose, view)?)
 }

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::account::LightCounts;
+use crate::look_times::LookTimes;
 use crate::plan::Reason;
 
 /// Counters since the server started.
@@ -23,6 +24,8 @@ pub struct Stats {
     pub lights: LightStats,
     /// What was sent for later.
     pub ahead: AheadStats,
+    /// Where the time of looks goes.
+    pub look_times: LookTimes,
     looks: [AtomicU64; Reason::ALL.len()],
 }
 
@@ -48,6 +51,7 @@ impl Stats {
             "updates": self.updates.load(Ordering::Relaxed),
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
             "looks": looks,
+            "look_times": self.look_times.json(),
             "lights": self.lights.json(),
             "ahead": { "samples": self.ahead.samples.load(Ordering::Relaxed), "bytes": self.ahead.bytes.load(Ordering::Relaxed) },
             "resident_bytes": resident_bytes(),

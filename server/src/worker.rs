@@ -12,6 +12,7 @@ use tokio::sync::{oneshot, watch};
 use crate::account::Counts;
 use crate::client::Client;
 use crate::frame::{self, Stage};
+use crate::look_times::{self, Part};
 use crate::plan::Reason;
 use crate::queue::Queue;
 use crate::stage_error::StageError;
@@ -88,13 +89,14 @@ impl Worker {
         let (updates, encoder_queue) = mpsc::sync_channel(ENCODER_QUEUE);
         let (failed, failure) = watch::channel(None);
         let (failed, waiting) = (Arc::new(failed), Arc::new(AtomicUsize::new(0)));
-        std::thread::Builder::new().name("encode".into()).spawn(move || encode_updates(&encoder_queue, &stats))?;
+        let encoded = stats.clone();
+        std::thread::Builder::new().name("encode".into()).spawn(move || encode_updates(&encoder_queue, &encoded))?;
         for (index, stage) in stages.into_iter().enumerate() {
-            let (turns, left, failed, updates) =
-                (Taker(turns.clone()), waiting.clone(), failed.clone(), updates.clone());
+            let (turns, left, failed) = (Taker(turns.clone()), waiting.clone(), failed.clone());
+            let (updates, stats) = (updates.clone(), stats.clone());
             std::thread::Builder::new().name(format!("images-{index}")).spawn(move || {
                 // One of them does what nobody waits for: whatever it judges, all know.
-                if let Err(error) = make_updates(stage, index == 0, &turns.0, &left, &updates) {
+                if let Err(error) = make_updates(stage, index == 0, &turns.0, &left, (&updates, &stats)) {
                     tracing::error!("no more images: {error}");
                     failed.send_replace(Some(error.to_string()));
                 }
@@ -150,7 +152,7 @@ fn make_updates(
     works_aside: bool,
     queue: &Queue<Turn>,
     waiting: &AtomicUsize,
-    encoder: &mpsc::SyncSender<Unencoded>,
+    (encoder, stats): (&mpsc::SyncSender<Unencoded>, &Stats),
 ) -> Result<(), StageError> {
     let mut aside_from = Instant::now();
     loop {
@@ -163,7 +165,7 @@ fn make_updates(
             }
         }
         let Some(turn) = next.or_else(|| queue.next()) else { break };
-        let goes_on = make_update(&mut stage, turn, waiting, encoder);
+        let goes_on = make_update(&mut stage, turn, waiting, (encoder, stats));
         waiting.fetch_sub(1, Ordering::Relaxed);
         if !goes_on? {
             break;
@@ -177,7 +179,7 @@ fn make_update(
     stage: &mut Stage,
     turn: Turn,
     waiting: &AtomicUsize,
-    encoder: &mpsc::SyncSender<Unencoded>,
+    (encoder, stats): (&mpsc::SyncSender<Unencoded>, &Stats),
 ) -> Result<bool, StageError> {
     let Turn { wish, look, mut client, reply, queued } = turn;
     if reply.is_closed() {
@@ -193,6 +195,7 @@ fn make_update(
         }
         made => made,
     };
+    stats.look_times.count(look_times::take(started.elapsed()));
     match made {
         Ok(None) => drop(reply.send(Served { client, update: None })),
         Ok(Some(made)) => {
@@ -210,6 +213,7 @@ fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
         let started = Instant::now();
         let frame::Made { reason, update, coding, counts, pixels, lights } = made;
         let update = wire::encode_update(&update, coding);
+        stats.look_times.add(Part::Encode, started.elapsed());
         let light_bytes = update.bytes_of(lights.edits);
         stats.count_look(reason);
         stats.lights.count(&counts.lights, light_bytes, lights.took);

@@ -216,8 +216,7 @@ fn walk_run(columns: &mut [Column], seen: &mut Seen, end: &mut impl End) -> Resu
     let mut corner = left;
     for at in MARGIN..columns.len() - MARGIN {
         let (up, right) = (columns[at], columns[at + 1]);
-        let around =
-            Around { left: left.surface, up: up.surface, corner: corner.surface, right: right.surface };
+        let around = Around { left: left.surface, up: up.surface, corner: corner.surface, right: right.surface };
         let context = around.context((left.sizes | up.sizes) & SHAPE == 0);
         let (surface, symbol) = end.surface(seen, columns, at, around, context)?;
         if surface != left.surface {
@@ -256,7 +255,14 @@ struct Counting<'a> {
 
 impl End for Counting<'_> {
     #[inline(always)]
-    fn surface(&mut self, seen: &mut Seen, columns: &[Column], at: usize, around: Around, _: u8) -> Result<Named, CodecError> {
+    fn surface(
+        &mut self,
+        seen: &mut Seen,
+        columns: &[Column],
+        at: usize,
+        around: Around,
+        _: u8,
+    ) -> Result<Named, CodecError> {
         let object = self.image.object[self.rank];
         let material = if self.told_apart { 0 } else { self.image.material[self.rank] };
         let surface = Surface::from(object) | Surface::from(material) << 16;

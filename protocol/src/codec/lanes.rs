@@ -1,8 +1,6 @@
 //! Seven bytes in a word, each with a bit to spare above it, so that small arithmetic on all of them takes a few instructions on every
 //! machine.
 
-/// Bytes in a word.
-const LANES: usize = 7;
 /// From one byte to the next one.
 const STRIDE: usize = 9;
 
@@ -92,6 +90,9 @@ pub(super) fn levels<const N: usize>(bytes: u64, bounds: [u8; N]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Bytes in a word.
+    const LANES: usize = 7;
 
     /// A word of seven bytes from each of three words of noise.
     fn some() -> impl Iterator<Item = [[u8; LANES]; 3]> {

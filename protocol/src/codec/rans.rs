@@ -349,7 +349,8 @@ mod tests {
             let mut decoder = Decoder::new(&mut BitReader::new(&bits), bytes)?;
             let mut sample = || {
                 let sample = [0, 1, 1, 2, 2, 3, 3].into_iter().zip((0..).step_by(9));
-                let sample = sample.map(|(state, context)| (decoder.symbol(state, context), context)).collect::<Vec<_>>();
+                let sample =
+                    sample.map(|(state, context)| (decoder.symbol(state, context), context)).collect::<Vec<_>>();
                 decoder.fill().map(|()| sample)
             };
             let read = samples.iter().map(|_| sample()).collect::<Result<Vec<_>, _>>()?;

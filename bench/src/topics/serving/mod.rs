@@ -2,6 +2,7 @@
 //!
 //! Server, load and plain axum run in this process on loopback, each on threads of its own names, so that processor time is told apart in one run.
 
+mod host;
 mod plain;
 
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use anyhow::Context;
 use gpu::Gpu;
 use protocol::message::Clock;
 use server::imager::GpuImager;
+use server::look_times::{LookTimes, Part};
 
 use crate::load::{self, Behaviour, ClientReport, Limits, Load, Script, Timed};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
@@ -33,8 +35,9 @@ const QUICK_FOLLOWERS: [usize; 1] = [3];
 /// How long each run takes.
 const RUN: Duration = Duration::from_secs(30);
 const QUICK_RUN: Duration = Duration::from_secs(3);
-/// Sides of the server's images, in pixels: of walkers, and of a presenter.
+/// Sides of the server's images, in pixels: of walkers, of one whose looks the model of a GPU host is made of, and of a presenter.
 const WALKERS_PX: u32 = 256;
+const HOST_PX: u32 = 512;
 const PRESENTER_PX: u32 = 128;
 /// Of the largest audience.
 const MOST_LAG_MS: f64 = 100.0;
@@ -64,7 +67,7 @@ impl Topic for Serving {
         // The last scene is presented; where there are others, people walk in those.
         let (presented, others) = run.scenes.split_last().context("no scene")?;
         let walked = if others.is_empty() { std::slice::from_ref(presented) } else { others };
-        let progress = Progress::new("serving", (walked.len() * walkers.len() + followers.len()) as u64);
+        let progress = Progress::new("serving", (walked.len() * (walkers.len() + 1) + followers.len()) as u64);
         for name in walked {
             for &clients in walkers {
                 progress.say(format!("{clients} walkers in {}", scene_label(name)));
@@ -72,6 +75,12 @@ impl Topic for Serving {
                 report.rows.push(row.unwrap_or_else(|error| Row::failed(&scene_label(name), "walkers", &error)));
                 progress.step();
             }
+            progress.say(format!("one walker with images of {HOST_PX} px in {}", scene_label(name)));
+            match served(&gpu, run, name, HOST_PX, (1, false)) {
+                Ok(served) => host::rows(&served.row, report),
+                Err(error) => report.rows.push(Row::failed(&scene_label(name), "a walker for the model", &error)),
+            }
+            progress.step();
         }
         let mut last = None;
         for &clients in followers {
@@ -102,6 +111,9 @@ fn describe(report: &mut Report, quick: bool) {
         "lag: from the server's stamp of an update to its last byte at the client, by the clock that pings agree on; interval: between two updates of a client.",
         "sockets_cores: processor seconds a second of the threads that sockets live on; looks_cores: of all others but the load's, which look, draw and encode; \
          mb_per_core_s: what clients got for a second of the sockets' threads.",
+        "look_..._ms: means of a look's parts by the wall: views of the scene, the same of the copy, both laid beside each other, edits made and followed by the \
+         copy, all else, and bytes made of the edits, on a thread of its own. Where threads wait for cores, that is in it.",
+        "GPU host: a model, see bench/README.md; its gpu_ms are assumed, all else is of one walker with larger images.",
         "Of an audience five clients decode what they get, and all others acknowledge it by its head.",
         "plain axum: messages of the same sizes to as many clients at the same rate, which only read them and say nothing.",
     ]
@@ -149,17 +161,23 @@ fn served(
         limits: Limits::default(),
         scene: None,
     };
+    let stats = running.stats.clone();
     let before = spent::spent([SOCKETS, load::THREADS]);
     let found = runtime.block_on(load::run(&options));
     let spent = spent::spent([SOCKETS, load::THREADS]).zip(before).map(|(after, before)| after.since(&before));
     sockets.block_on(running.stop());
     let found = found?;
     anyhow::ensure!(found.errors == 0, "{} of {clients} clients ended by an error", found.errors);
-    Ok(measured(&label, &found, is_audience, spent))
+    Ok(measured(&label, &found, is_audience, (spent, &stats.look_times)))
 }
 
 /// The figures of a run; the presenter of an audience is not counted.
-fn measured(label: &str, found: &load::Report, is_audience: bool, spent: Option<Spent<2>>) -> Served {
+fn measured(
+    label: &str,
+    found: &load::Report,
+    is_audience: bool,
+    (spent, look_times): (Option<Spent<2>>, &LookTimes),
+) -> Served {
     let counted: Vec<&ClientReport> = found.clients.iter().skip(usize::from(is_audience)).collect();
     let method =
         if is_audience { format!("{} followers", counted.len()) } else { format!("{} walkers", counted.len()) };
@@ -183,6 +201,10 @@ fn measured(label: &str, found: &load::Report, is_audience: bool, spent: Option<
         row.counts.set("sockets_cores", on_sockets_s / found.seconds);
         row.counts.set("looks_cores", (all_s - on_sockets_s - on_load_s) / found.seconds);
         row.counts.set("mb_per_core_s", bytes as f64 / 1e6 / on_sockets_s);
+    }
+    row.counts.set("looks_per_s", look_times.looks() as f64 / found.seconds);
+    for part in Part::ALL {
+        row.counts.set(format!("look_{}_ms", part.name()), look_times.mean_ms(part));
     }
     let updates_per_s = updates as f64 / found.seconds / counted.len().max(1) as f64;
     Served { row, clients: counted.len(), update_bytes, updates_per_s, lag_p99_ms: found.lag_ms.p99 }

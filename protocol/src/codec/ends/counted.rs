@@ -2,7 +2,7 @@
 
 use super::{BEFORE, Begun, End, Side, begin, by_learning, walk};
 use crate::codec::CodecError;
-use crate::codec::bits::{BitReader, BitWriter, Bits};
+use crate::codec::bits::{BitReader, BitWriter};
 use crate::codec::rans::{CONTEXTS, Counts, Decoder, Encoder, InContext, STATES, Steps};
 use crate::ends::{Beside, Ends};
 use crate::image::DepthImage;

@@ -4,6 +4,8 @@
 //! A plane's bytes are found by taking it away: they are what the patch costs with that plane, less what it costs with every
 //! plane but the mask and the objects made constant.
 
+mod scale;
+
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -126,6 +128,7 @@ fn describe(report: &mut Report, repeats: usize) {
     report.notes = [
         "Raw bytes: depth 2, normal 2, colour 3, object 2, material 1 a sample; planes of one value are left out on both sides.",
         "Our bytes hold mask and header; those of zstd on the raw planes hold neither. PNG holds the colour plane alone.",
+        "The memory copy, zstd and RVL (which codes the depths of all pixels, holes too) give the scale of speeds.",
         "MB/s count raw bytes, on one thread, medians. per_sample figures are bytes a sample by plane; outline is mask and header.",
         "Luma and chroma steps: lossless 1/1, fine 2/4, coarse 4/8; the PSNR is of base colours over all samples.",
     ]
@@ -169,12 +172,19 @@ fn scene(
                 rows.push(row);
             }
         }
-        for level in [1, 19] {
+        // The slow one for its bytes alone.
+        for (level, repeats) in [(1, repeats), (19, 1)] {
             let mut row = row(&format!("zstd-{level} raw"));
-            raw_zstd(&images, level, &mut row)?;
+            scale::zstd_raw(&images, level, repeats, &mut row)?;
+            row.counts.set("per_sample", row.figure("bytes.coded").unwrap_or_default() / sample_count(&images));
             add(format!("zstd-{level} raw"), &mut row);
             rows.push(row);
         }
+        let mut copied = row("memory copy of the raw planes");
+        scale::copied_raw(&images, repeats, &mut copied)?;
+        let mut rvl = row("RVL, depths alone");
+        scale::rvl_depths(&images, repeats, &mut rvl)?;
+        rows.extend([copied, rvl]);
         let mut row = row("PNG colour");
         let png = images.iter().map(png_bytes).sum::<anyhow::Result<usize>>()?;
         row.bytes.set("coded", png as f64);
@@ -285,19 +295,6 @@ fn psnr_db(images: &[DepthImage], settled: &[DepthImage]) -> f64 {
     let (exact, moved) = (channels(images), channels(settled));
     let squares: f64 = exact.iter().zip(&moved).map(|(a, b)| (a - b) * (a - b)).sum();
     (10.0 * (255.0_f64.powi(2) * exact.len() as f64 / squares).log10()).min(100.0)
-}
-
-fn raw_zstd(images: &[DepthImage], level: i32, row: &mut Row) -> anyhow::Result<()> {
-    let (mut raw, mut coded) = (0, 0);
-    for image in images {
-        let planes = sets::raw_planes(image);
-        raw += planes.len();
-        coded += zstd::bulk::compress(&planes, level)?.len();
-    }
-    row.bytes.set("raw", raw as f64);
-    row.bytes.set("coded", coded as f64);
-    row.counts.set("per_sample", coded as f64 / sample_count(images));
-    Ok(())
 }
 
 /// The colour plane as a PNG, holes black.
