@@ -63,6 +63,8 @@ const RUNS: &[NamedRun] = &[
     run("walk", "sent-once --size 256x256 --scene", &["urban", "pillars", "tree"]),
     run("settings", "sent-once --settings --size 256x256 --scene", &["urban", "pillars", "tree"]),
 
+    run("stability", "stability", &[]),
+
     run("serving", "serving", &[]),
 
     run("frame-rate", "frame-rate", &[]),

@@ -13,6 +13,7 @@ pub mod sampling;
 pub mod sent_once;
 pub mod serving;
 pub mod shadows;
+pub mod stability;
 pub mod timing;
 
 use crate::topic::Topic;
@@ -30,6 +31,7 @@ pub const ALL: &[&dyn Topic] = &[
     &layers::Layers,
     &impostors::Impostors,
     &shadows::Shadows,
+    &stability::Stability,
     &light_images::LightImages,
     &occlusion::Occlusion,
     &novel_views::NovelViews,

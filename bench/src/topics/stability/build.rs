@@ -1,0 +1,101 @@
+//! Small scenes made by code: still ones, of few meshes.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+use scene::model::Animation;
+use scene::{Bounds, Instance, Material, Mesh, Scene, Snapshot, Vertex};
+
+struct Still(Vec<DAffine3>);
+
+impl Animation for Still {
+    fn at(&self, _: &Scene, time_s: f64) -> Snapshot {
+        Snapshot { time_s, world_from_mesh: self.0.clone(), deformed: Vec::new(), lights: Vec::new() }
+    }
+}
+
+/// A mesh of one colour where it stands.
+pub struct Placed {
+    pub mesh: Mesh,
+    pub world_from_mesh: DAffine3,
+    /// Linear RGB.
+    pub colour: [f32; 3],
+}
+
+/// The scene of some meshes; what is in them is turned about, not walked in.
+pub fn scene(name: &str, placed: Vec<Placed>) -> Scene {
+    let mut bounds = Bounds::EMPTY;
+    for Placed { mesh, world_from_mesh, .. } in &placed {
+        for vertex in &mesh.vertices {
+            bounds.include(world_from_mesh.transform_point3(Vec3::from(vertex.position).as_dvec3()));
+        }
+    }
+    let material = |colour: [f32; 3]| Material {
+        base_colour: [colour[0], colour[1], colour[2], 1.0],
+        double_sided: true,
+        roughness: 1.0,
+        ..Material::default()
+    };
+    let instance =
+        |mesh: u32| Instance { mesh, name: format!("part {mesh}"), moves: false, deforms: false, tint: [255; 3] };
+    let count = placed.len() as u32;
+    let poses = placed.iter().map(|placed| placed.world_from_mesh).collect();
+    Scene {
+        name: name.to_owned(),
+        materials: placed.iter().map(|placed| material(placed.colour)).collect(),
+        meshes: placed.into_iter().zip(0..).map(|(placed, material)| Mesh { material, ..placed.mesh }).collect(),
+        textures: Vec::new(),
+        instances: (0..count).map(instance).collect(),
+        lights_move: false,
+        cameras: Vec::new(),
+        bounds,
+        walk: false,
+        start: None,
+        corridors: None,
+        named_cameras: Vec::new(),
+        warnings: Vec::new(),
+        animation: Arc::new(Still(poses)),
+    }
+}
+
+/// Moved to a place, `scale` times as large.
+pub fn at(place: DVec3, scale: f64) -> DAffine3 {
+    DAffine3::from_translation(place) * DAffine3::from_scale(DVec3::splat(scale))
+}
+
+/// Triangles over corners, with their normals.
+pub fn mesh(corners: impl IntoIterator<Item = (Vec3, Vec3)>, indices: Vec<u32>) -> Mesh {
+    let vertex = |(position, normal): (Vec3, Vec3)| Vertex {
+        position: position.to_array(),
+        normal: normal.to_array(),
+        uv: [0.0; 2],
+        colour: [255; 4],
+    };
+    let vertices: Vec<Vertex> = corners.into_iter().map(vertex).collect();
+    let places = || vertices.iter().map(|vertex| Vec3::from(vertex.position));
+    let bounds = [places().fold(Vec3::INFINITY, Vec3::min), places().fold(Vec3::NEG_INFINITY, Vec3::max)];
+    Mesh { bounds: bounds.map(|corner| corner.to_array()), vertices, indices, ..Mesh::default() }
+}
+
+/// A square of side 2 in the plane z = 0 that faces +z, of two triangles.
+pub fn square() -> Mesh {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| (Vec3::new(x, y, 0.0), Vec3::Z));
+    mesh(corners, vec![0, 1, 2, 0, 2, 3])
+}
+
+/// A unit ball of longitudes and latitudes.
+pub fn ball(rings: u32) -> Mesh {
+    let steps = 2 * rings;
+    let corner = |index: u32| {
+        let (ring, step) = (index / (steps + 1), index % (steps + 1));
+        let polar = ring as f32 / rings as f32 * std::f32::consts::PI;
+        let turn = step as f32 / steps as f32 * std::f32::consts::TAU;
+        let p = Vec3::new(polar.sin() * turn.cos(), polar.cos(), -polar.sin() * turn.sin());
+        (p, p)
+    };
+    let cell = |index: u32| {
+        let [a, b] = [index / steps, index / steps + 1].map(|ring| ring * (steps + 1) + index % steps);
+        [a, b, b + 1, a, b + 1, a + 1]
+    };
+    mesh((0..(rings + 1) * (steps + 1)).map(corner), (0..rings * steps).flat_map(cell).collect())
+}

@@ -1,0 +1,118 @@
+//! What a picture is wrong by.
+
+use super::way::Shown;
+
+/// The errors of some pictures.
+#[derive(Debug, Clone, Default)]
+pub struct Errors {
+    /// How far a sample shifts for an eye at the region's rim by what its depth is wrong, in pixels; inside of surfaces.
+    pub parallax_px: Vec<f64>,
+    /// Pixels inside of surfaces without a surface in the picture.
+    pub holes: usize,
+    /// Pixels inside of surfaces.
+    pub inside: usize,
+    /// Values in the picture that are no numbers or infinite.
+    pub not_finite: usize,
+}
+
+impl Errors {
+    pub fn of(shown: &[Shown]) -> Errors {
+        let mut errors = Errors::default();
+        shown.iter().for_each(|shown| errors.add(shown));
+        errors
+    }
+
+    fn add(&mut self, shown: &Shown) {
+        let (width, height) = shown.truth.size_px;
+        self.not_finite += shown.drawn.w.iter().filter(|w| !w.is_finite()).count();
+        for y in 1..height - 1 {
+            for x in 1..width - 1 {
+                let pixel = (y * width + x) as usize;
+                if !is_inside(shown, pixel) {
+                    continue;
+                }
+                self.inside += 1;
+                let w = f64::from(shown.drawn.w[pixel]);
+                match shown.true_w(pixel) {
+                    Some(true_w) if w > 0.0 => self.parallax_px.push(shown.parallax_px(w - true_w)),
+                    _ => self.holes += 1,
+                }
+            }
+        }
+    }
+
+    /// Share of the pixels inside of surfaces that show nothing.
+    pub fn holes_share(&self) -> f64 {
+        self.holes as f64 / self.inside.max(1) as f64
+    }
+}
+
+/// Whether a pixel and the eight around it show one object: at outlines a picture of samples is wrong by up to a pixel whatever its numbers are.
+fn is_inside(shown: &Shown, pixel: usize) -> bool {
+    let width = shown.truth.size_px.0 as usize;
+    let object = shown.truth.first_object[pixel];
+    let around = [pixel - width, pixel, pixel + width].into_iter().flat_map(|middle| middle - 1..=middle + 1);
+    object.is_some() && around.into_iter().all(|beside| shown.truth.first_object[beside] == object)
+}
+
+/// The share of pixels in which two pictures of the same differ by more than one step of 255 in any channel.
+pub fn differing_share(a: &[Shown], b: &[Shown]) -> f64 {
+    let pixels = |shown: &[Shown]| {
+        shown.iter().flat_map(|shown| shown.drawn.picture.rgb.as_chunks::<3>().0.to_vec()).collect::<Vec<_>>()
+    };
+    let (a, b) = (pixels(a), pixels(b));
+    let differs = |(a, b): &(&[u8; 3], &[u8; 3])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1);
+    a.iter().zip(&b).filter(differs).count() as f64 / a.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use camera::{Pinhole, Rigid};
+    use glam::DVec3;
+
+    use super::*;
+    use crate::client_view::Drawn;
+    use crate::compare::Picture;
+    use crate::raytrace::{SurfacePoint, TracedPicture};
+
+    const SIDE_PX: u32 = 8;
+
+    /// A wall two metres before the eye, drawn as far away as `w` says of each pixel.
+    fn wall(w: impl Fn(usize) -> f32) -> Shown {
+        let camera = Pinhole::symmetric(Rigid::IDENTITY, (SIDE_PX, SIDE_PX), 1.0, 0.1);
+        let pixels = (SIDE_PX * SIDE_PX) as usize;
+        let point = SurfacePoint { p_world: DVec3::Z * 2.0, normal_world: DVec3::NEG_Z };
+        let truth = TracedPicture {
+            size_px: (SIDE_PX, SIDE_PX),
+            rgb: vec![[0; 3]; pixels],
+            first_object: vec![Some(0); pixels],
+            reflected_object: vec![None; pixels],
+            bounces: vec![0; pixels],
+            seen_through: vec![0; pixels],
+            first: vec![Some(point); pixels],
+        };
+        let picture = Picture { width_px: SIDE_PX, height_px: SIDE_PX, rgb: vec![9; 3 * pixels], covered: None };
+        let drawn = Drawn { picture, w: (0..pixels).map(w).collect(), frame_ms: 0.0 };
+        Shown { camera, drawn, truth, region_m: 0.5 }
+    }
+
+    #[test]
+    fn what_depth_is_wrong_by_is_a_shift_and_nothing_is_a_hole() {
+        let right = Errors::of(&[wall(|_| 0.5)]);
+        assert_eq!((right.inside, right.holes, right.not_finite), (36, 0, 0), "all but the rim");
+        assert!(right.parallax_px.iter().all(|&shift| shift == 0.0));
+        let wrong = Errors::of(&[wall(|pixel| [0.5, 0.6, 0.0, f32::NAN][pixel % 4])]);
+        assert_eq!((wrong.holes, wrong.not_finite), (18, 16));
+        let focal_px = wall(|_| 0.5).camera.focal_px;
+        let shifts = wrong.parallax_px.iter().filter(|shift| (**shift - focal_px * 0.5 * 0.1).abs() < 1e-5).count();
+        assert_eq!((shifts, wrong.parallax_px.len()), (12, 18));
+    }
+
+    #[test]
+    fn pictures_differ_by_more_than_a_step() {
+        let (grey, mut other) = (wall(|_| 0.5), wall(|_| 0.5));
+        other.drawn.picture.rgb[0] += 1;
+        other.drawn.picture.rgb[5] += 2;
+        assert_eq!(differing_share(&[grey], &[other]), 1.0 / 64.0);
+    }
+}

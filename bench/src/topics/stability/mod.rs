@@ -1,0 +1,192 @@
+//! Topic `stability`: stiff parameters swept over their decades, through the whole way from a scene to a client's picture, beside rays in f64.
+//!
+//! Each case is a small scene made by code. Its set of images is made as the server makes it, goes through the codec, is held, rebuilt and drawn by the
+//! client's own library, from the middle of the region that it is made for and from its rim. The truth are rays through the scene's
+//! triangles on the CPU ([`crate::raytrace`]). Judged is what numbers may do: depth inside of surfaces, as the shift that its error
+//! makes for an eye at the rim, holes inside of surfaces, and values that are no numbers.
+
+mod build;
+mod judge;
+mod sweeps;
+mod way;
+
+use gpu::Gpu;
+
+use crate::client_view::ClientView;
+use crate::report::plot::{Axes, Scatter, Series, draw_curves};
+use crate::report::progress::Progress;
+use crate::report::{Bar, Report, Row};
+use crate::spread::{Better, Spread};
+use crate::topic::{Run, Topic};
+use judge::{Errors, differing_share};
+use sweeps::{BOUND_PX, SWEEPS, Sweep};
+use way::{PICTURE_PX, Shown, shown};
+
+/// See the module.
+pub struct Stability;
+
+/// Pixels that may differ where two cases must look alike: an edge that runs through a pixel's middle falls to either side.
+const ALIKE_SHARE: f64 = 0.001;
+/// Of the pixels inside of surfaces.
+const HOLES_SHARE: f64 = 0.001;
+
+impl Topic for Stability {
+    fn name(&self) -> &'static str {
+        "stability"
+    }
+
+    fn about(&self) -> &'static str {
+        "Stiff parameters swept over their decades, through the whole way from a scene to a client's picture: the error of depth and the holes inside of \
+         surfaces, beside rays in double precision, and where each bound ends to hold."
+    }
+
+    fn default_scenes(&self, _: bool) -> Vec<String> {
+        SWEEPS.iter().map(|sweep| sweep.name.to_owned()).collect()
+    }
+
+    fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
+        let gpu = run.gpu(report)?.clone();
+        let mut view = ClientView::new(&gpu, (PICTURE_PX, PICTURE_PX))?;
+        describe(report);
+        let sweeps: Vec<&Sweep> =
+            SWEEPS.iter().filter(|sweep| run.scenes.iter().any(|name| name == sweep.name)).collect();
+        anyhow::ensure!(!sweeps.is_empty(), "--scene takes the names of sweeps here: {}", names());
+        let values: usize = sweeps.iter().map(|sweep| values(sweep, run.quick).len()).sum();
+        let progress = Progress::new("stability", values as u64);
+        for sweep in sweeps {
+            swept(&gpu, sweep, &mut view, (run, &progress), report)?;
+        }
+        Ok(())
+    }
+}
+
+fn names() -> String {
+    SWEEPS.iter().map(|sweep| format!("\"{}\"", sweep.name)).collect::<Vec<_>>().join(", ")
+}
+
+fn describe(report: &mut Report) {
+    report.settings.set("picture", format!("{PICTURE_PX}x{PICTURE_PX}"));
+    report.notes = [
+        "parallax_px: how far a sample moves in the picture of an eye at the rim of the region by what its depth is wrong; inside of surfaces, where the pixel and the eight around it show one object.",
+        "holes_share: of the pixels inside of surfaces, those without a surface. not_finite: depths in pictures that are no numbers or infinite.",
+        "differing_share: pixels that differ by more than 1 of 255 from the sweep's first case, which looks the same in exact arithmetic.",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    report.notes.extend(SWEEPS.iter().map(|sweep| format!("{}: {}.", sweep.name, sweep.bound)));
+}
+
+/// The values of a sweep; quickly, its ends and where its bounds must hold.
+fn values(sweep: &Sweep, quick: bool) -> Vec<i32> {
+    let [first, last] = sweep.decades;
+    let all = first..=last;
+    all.filter(|decade| !quick || [first, last, sweep.holds_to].contains(decade)).collect()
+}
+
+fn swept(
+    gpu: &Gpu,
+    sweep: &Sweep,
+    view: &mut ClientView,
+    (run, progress): (&Run, &Progress),
+    report: &mut Report,
+) -> anyhow::Result<()> {
+    let mut first: Option<Vec<Shown>> = None;
+    let mut points: [Vec<(f64, f64)>; 3] = Default::default();
+    for decade in values(sweep, run.quick) {
+        let value = 10_f64.powi(decade);
+        let method = format!("{} = 1e{decade}", sweep.parameter);
+        progress.say(format!("{}, {method}", sweep.name));
+        let found = shown(gpu, &(sweep.case)(value), view);
+        progress.step();
+        let must_hold = decade <= sweep.holds_to;
+        let shown = match found {
+            Ok(shown) => shown,
+            Err(error) => {
+                report.rows.push(Row::failed(sweep.name, &method, &error));
+                continue;
+            }
+        };
+        let errors = Errors::of(&shown);
+        let mut row = Row::new(sweep.name, &method);
+        let parallax = Spread::of(&errors.parallax_px, Better::Lower);
+        if let Some(parallax) = parallax {
+            row.error.set("parallax_px", parallax);
+            points[0].push((value, parallax.worst));
+            points[1].push((value, parallax.p95));
+        }
+        row.counts.set("inside", errors.inside as f64);
+        row.counts.set("holes_share", errors.holes_share());
+        row.counts.set("not_finite", errors.not_finite as f64);
+        points[2].push((value, errors.holes_share()));
+        let differing = first.as_ref().filter(|_| sweep.looks_alike).map(|first| differing_share(first, &shown));
+        if let Some(differing) = differing {
+            row.counts.set("differing_share", differing);
+        }
+        if must_hold {
+            let what = |bound: &str| format!("{}, {method}: {bound}", sweep.name);
+            report.bars.push(Bar::at_most(what("values that are no numbers"), 0.0, Some(errors.not_finite as f64), ""));
+            report.bars.push(Bar::at_most(
+                what("holes inside of surfaces"),
+                HOLES_SHARE,
+                Some(errors.holes_share()),
+                "share",
+            ));
+            if errors.inside > 0 {
+                report.bars.push(Bar::at_most(what("depth"), BOUND_PX, parallax.map(|parallax| parallax.worst), "px"));
+            }
+            if differing.is_some() {
+                report.bars.push(Bar::at_most(what("pixels that look otherwise"), ALIKE_SHARE, differing, "share"));
+            }
+        }
+        report.rows.push(row);
+        first.get_or_insert(shown);
+    }
+    let names = ["depth, worst pixel, in px", "depth, 95 of 100 pixels, in px", "share of holes"];
+    let series = names.into_iter().zip(points).map(|(name, points)| Series { name: name.to_owned(), points }).collect();
+    let file = format!("{}.svg", sweep.name.replace(' ', "-"));
+    let path = run.figure(report, file, format!("Errors against {}.", sweep.parameter));
+    let plot = Scatter {
+        title: sweep.name.to_owned(),
+        x_label: sweep.parameter.to_owned(),
+        y_label: "error".to_owned(),
+        series,
+    };
+    draw_curves(&plot, Axes { log_x: true, front: false }, &path)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn a_still_life_far_away_is_drawn_as_at_the_origin_and_a_wrong_place_is_seen() {
+        let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
+        let mut view = ClientView::new(&gpu, (PICTURE_PX, PICTURE_PX)).expect("pipelines");
+        let [near, far] =
+            [0, 7].map(|decade| shown(&gpu, &(SWEEPS[0].case)(10_f64.powi(decade)), &mut view).expect("drawn"));
+        assert!(differing_share(&near, &far) <= ALIKE_SHARE);
+        let worst = |shown: &[Shown]| Errors::of(shown).parallax_px.into_iter().fold(0.0, f64::max);
+        let errors = Errors::of(&far);
+        assert!(errors.inside > 1000 && errors.not_finite == 0 && errors.holes_share() <= HOLES_SHARE);
+        assert!(worst(&far) <= BOUND_PX, "{}", worst(&far));
+        // Two centimetres off the truth, as f32 would be there.
+        let mut off = far;
+        off.iter_mut().for_each(|shown| shown.camera.world_from_eye.translation += DVec3::new(0.0, 0.0, 0.02));
+        assert!(worst(&off) > BOUND_PX, "{}", worst(&off));
+    }
+
+    #[test]
+    fn every_case_is_made_of_numbers() {
+        for sweep in SWEEPS {
+            assert!((sweep.decades[0]..=sweep.decades[1]).contains(&sweep.holds_to));
+            for decade in values(sweep, false) {
+                let case = (sweep.case)(10_f64.powi(decade));
+                let snapshot = case.scene.at(0.0);
+                assert!(snapshot.world_from_mesh.iter().all(|pose| pose.is_finite()), "{} {decade}", sweep.name);
+                assert!(case.middle.translation.is_finite() && case.near_m > 0.0 && !case.scene.bounds.is_empty());
+            }
+        }
+    }
+}

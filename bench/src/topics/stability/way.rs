@@ -1,0 +1,86 @@
+//! The way from a scene to a client's picture, and the truth beside it: images as the server makes them, their bytes, the held copy, its surfaces, a frame.
+
+use anyhow::ensure;
+use camera::{Pinhole, Rigid};
+use client::draw::frame::Options;
+use glam::DVec3;
+use gpu::Gpu;
+use protocol::codec::{Coding, decode_patch};
+use protocol::{DepthImage, Limits, Look};
+use scene::Scene;
+use server::discretize::{Discretization, Discretizer};
+
+use crate::client_view::{ClientView, Drawn, HeldSet};
+use crate::raytrace::{Effects, RayTruth, TracedPicture};
+use crate::sets::{self, SetPlan};
+use crate::stage::Stage;
+
+/// Side of a picture, and of each image of a set.
+pub const PICTURE_PX: u32 = 160;
+const IMAGE_PX: u32 = 192;
+const IMAGES: usize = 4;
+pub const FOV_Y_RAD: f64 = std::f64::consts::TAU / 6.0;
+
+/// A scene and who looks at it.
+pub struct Case {
+    pub scene: Scene,
+    /// The middle of the region that the set is made for.
+    pub middle: Rigid,
+    pub near_m: f64,
+}
+
+/// What a client draws at an eye, and what is there.
+pub struct Shown {
+    pub camera: Pinhole,
+    pub drawn: Drawn,
+    pub truth: TracedPicture,
+    /// Radius of the region that the set was made for.
+    pub region_m: f64,
+}
+
+impl Shown {
+    /// By how many pixels an error of inverse depth shifts a sample for an eye at the rim of the region.
+    pub fn parallax_px(&self, w_error: f64) -> f64 {
+        self.camera.focal_px * self.region_m * w_error.abs()
+    }
+
+    /// Inverse depth in the truth, in 1/m; `None` where nothing is.
+    pub fn true_w(&self, pixel: usize) -> Option<f64> {
+        let eye = self.camera.world_from_eye;
+        let forward = eye.rotation * DVec3::Z;
+        self.truth.first[pixel].map(|point| 1.0 / forward.dot(point.p_world - eye.translation))
+    }
+}
+
+/// What clients show of a case: from the region's middle, and from its rim, above to the right.
+pub fn shown(gpu: &Gpu, case: &Case, view: &mut ClientView) -> anyhow::Result<Vec<Shown>> {
+    let mut stage = Stage::new(gpu, case.scene.clone(), Look::Plain)?;
+    let camera = |eye: Rigid| Pinhole::symmetric(eye, (PICTURE_PX, PICTURE_PX), FOV_Y_RAD, case.near_m);
+    stage.show(0.0, case.middle.translation)?;
+    let plan = SetPlan { discretization: Discretization::SURFACE, images: IMAGES, image_px: IMAGE_PX };
+    let (views, precision) = sets::planned(&stage.scene, case.middle, &camera(case.middle), &plan);
+    let mut discretizer = Discretizer::new(&stage.renderer)?;
+    let set = sets::make(&stage, &mut discretizer, &views, plan.discretization, precision)?;
+    let images = through_the_codec(&set.images)?;
+    let held = HeldSet::new(gpu, &images, (stage.renderer.materials(), &stage.lighting))?;
+    let truth = RayTruth::new(&stage.scene, stage.snapshot(), &stage.lighting);
+    let region_m = sets::region_radius_m(&stage.scene);
+    let to_rim = case.middle.rotation * DVec3::new(1.0, 1.0, 0.0).normalize() * region_m;
+    [DVec3::ZERO, to_rim]
+        .into_iter()
+        .map(|aside| {
+            let camera = camera(Rigid { translation: case.middle.translation + aside, ..case.middle });
+            let drawn = view.frame(&held, &camera, Options::default())?;
+            Ok(Shown { camera, drawn, truth: truth.picture(&camera, &Effects::PLAIN, 1), region_m })
+        })
+        .collect()
+}
+
+fn through_the_codec(images: &[DepthImage]) -> anyhow::Result<Vec<DepthImage>> {
+    let decoded = sets::encoded(images, Coding::default())
+        .iter()
+        .map(|bytes| Ok(decode_patch(bytes, &Limits::default())?.image))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    ensure!(decoded == images, "images do not come back from their bytes");
+    Ok(decoded)
+}
