@@ -83,6 +83,42 @@ fn values(sweep: &Sweep, quick: bool) -> Vec<i32> {
     all.filter(|decade| !quick || [first, last, sweep.holds_to].contains(decade)).collect()
 }
 
+/// What is bounded, by the greatest that was found where it must hold, and the first decade at which it did not.
+struct Bound {
+    what: &'static str,
+    at_most: f64,
+    unit: &'static str,
+    found: Option<f64>,
+    broken_at: Option<i32>,
+}
+
+impl Bound {
+    fn new(what: &'static str, at_most: f64, unit: &'static str) -> Bound {
+        Bound { what, at_most, unit, found: None, broken_at: None }
+    }
+
+    fn add(&mut self, sweep: &Sweep, decade: i32, found: Option<f64>) {
+        let Some(found) = found else { return };
+        if decade <= sweep.holds_to {
+            // What is no number must not be lost.
+            let worst = self.found.unwrap_or(found);
+            self.found = Some(if found > worst || found.is_nan() { found } else { worst });
+        }
+        if self.broken_at.is_none() && !(found <= self.at_most) {
+            self.broken_at = Some(decade);
+        }
+    }
+
+    fn tell(&self, sweep: &Sweep, report: &mut Report) {
+        let range = format!("{} from 1e{} to 1e{}", sweep.parameter, sweep.decades[0], sweep.holds_to);
+        let what = format!("{}, {range}: {}", sweep.name, self.what);
+        report.bars.push(Bar::at_most(what, self.at_most, self.found, self.unit));
+        if let Some(decade) = self.broken_at {
+            report.notes.push(format!("{}: {} are out of bounds at 1e{decade} first.", sweep.name, self.what));
+        }
+    }
+}
+
 fn swept(
     gpu: &Gpu,
     sweep: &Sweep,
@@ -92,13 +128,18 @@ fn swept(
 ) -> anyhow::Result<()> {
     let mut first: Option<Vec<Shown>> = None;
     let mut points: [Vec<(f64, f64)>; 3] = Default::default();
+    let mut bounds = [
+        Bound::new("depths that are no numbers", 0.0, ""),
+        Bound::new("holes inside of surfaces", HOLES_SHARE, "share"),
+        Bound::new("depths inside of surfaces", BOUND_PX, "px"),
+        Bound::new("pixels that look otherwise", ALIKE_SHARE, "share"),
+    ];
     for decade in values(sweep, run.quick) {
         let value = 10_f64.powi(decade);
         let method = format!("{} = 1e{decade}", sweep.parameter);
         progress.say(format!("{}, {method}", sweep.name));
         let found = shown(gpu, &(sweep.case)(value), view);
         progress.step();
-        let must_hold = decade <= sweep.holds_to;
         let shown = match found {
             Ok(shown) => shown,
             Err(error) => {
@@ -107,40 +148,27 @@ fn swept(
             }
         };
         let errors = Errors::of(&shown);
-        let mut row = Row::new(sweep.name, &method);
         let parallax = Spread::of(&errors.parallax_px, Better::Lower);
+        let differing = first.as_ref().filter(|_| sweep.looks_alike).map(|first| differing_share(first, &shown));
+        let mut row = Row::new(sweep.name, &method);
         if let Some(parallax) = parallax {
             row.error.set("parallax_px", parallax);
             points[0].push((value, parallax.worst));
             points[1].push((value, parallax.p95));
         }
+        points[2].push((value, errors.holes_share()));
         row.counts.set("inside", errors.inside as f64);
         row.counts.set("holes_share", errors.holes_share());
         row.counts.set("not_finite", errors.not_finite as f64);
-        points[2].push((value, errors.holes_share()));
-        let differing = first.as_ref().filter(|_| sweep.looks_alike).map(|first| differing_share(first, &shown));
-        if let Some(differing) = differing {
-            row.counts.set("differing_share", differing);
-        }
-        if must_hold {
-            let what = |bound: &str| format!("{}, {method}: {bound}", sweep.name);
-            report.bars.push(Bar::at_most(what("values that are no numbers"), 0.0, Some(errors.not_finite as f64), ""));
-            report.bars.push(Bar::at_most(
-                what("holes inside of surfaces"),
-                HOLES_SHARE,
-                Some(errors.holes_share()),
-                "share",
-            ));
-            if errors.inside > 0 {
-                report.bars.push(Bar::at_most(what("depth"), BOUND_PX, parallax.map(|parallax| parallax.worst), "px"));
-            }
-            if differing.is_some() {
-                report.bars.push(Bar::at_most(what("pixels that look otherwise"), ALIKE_SHARE, differing, "share"));
-            }
-        }
+        differing.into_iter().for_each(|share| row.counts.set("differing_share", share));
         report.rows.push(row);
+        let worst_px = parallax.map(|parallax| parallax.worst);
+        let found = [Some(errors.not_finite as f64), Some(errors.holes_share()), worst_px, differing];
+        bounds.iter_mut().zip(found).for_each(|(bound, found)| bound.add(sweep, decade, found));
         first.get_or_insert(shown);
     }
+    let told = if sweep.looks_alike { &bounds[..] } else { &bounds[..3] };
+    told.iter().for_each(|bound| bound.tell(sweep, report));
     let names = ["depth, worst pixel, in px", "depth, 95 of 100 pixels, in px", "share of holes"];
     let series = names.into_iter().zip(points).map(|(name, points)| Series { name: name.to_owned(), points }).collect();
     let file = format!("{}.svg", sweep.name.replace(' ', "-"));
@@ -175,6 +203,20 @@ mod tests {
         let mut off = far;
         off.iter_mut().for_each(|shown| shown.camera.world_from_eye.translation += DVec3::new(0.0, 0.0, 0.02));
         assert!(worst(&off) > BOUND_PX, "{}", worst(&off));
+    }
+
+    #[test]
+    fn a_bound_tells_its_worst_where_it_must_hold_and_where_it_breaks() {
+        let sweep = &SWEEPS[0];
+        let mut bound = Bound::new("errors", 1.0, "px");
+        let found = [(0, Some(0.2)), (1, None), (6, Some(0.7)), (7, Some(0.4)), (8, Some(3.0)), (9, Some(f64::NAN))];
+        found.into_iter().for_each(|(decade, found)| bound.add(sweep, decade, found));
+        assert_eq!((bound.found, bound.broken_at), (Some(0.7), Some(8)));
+        bound.add(sweep, 3, Some(f64::NAN));
+        bound.add(sweep, 4, Some(0.1));
+        let mut report = Report::new("stability", "");
+        bound.tell(sweep, &mut report);
+        assert!(report.bars[0].is_missed() && report.notes[0].contains("1e8"), "{:?}", report.bars);
     }
 
     #[test]
