@@ -8,7 +8,7 @@ use common::{Block, FLOOR, OnFloor, Stage, World, camera, lit_by, on_floor};
 use glam::{DAffine3, DVec3};
 use protocol::held::ObjectPose;
 use protocol::{Area, AreaShape, Edit, Held, Light, Patch, PatchId, Purpose};
-use surface::Corners;
+use surface::{BuiltSurfaces, Corners};
 use vantage_client::draw::light_images::LightImages;
 use vantage_client::draw::shadow::{Settings, Shadows};
 use vantage_client::receive::follow::Follow;
@@ -66,7 +66,7 @@ impl Client {
 
     fn update(&mut self, edits: Vec<Edit>) {
         let update = self.held.commit(edits, 0.0, 0).expect("sound");
-        self.stage.lights.as_mut().expect("made").follow(&self.held, &update, false);
+        self.stage.lights.as_mut().expect("made").follow(&self.held, &update, false, &mut BuiltSurfaces::default());
     }
 
     /// Of the lamp's light, the mean share that arrives on the floor under the plate's middle, and well beside it.

@@ -54,6 +54,11 @@ impl Purpose {
     /// How many layers there may be: of two groups of objects their front faces and their back faces.
     pub const LAYERS: u8 = 4;
 
+    /// Whether it is drawn as a surface, from anywhere.
+    pub fn is_surface(self) -> bool {
+        matches!(self, Purpose::Eye | Purpose::Light(_) | Purpose::Occluders | Purpose::Layer(_))
+    }
+
     /// Whether it is a surface that an eye sees from anywhere.
     pub fn is_for_eyes(self) -> bool {
         matches!(self, Purpose::Eye | Purpose::Layer(_))

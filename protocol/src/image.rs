@@ -1,5 +1,7 @@
 //! [`DepthImage`]: what one camera captured, as plain values with no GPU handle.
 
+use std::ops::Range;
+
 use camera::{Camera, Pinhole, Rigid};
 use serde::{Deserialize, Serialize};
 
@@ -73,6 +75,11 @@ impl Mask {
         (low | high) & (u64::MAX >> (64 - count))
     }
 
+    /// How many of up to 64 pixels of a row are occupied.
+    pub fn count_in(&self, y: u32, columns: Range<u32>) -> u32 {
+        if columns.is_empty() { 0 } else { self.bits(columns.start, y, columns.len() as u32).count_ones() }
+    }
+
     /// Marks the pixels of [`Mask::bits`] that are set.
     pub(crate) fn set_bits(&mut self, x: u32, y: u32, bits: u64) {
         let bit = self.bit(x, y);
@@ -84,7 +91,7 @@ impl Mask {
     }
 
     /// Hands the runs of occupied pixels in a row to `take`, as ranges of columns.
-    pub(crate) fn runs(&self, y: u32, mut take: impl FnMut(std::ops::Range<u32>)) {
+    pub(crate) fn runs(&self, y: u32, mut take: impl FnMut(Range<u32>)) {
         let row = self.bit(0, y);
         let end = row + self.width_px as usize;
         let mut start = self.next_bit(row, end, 0);

@@ -5,12 +5,13 @@ use camera::{Bounds as WorldBounds, Pinhole};
 use glam::DAffine3;
 use gpu::Gpu;
 use protocol::held::HeldPatch;
-use protocol::{Edit, Held, Material, PatchId, Purpose, Update};
+use protocol::{Edit, Held, Material, Patch, PatchId, Purpose, Update};
 
+use crate::built::{self, Build, Built, BuiltSurfaces};
 use crate::corners::{CornerRules, Corners};
 use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex, QUAD_INDICES};
-use crate::patch::{PatchSurface, QuadBuffers, QuadOptions, SurfaceStats};
-use crate::redraw::{self, CORNERS};
+use crate::patch::{PatchSurface, QuadBuffers, SurfaceStats};
+use crate::redraw;
 
 /// The surfaces of everything held that is for one purpose, the eye if nothing else is said, one mesh a patch: on the GPU, or in the host's memory for what draws there.
 ///
@@ -33,9 +34,6 @@ pub struct HeldSurfaces {
     /// Of the last change that may show in a picture.
     revision: u64,
 }
-
-/// A patch that is trimmed gets room for further corners: this part of those it has. A small one is built anew as quickly.
-const ROOM_SHARE: usize = 8;
 
 /// A number that no store has had.
 fn next_revision() -> u64 {
@@ -87,13 +85,21 @@ impl HeldSurfaces {
 
     /// Follows an update that `held` has just applied.
     pub fn apply(&mut self, held: &Held, update: &Update) {
+        self.apply_built(held, update, &mut BuiltSurfaces::default());
+    }
+
+    /// The same, with surfaces that may have been built of the patches that the update adds. What it trims or deletes of these is then drawn as if a later one did.
+    pub fn apply_built(&mut self, held: &Held, update: &Update, built: &mut BuiltSurfaces) {
         let mut changed = BTreeSet::new();
         let mut trimmed: BTreeMap<PatchId, Vec<(u16, u16)>> = BTreeMap::new();
         for edit in &update.edits {
             match edit {
-                Edit::Add(patch) => {
-                    changed.insert(patch.id);
-                }
+                Edit::Add(patch) => match self.take_built(patch, built) {
+                    Some(built) => self.place_built(patch, built),
+                    None => {
+                        changed.insert(patch.id);
+                    }
+                },
                 Edit::Remove(id) => {
                     changed.insert(*id);
                 }
@@ -101,7 +107,7 @@ impl HeldSurfaces {
                     trimmed.entry(*id).or_default().extend(trims.iter().map(|&(x, y, _)| (x, y)));
                 }
                 Edit::Delete(id, pixels) => self.delete(*id, pixels),
-                Edit::Clear => changed.extend(self.patches.keys().copied()),
+                Edit::Clear => self.clear(),
                 // Instances are drawn by rays.
                 Edit::Move(_)
                 | Edit::Place(..)
@@ -135,6 +141,20 @@ impl HeldSurfaces {
         held.patches.values().for_each(|patch| self.insert(patch));
     }
 
+    /// The surface that was built of a patch, if that is what would be built here.
+    fn take_built(&self, patch: &Patch, built: &mut BuiltSurfaces) -> Option<Built> {
+        let is_usual = self.rules == CornerRules::of(self.purpose) && self.coarsens == built::coarsens(self.purpose);
+        if patch.purpose != self.purpose || !is_usual || self.gpu.is_none() {
+            return None;
+        }
+        built.take(patch.id).filter(|built| built.is_of(patch, self.build()))
+    }
+
+    /// How surfaces are built beside the drawing, for [`HeldSurfaces::apply_built`].
+    pub fn build(&self) -> Build {
+        Build { corners: self.corners, provoking: self.provoking_vertex() }
+    }
+
     /// Builds a patch's surface, or builds it anew. Patches for other purposes are left out.
     pub fn insert(&mut self, held: &HeldPatch) {
         let mesh = self.mesh(held);
@@ -157,17 +177,25 @@ impl HeldSurfaces {
 
     /// Draws a patch by its mesh from now on.
     pub fn place(&mut self, held: &HeldPatch, mesh: PatchMesh) {
-        // Most patches are never trimmed.
-        self.place_with_room(held, mesh, 0);
+        if self.gpu.is_some() {
+            return self.place_built(&held.patch, Built::of(&held.patch, mesh, self.build(), self.coarsens));
+        }
+        let is_empty = mesh.indices.is_empty();
+        self.replace(held.patch.id, (!is_empty).then(|| PatchSurface::on_host(&held.patch, mesh)));
     }
 
-    fn place_with_room(&mut self, held: &HeldPatch, mesh: PatchMesh, room: usize) {
-        if mesh.indices.is_empty() {
-            self.remove(held.patch.id);
-        } else {
-            self.revision = next_revision();
-            let options = QuadOptions { provoking: self.provoking_vertex(), coarsens: self.coarsens, room };
-            self.patches.insert(held.patch.id, PatchSurface::new(self.gpu.as_ref(), held, mesh, options));
+    fn place_built(&mut self, patch: &Patch, built: Built) {
+        let gpu = self.gpu.as_ref().filter(|_| !built.is_empty());
+        self.replace(patch.id, gpu.map(|gpu| PatchSurface::on_gpu(gpu, patch, built)));
+    }
+
+    fn replace(&mut self, id: PatchId, surface: Option<PatchSurface>) {
+        match surface {
+            Some(surface) => {
+                self.revision = next_revision();
+                self.patches.insert(id, surface);
+            }
+            None => self.remove(id),
         }
     }
 
@@ -176,14 +204,11 @@ impl HeldSurfaces {
         let options = self.mesh_options();
         let Some(patch) = self.patches.get_mut(&held.patch.id) else { return };
         let redrawn = redraw::around(held, pixels, &options);
-        if patch.room < redrawn.len() * CORNERS {
-            // Which was trimmed once will be trimmed again.
-            let mesh = self.mesh(held);
-            let room = mesh.vertices.len() / ROOM_SHARE;
-            self.place_with_room(held, mesh, room);
-        } else {
+        if patch.may_redraw(&redrawn) {
             self.revision = next_revision();
             patch.redraw(self.gpu.as_ref(), &redrawn, options.provoking);
+        } else {
+            self.insert(held);
         }
     }
 

@@ -4,146 +4,40 @@
 //! Quads become one where they share all corners between them and lie in a plane as far as a pixel can tell; its colour and normal
 //! are their means, as in a texture's mip levels. What does not (outlines, twigs) is drawn as finely as it is held at every level.
 
+mod part;
+
 use std::array;
 use std::ops::Range;
 
 use camera::Pinhole;
-use glam::{DVec2, DVec3, Vec3};
+use glam::Vec3;
 use protocol::{Mask, image};
 
 use crate::mesh::{END, PatchMesh, ProvokingVertex, QUAD_INDICES, Vertex};
 use crate::tiles::{Bounds, Pyramid};
 
-/// Pixels of a part's side: so small that a part at the rim of a view is mostly seen and has one distance, and that its quads outweigh a draw call.
+pub use part::Part;
+use part::{Coarseness, LEVELS, Level, Seen};
+
+/// Pixels of a part's side, a multiple of its coarsest quad's: so small that a part at the rim of a view is mostly seen and has one distance, and that its quads outweigh a draw call.
 const SIDE_PX: u32 = 16;
-/// Quads over 1, 2, 4 and 8 samples along a side; [`SIDE_PX`] is a multiple.
-const LEVELS: usize = 4;
 /// The corners that vanish between four quads lie off the middle of those that stay by no more than this share of the new quad's side in the image ...
 const MOST_BEND_ACROSS: f32 = 0.125;
 /// ... and along the ray by no more than this share: what is coded in steps is rough.
 const MOST_BEND_ALONG: f32 = 0.25;
-/// A level is drawn where what its quads bend along rays comes to no more pixels than this, so that cracks beside finer quads stay far below one.
-const MOST_BEND_PX: f64 = 0.125;
 /// A level is kept where it has no more than this share of the quads of the one before.
 const WORTHWHILE: f64 = 0.75;
-/// A level is drawn where the longest side of its quads comes to no more pixels than this: they are from half of a pixel large to two. Of a machine full of ribs, held
-/// with up to two samples a pixel, FLIP is the same with 1, the square root of 2 and 2.
-const LONGEST_PX: f64 = std::f64::consts::SQRT_2;
+/// Of a square without a sample.
+const NO_PART: u32 = u32::MAX;
 /// A part of fewer samples has but its finest level.
 const FEWEST: usize = 64;
-
-/// One square part of a patch.
-#[derive(Debug, Clone)]
-struct Part {
-    /// Around its corners.
-    bounds: Bounds,
-    /// Around the planes of its triangles.
-    planes: Planes,
-    /// Whether something in it may have moved since.
-    moves: bool,
-    /// From the finest on; never empty.
-    levels: Vec<Level>,
-}
-
-/// How a view shows a part.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    /// Pixels of the view at most that one of the patch's image comes to.
-    px_of_px: f64,
-    /// Pixels of the patch's image at most that a length along the ray comes to, which is as long as its depth.
-    along_px: f64,
-}
-
-impl Seen {
-    /// `eye`: the view's, in the patch's eye space. From beside, what lies along a ray is seen under the angle between that ray and the eye's own, whose sine is no
-    /// more than the eye's distance from the ray over that from the point.
-    fn new(part: &Part, (pyramid, eye): (&Pyramid, DVec3), (view, camera): (&Pinhole, &Pinhole)) -> Seen {
-        let nearer = pyramid.least_depth_share(&part.bounds).max(0.0);
-        let sine = (eye.length() * part.bounds.nearest_w() / nearer).min(1.0);
-        let corner_px = DVec2::new(camera.width_px.into(), camera.height_px.into());
-        let farthest_px = camera.centre_px.max(corner_px - camera.centre_px).length();
-        Seen { px_of_px: view.focal_px / camera.focal_px / nearer, along_px: sine * camera.focal_px.hypot(farthest_px) }
-    }
-}
-
-/// A box around planes, each as the vector `n` with `n . p = 1` for all of its points `p`, in the eye space of the patch at capture: the patch's
-/// own eye has `n . p = 0`, and is before all of them.
-#[derive(Debug, Clone, Copy)]
-struct Planes {
-    low: DVec3,
-    high: DVec3,
-}
-
-impl Planes {
-    const NONE: Planes = Planes { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
-
-    /// With the planes of a quad's two triangles: its corners are given in the image, as [`ProvokingVertex::corners`] has them.
-    fn with(self, [a, b, c, d]: [Vec3; 4], camera: &Pinhole) -> Planes {
-        [[a, d, b], [a, c, d]].into_iter().fold(self, |around, [a, b, c]| {
-            // `w` is linear in the image: `w = n . ray`.
-            let (to_b, to_c) = ((b - a).as_dvec3(), (c - a).as_dvec3());
-            let area = to_b.x * to_c.y - to_b.y * to_c.x;
-            let right = (to_b.z * to_c.y - to_c.z * to_b.y) / area * camera.focal_px;
-            let down = (to_c.z * to_b.x - to_b.z * to_c.x) / area * camera.focal_px;
-            let ray = camera.ray_eye_from_image(a.x.into(), a.y.into());
-            let n = DVec3::new(right, down, f64::from(a.z) - right * ray.x - down * ray.y);
-            // A triangle without an area shows nothing.
-            if area == 0.0 { around } else { Planes { low: around.low.min(n), high: around.high.max(n) } }
-        })
-    }
-
-    /// Whether an eye lies behind all of them, or there are none.
-    fn are_all_before(&self, eye: DVec3) -> bool {
-        // Products of nothing and infinity are no numbers; nor is any comparison with them true.
-        self.low.x > self.high.x || (self.low * eye).min(self.high * eye).element_sum() >= 1.0
-    }
-}
-
-/// The quads of a part at a level.
-#[derive(Debug, Clone)]
-struct Level {
-    /// Their indices.
-    indices: Range<u32>,
-    /// Of those that stand for several.
-    most: Coarseness,
-}
-
-/// How coarse quads are at most, seen from where they were captured.
-#[derive(Debug, Clone, Copy, Default)]
-struct Coarseness {
-    /// Their sides across the ray, in pixels of the patch's image.
-    across_px: f32,
-    /// How much nearer the one end of a side is than the other, as a share of its depth: what an eye beside sees of it.
-    along: f32,
-    /// How far they bend along the ray, likewise.
-    bend: f32,
-}
-
-impl Coarseness {
-    /// The most of both, with a quad between four corners in the image that bends by so much.
-    fn with(self, [a, b, c, d]: [Vec3; 4], bend: f32) -> Coarseness {
-        let most = Coarseness { bend: self.bend.max(bend), ..self };
-        [(a, b), (a, c), (b, d), (c, d)].into_iter().fold(most, |most, (from, to)| {
-            let across_px = from.truncate().distance(to.truncate());
-            let along = (from.z - to.z).abs() / from.z.min(to.z);
-            Coarseness { across_px: most.across_px.max(across_px), along: most.along.max(along), ..most }
-        })
-    }
-
-    /// Whether a view cannot tell.
-    fn is_unseen(self, seen: &Seen) -> bool {
-        let along_px = |along: f32| f64::from(along) * seen.along_px * seen.px_of_px;
-        f64::from(self.across_px) * seen.px_of_px + along_px(self.along) <= LONGEST_PX
-            && along_px(self.bend) <= MOST_BEND_PX
-    }
-}
 
 /// The parts of a patch.
 #[derive(Debug, Clone, Default)]
 pub struct Parts {
     parts: Vec<Part>,
-    /// By sample: its part, and the place of its quad among the quads.
-    places: Vec<[u32; 2]>,
+    /// By square of the image, row by row: its part, or none. Empty of a mesh that is not of samples.
+    numbers: Vec<u32>,
 }
 
 impl Parts {
@@ -159,21 +53,20 @@ impl Parts {
         }
         let quads: Vec<[u32; 4]> =
             mesh.indices.chunks_exact(QUAD_INDICES).map(|quad| provoking.corners(quad)).collect();
-        let sorted = by_part(mask);
-        let mut parts = Parts { parts: Vec::with_capacity(sorted.len()), places: vec![[0; 2]; quads.len()] };
+        let (sorted, numbers) = by_part(mask);
+        let mut parts = Parts { parts: Vec::with_capacity(sorted.len()), numbers };
         // Further levels have at most a third as many quads and vertices of their own, where they are worth it.
         let further = if coarsens { quads.len() / 3 } else { 0 };
         mesh.indices = Vec::with_capacity((quads.len() + further) * QUAD_INDICES);
         mesh.vertices.reserve(further);
-        for (samples, number) in sorted.iter().zip(0..) {
+        for samples in &sorted {
             let first = mesh.indices.len() as u32;
             for &(sample, _) in samples {
-                parts.places[sample as usize] = [number, (mesh.indices.len() / QUAD_INDICES) as u32];
                 mesh.indices.extend(provoking.indices(quads[sample as usize]));
             }
             let quads = samples.iter().map(|&(sample, _)| quads[sample as usize]);
-            let finest = Level { indices: first..mesh.indices.len() as u32, most: Coarseness::default() };
-            parts.parts.push(part(mesh, camera, quads, finest));
+            let finest = Level { first, end: mesh.indices.len() as u32, most: Coarseness::default() };
+            parts.parts.push(part_of(mesh, camera, quads, finest));
         }
         if coarsens {
             parts.coarsen(mesh, &sorted, &quads, (camera, provoking));
@@ -183,25 +76,39 @@ impl Parts {
 
     /// One part for all of a mesh that is not of quads of samples: every view draws it whole, and no sample of it can be deleted.
     fn whole(mesh: &PatchMesh) -> Parts {
-        let finest = Level { indices: 0..mesh.indices.len() as u32, most: Coarseness::default() };
-        let all = Part { bounds: Bounds::around([]), planes: Planes::NONE, moves: true, levels: vec![finest] };
-        Parts { parts: vec![all], places: Vec::new() }
+        let finest = Level { first: 0, end: mesh.indices.len() as u32, most: Coarseness::default() };
+        let mut all = Part::new(finest);
+        all.moves = 1;
+        Parts { parts: vec![all], numbers: Vec::new() }
+    }
+
+    /// The parts, and by square of the image the number of its part.
+    pub fn tables(&self) -> (&[Part], &[u32]) {
+        (&self.parts, &self.numbers)
+    }
+
+    /// Of such tables again, over so many indices; `None` where they do not fit.
+    pub fn of_tables(parts: Vec<Part>, numbers: Vec<u32>, indices: u32) -> Option<Parts> {
+        let fits = |level: &Level| level.first <= level.end && level.end <= indices;
+        let is_sound = |part: &Part| part.has_levels() && part.levels().iter().all(fits);
+        parts.iter().all(is_sound).then_some(Parts { parts, numbers })
     }
 
     /// Levels lie behind each other, so that neighbours at one level are drawn at once.
     fn coarsen(
         &mut self,
         mesh: &mut PatchMesh,
-        sorted: &[Vec<(u32, [u32; 2])>],
+        sorted: &[Samples],
         quads: &[[u32; 4]],
         (camera, provoking): (&Pinhole, ProvokingVertex),
     ) {
-        let still = self.parts.iter_mut().zip(sorted).filter(|(part, samples)| !part.moves && samples.len() >= FEWEST);
+        let still =
+            self.parts.iter_mut().zip(sorted).filter(|(part, samples)| part.moves == 0 && samples.len() >= FEWEST);
         let mut stacks: Vec<(&mut Part, Stack)> =
             still.map(|(part, samples)| (part, Stack::of(mesh, samples, quads, camera))).collect();
         for level in 1..LEVELS {
             for (part, stack) in &mut stacks {
-                stack.write(level, mesh, provoking, &mut part.levels);
+                stack.write(level, mesh, provoking, part);
             }
         }
     }
@@ -214,67 +121,85 @@ impl Parts {
         let mut ranges: Vec<Range<u32>> = Vec::new();
         for part in &self.parts {
             let is_turned_away = one_sided && part.planes.are_all_before(eye);
-            if !part.moves && (is_turned_away || !pyramid.may_see(&part.bounds)) {
+            if part.moves == 0 && (is_turned_away || !pyramid.may_see(&part.bounds)) {
                 continue;
             }
-            let coarser = if coarsens { &part.levels[1..] } else { &[] };
+            let coarser = if coarsens { &part.levels()[1..] } else { &[] };
             let seen = Seen::new(part, (&pyramid, eye), (view, camera));
-            let level = coarser.iter().rev().find(|level| level.most.is_unseen(&seen)).unwrap_or(&part.levels[0]);
+            let level = coarser.iter().rev().find(|level| level.most.is_unseen(&seen)).unwrap_or(&part.levels()[0]);
             match ranges.last_mut() {
-                Some(last) if last.end == level.indices.start => last.end = level.indices.end,
-                _ => ranges.push(level.indices.clone()),
+                Some(last) if last.end == level.first => last.end = level.end,
+                _ => ranges.push(level.first..level.end),
             }
         }
         ranges
     }
 
-    /// The place among the quads of a sample, whose quad has other corners from now on; `None` of a mesh that is not of samples. Its part is drawn as finely as it is held
-    /// from now on; `camera` is the patch's.
-    pub fn redraw(&mut self, sample: usize, corners: [Vec3; 4], camera: &Pinhole) -> Option<u32> {
-        let &[part, place] = self.places.get(sample)?;
-        let part = &mut self.parts[part as usize];
-        part.levels.truncate(1);
+    /// The place among the quads of a pixel's sample, whose quad has other corners from now on; `None` where `built`, the mask that the quads were made of, has none. Its
+    /// part is drawn as finely as it is held from now on; `camera` is the patch's.
+    pub fn redraw(&mut self, built: &Mask, pixel: (u16, u16), corners: [Vec3; 4], camera: &Pinhole) -> Option<u32> {
+        let (part, place) = self.place(built, pixel)?;
+        part.refine();
         part.bounds = part.bounds.and(Bounds::around(corners));
         part.planes = part.planes.with(corners, camera);
         Some(place)
     }
 
-    /// The places among the quads of some samples, ascending. Their parts are drawn as finely as they are held from now on: quads of other levels show these samples too.
-    pub fn delete(&mut self, samples: impl Iterator<Item = usize>) -> Vec<u32> {
-        let mut places: Vec<u32> = samples
-            .filter_map(|sample| self.places.get(sample))
-            .map(|&[part, place]| {
-                self.parts[part as usize].levels.truncate(1);
-                place
-            })
-            .collect();
+    /// The places among the quads of some pixels' samples, ascending. Their parts are drawn as finely as they are held from now on: quads of other levels show these samples too.
+    pub fn delete(&mut self, built: &Mask, pixels: &[(u16, u16)]) -> Vec<u32> {
+        let place = |&pixel: &(u16, u16)| {
+            let (part, place) = self.place(built, pixel)?;
+            part.refine();
+            Some(place)
+        };
+        let mut places: Vec<u32> = pixels.iter().filter_map(place).collect();
         places.sort_unstable();
         places
     }
+
+    /// The part that a pixel's sample lies in, and the place of its quad among the quads: those of a part lie row by row.
+    fn place(&mut self, built: &Mask, (x, y): (u16, u16)) -> Option<(&mut Part, u32)> {
+        let (x, y, width_px) = (u32::from(x), u32::from(y), built.size_px().0);
+        if !built.get(x, y) {
+            return None;
+        }
+        let number = self.numbers.get((y / SIDE_PX * width_px.div_ceil(SIDE_PX) + x / SIDE_PX) as usize)?;
+        let part = self.parts.get_mut(*number as usize)?;
+        let (left, top) = (x - x % SIDE_PX, y - y % SIDE_PX);
+        let rows_above: u32 = (top..y).map(|row| built.count_in(row, left..(left + SIDE_PX).min(width_px))).sum();
+        let first = part.levels()[0].first / QUAD_INDICES as u32;
+        Some((part, first + rows_above + built.count_in(y, left..x)))
+    }
 }
 
-/// Samples by their parts, each with its pixel within the part; parts row by row.
-fn by_part(mask: &Mask) -> Vec<Vec<(u32, [u32; 2])>> {
+/// Samples of a part, each with its pixel within the part.
+type Samples = Vec<(u32, [u32; 2])>;
+
+/// Samples by their parts, row by row. Then, by square of the image, the number of its part.
+fn by_part(mask: &Mask) -> (Vec<Samples>, Vec<u32>) {
     let (width_px, height_px) = mask.size_px();
     let columns = width_px.div_ceil(SIDE_PX);
     let mut parts = vec![Vec::new(); (columns * height_px.div_ceil(SIDE_PX)) as usize];
     for ((x, y), sample) in mask.occupied().zip(0..) {
         parts[(y / SIDE_PX * columns + x / SIDE_PX) as usize].push((sample, [x % SIDE_PX, y % SIDE_PX]));
     }
+    let mut numbers = 0..;
+    let number = |part: &Samples| if part.is_empty() { NO_PART } else { numbers.next().unwrap_or(NO_PART) };
+    let numbers = parts.iter().map(number).collect();
     parts.retain(|part| !part.is_empty());
-    parts
+    (parts, numbers)
 }
 
-fn part(mesh: &PatchMesh, camera: &Pinhole, quads: impl Iterator<Item = [u32; 4]>, finest: Level) -> Part {
-    let (mut bounds, mut planes, mut moves) = (Bounds::around([]), Planes::NONE, false);
+fn part_of(mesh: &PatchMesh, camera: &Pinhole, quads: impl Iterator<Item = [u32; 4]>, finest: Level) -> Part {
+    let mut part = Part::new(finest);
     for quad in quads {
         let vertices = quad.map(|corner| &mesh.vertices[corner as usize]);
         let corners = vertices.map(Vertex::image);
-        bounds = bounds.and(Bounds::around(corners));
-        planes = planes.with(corners, camera);
-        moves |= vertices.iter().any(|vertex| vertex.corner_normal_mover >> 16 != 0);
+        part.bounds = part.bounds.and(Bounds::around(corners));
+        part.planes = part.planes.with(corners, camera);
+        part.moves |= u32::from(vertices.iter().any(|vertex| vertex.corner_normal_mover >> 16 != 0));
     }
-    Part { bounds, planes, moves, levels: vec![finest] }
+    part
 }
 
 /// A quad of one level or another.
@@ -323,8 +248,8 @@ impl Stack {
         Stack { quads, most }
     }
 
-    /// Writes a level behind all indices, if it is worth it.
-    fn write(&self, level: usize, mesh: &mut PatchMesh, provoking: ProvokingVertex, levels: &mut Vec<Level>) {
+    /// Writes a level of its part behind all indices, if it is worth it.
+    fn write(&self, level: usize, mesh: &mut PatchMesh, provoking: ProvokingVertex, part: &mut Part) {
         let first = mesh.indices.len();
         for cell in 0..side(level) * side(level) {
             self.write_cell(level, cell, &mut |quad| {
@@ -332,12 +257,12 @@ impl Stack {
                 mesh.indices.extend(provoking.indices([quad.first, right, below, across]));
             });
         }
-        let (written, before) = (mesh.indices.len() - first, levels.last().map_or(0, |level| level.indices.len()));
-        if written as f64 > WORTHWHILE * before as f64 {
+        let before = part.levels().last().map_or(0, |level| level.end - level.first);
+        let written = mesh.indices.len() - first;
+        if written as f64 > WORTHWHILE * f64::from(before) {
             mesh.indices.truncate(first);
         } else {
-            let indices = first as u32..mesh.indices.len() as u32;
-            levels.push(Level { indices, most: self.most[level] });
+            part.add_level(Level { first: first as u32, end: mesh.indices.len() as u32, most: self.most[level] });
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Every sample of a depth image becomes one quad over its pixel. [`corners`] decides where its four corners lie, [`mesh`]
 //! puts the quads of one patch together so that neighbours on one surface share vertices (watertight, no overdraw),
-//! [`HeldSurfaces`] keeps one mesh a patch on the GPU, and [`SurfacePass`] draws them into a [`GBuffer`]; [`AddressPass`] draws which sample is
+//! [`Built`] is what comes out, [`HeldSurfaces`] keeps one a patch on the GPU, and [`SurfacePass`] draws them into a [`GBuffer`]; [`AddressPass`] draws which sample is
 //! seen where, for the server. There is no
 //! compute stage and no storage buffer, so the same code runs on WebGPU and WebGL2.
 //!
@@ -12,6 +12,7 @@
 // Waits for the GPU or uses threads, which a browser must not; only servers ask.
 #[cfg(not(target_arch = "wasm32"))]
 mod address;
+mod built;
 pub mod corners;
 mod gbuffer;
 mod held;
@@ -28,6 +29,7 @@ pub mod tiles;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use address::{AddressPass, AddressTexel, AddressView};
+pub use built::{Build, Built, BuiltSurfaces, DamagedSurface, FarBytes};
 pub use corners::{CornerRules, Corners};
 pub use gbuffer::GBuffer;
 pub use held::HeldSurfaces;

@@ -123,8 +123,13 @@ const NONE: u32 = u32::MAX;
 
 /// Builds the quads of a held patch; none of an image that no pinhole took.
 pub fn build(held: &HeldPatch, options: &MeshOptions<'_>) -> PatchMesh {
-    match held.patch.image.camera.pinhole() {
-        Some(camera) => Builder::new(held, camera, options).run(),
+    build_trimmed(&held.patch, &held.trims, options)
+}
+
+/// The same of a patch with what its samples are trimmed by, which is nothing before it is held.
+pub(crate) fn build_trimmed(patch: &Patch, trims: &[u8], options: &MeshOptions<'_>) -> PatchMesh {
+    match patch.image.camera.pinhole() {
+        Some(camera) => Builder::new((patch, trims), camera, options).run(),
         None => PatchMesh::default(),
     }
 }
@@ -146,13 +151,13 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(held: &'a HeldPatch, camera: &Pinhole, options: &'a MeshOptions<'a>) -> Builder<'a> {
-        let image = &held.patch.image;
+    fn new((patch, trims): (&'a Patch, &'a [u8]), camera: &Pinhole, options: &'a MeshOptions<'a>) -> Builder<'a> {
+        let image = &patch.image;
         let (planes, guarded) = corners::planes(image, camera, &options.rules, options.exact_w);
         let width = image.mask.size_px().0 as usize;
         Builder {
-            patch: &held.patch,
-            trims: &held.trims,
+            patch,
+            trims,
             options,
             guarded,
             pixels: image.mask.occupied().collect(),

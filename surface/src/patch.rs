@@ -1,14 +1,12 @@
 //! One patch as it is drawn: its quads, where they are drawn from, and what is around them.
 
-use bytemuck::Zeroable;
 use camera::{Bounds as WorldBounds, HalfSpace, Pinhole};
 use glam::DVec3;
 use gpu::Gpu;
-use protocol::held::HeldPatch;
 use protocol::image::Ranks;
-use protocol::{DepthImage, Mask, ObjectPose};
-use wgpu::util::DeviceExt;
+use protocol::{Mask, ObjectPose, Patch};
 
+use crate::built::{self, Built, Head, bounds_world, corner_eye};
 use crate::levels::Parts;
 use crate::mesh::{PatchMesh, ProvokingVertex, QUAD_INDICES, Vertex};
 use crate::redraw::{CORNERS, Redrawn};
@@ -27,17 +25,6 @@ pub struct SurfaceStats {
     pub bytes: u64,
 }
 
-/// How a patch's quads are made.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct QuadOptions {
-    /// Which vertex bears what is flat.
-    pub provoking: ProvokingVertex,
-    /// Whether there are quads of several samples.
-    pub coarsens: bool,
-    /// Corners that can be added.
-    pub room: usize,
-}
-
 #[derive(Debug)]
 pub(crate) struct PatchSurface {
     pub(crate) camera: Pinhole,
@@ -46,17 +33,20 @@ pub(crate) struct PatchSurface {
     pub(crate) quads: QuadBuffers,
     /// The codes of its materials, ascending.
     pub(crate) materials: Vec<u8>,
-    /// Which samples were built, and their places in `indices`.
+    /// Which samples were built.
     built: Mask,
-    ranks: Ranks,
     /// A ball around all corners, in the patch's eye space at capture: its centre, and its radius in metres.
     ball_eye: (DVec3, f64),
     /// Around all corners at capture.
     pub(crate) bounds_world: WorldBounds,
     pub(crate) stats: SurfaceStats,
-    /// Corners that can be added: on the GPU the last ones of its buffer.
-    pub(crate) room: usize,
+    /// Vertices of all levels as they were built, and those that were added behind them.
+    built_vertices: usize,
+    added_vertices: usize,
 }
+
+/// Room is made for further vertices by this part of those that were built at least.
+const ROOM_SHARE: usize = 8;
 
 /// The mesh of a patch, where it is drawn from.
 #[derive(Debug)]
@@ -72,40 +62,20 @@ pub(crate) enum QuadBuffers {
         mesh: PatchMesh,
         #[cfg_attr(target_arch = "wasm32", expect(dead_code, reason = "only servers draw on the host"))]
         tiles: Tiles,
+        /// Of the samples that were built: their places in `mesh`.
+        ranks: Ranks,
     },
 }
 
 impl QuadBuffers {
-    fn new(
-        gpu: Option<&Gpu>,
-        (mask, camera): (&Mask, &Pinhole),
-        mut mesh: PatchMesh,
-        QuadOptions { provoking, coarsens, room }: QuadOptions,
-    ) -> QuadBuffers {
-        let Some(gpu) = gpu else {
-            let tiles = Tiles::new(mask, |sample| bounds(&mesh, sample));
-            return QuadBuffers::Host { mesh, tiles };
-        };
-        let index_count = mesh.indices.len() as u32;
-        let parts = Parts::of(&mut mesh, mask, (camera, provoking, coarsens));
-        let buffer = |label, contents, usage| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-        };
-        // Compute shaders read them too: see [`crate::FlattenPass`].
-        let read = if gpu.caps.compute { wgpu::BufferUsages::STORAGE } else { wgpu::BufferUsages::empty() };
-        let changing = wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST | read;
-        mesh.vertices.resize(mesh.vertices.len() + room, Vertex::zeroed());
-        let corners = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST | read;
-        QuadBuffers::Gpu {
-            vertices: buffer("corners", bytemuck::cast_slice(&mesh.vertices), corners),
-            indices: buffer("quads", bytemuck::cast_slice(&mesh.indices), changing),
-            index_count,
-            parts,
+    /// Vertices of all levels.
+    fn vertices(&self) -> usize {
+        match self {
+            QuadBuffers::Gpu { vertices, .. } => vertices.size() as usize / size_of::<Vertex>(),
+            QuadBuffers::Host { mesh, .. } => mesh.vertices.len(),
         }
     }
-}
 
-impl QuadBuffers {
     /// Memory of vertices and indices, of all levels.
     fn bytes(&self) -> u64 {
         match self {
@@ -121,77 +91,59 @@ fn bounds(mesh: &PatchMesh, sample: usize) -> Bounds {
     Bounds::around(corners.iter().map(|&index| mesh.vertices[index as usize].image()))
 }
 
-/// The codes of an image's materials, ascending.
-fn materials_in(image: &DepthImage) -> Vec<u8> {
-    let mut seen = [false; 256];
-    image.material.iter().for_each(|&code| seen[usize::from(code)] = true);
-    (0..=u8::MAX).filter(|&code| seen[usize::from(code)]).collect()
-}
-
-/// A ball around corners: around the middle of their box.
-fn ball_eye(camera: &Pinhole, vertices: &[Vertex]) -> (DVec3, f64) {
-    let (low, high) = box_around(vertices.iter().map(|vertex| corner_eye(camera, vertex)));
-    let centre = (low + high) / 2.0;
-    (centre, high.distance(low) / 2.0)
-}
-
-fn bounds_world(camera: &Pinhole, vertices: &[Vertex]) -> WorldBounds {
-    let world_from_eye = camera.world_from_eye.to_affine();
-    let corners = vertices.iter().map(|vertex| world_from_eye.transform_point3(corner_eye(camera, vertex)));
-    let (min, max) = box_around(corners);
-    WorldBounds { min, max }
-}
-
-fn corner_eye(camera: &Pinhole, vertex: &Vertex) -> DVec3 {
-    camera.ray_eye_from_image(vertex.u_px.into(), vertex.v_px.into()) / f64::from(vertex.w)
-}
-
-fn box_around(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
-    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
-}
-
 impl PatchSurface {
-    pub(crate) fn new(gpu: Option<&Gpu>, held: &HeldPatch, mesh: PatchMesh, options: QuadOptions) -> PatchSurface {
-        // Without a mesh, images of other cameras have no surface.
-        let camera = *held.patch.image.camera.root();
-        let stats = SurfaceStats {
-            samples: mesh.indices.len() / QUAD_INDICES,
-            vertices: mesh.vertices.len(),
-            guarded: mesh.guarded,
-            bytes: 0,
-        };
-        let bounds = (ball_eye(&camera, &mesh.vertices), bounds_world(&camera, &mesh.vertices));
-        let quads = QuadBuffers::new(gpu, (&held.patch.image.mask, &camera), mesh, options);
+    /// On a GPU.
+    pub(crate) fn on_gpu(gpu: &Gpu, patch: &Patch, built: Built) -> PatchSurface {
+        let (head, index_count) = (built.head, built.head.quads * QUAD_INDICES as u32);
+        let (parts, [vertices, indices]) = built.into_buffers(gpu);
+        PatchSurface::new(patch, &head, QuadBuffers::Gpu { vertices, indices, index_count, parts })
+    }
+
+    /// In the host's memory.
+    pub(crate) fn on_host(patch: &Patch, mesh: PatchMesh) -> PatchSurface {
+        let (head, mask) = (Head::of(patch, &mesh), &patch.image.mask);
+        let tiles = Tiles::new(mask, |sample| bounds(&mesh, sample));
+        PatchSurface::new(patch, &head, QuadBuffers::Host { mesh, tiles, ranks: Ranks::new(mask) })
+    }
+
+    fn new(patch: &Patch, head: &Head, quads: QuadBuffers) -> PatchSurface {
         PatchSurface {
-            camera,
-            objects: held.patch.objects.clone(),
-            ranks: Ranks::new(&held.patch.image.mask),
-            built: held.patch.image.mask.clone(),
-            ball_eye: bounds.0,
-            bounds_world: bounds.1,
-            materials: materials_in(&held.patch.image),
-            stats: SurfaceStats { bytes: quads.bytes(), ..stats },
+            camera: *patch.image.camera.root(),
+            objects: patch.objects.clone(),
+            built: patch.image.mask.clone(),
+            ball_eye: (head.ball_centre_eye, head.ball_radius_m),
+            bounds_world: head.bounds_world(),
+            materials: head.materials(),
+            stats: SurfaceStats {
+                samples: head.quads as usize,
+                vertices: head.corners as usize,
+                guarded: head.guarded as usize,
+                bytes: quads.bytes(),
+            },
+            built_vertices: quads.vertices(),
+            added_vertices: 0,
             quads,
-            room: options.room,
         }
     }
 
-    /// Gives samples other quads, each with corners of its own, for which there must be room.
+    /// Whether samples may be given other quads; where it has become too many, the patch is better built anew.
+    pub(crate) fn may_redraw(&self, redrawn: &[Redrawn]) -> bool {
+        self.added_vertices + redrawn.len() * CORNERS <= self.built_vertices
+    }
+
+    /// Gives samples other quads, each with corners of its own.
     pub(crate) fn redraw(&mut self, gpu: Option<&Gpu>, redrawn: &[Redrawn], provoking: ProvokingVertex) {
         let corners: Vec<Vertex> = redrawn.iter().flat_map(|redrawn| redrawn.corners).collect();
-        let first = match &self.quads {
-            QuadBuffers::Gpu { vertices, .. } => vertices.size() as usize / size_of::<Vertex>() - self.room,
-            QuadBuffers::Host { mesh, .. } => mesh.vertices.len(),
-        };
-        self.room -= corners.len();
-        let quads = redrawn.iter().zip((first as u32..).step_by(CORNERS)).filter_map(|(redrawn, first)| {
-            let (x, y) = redrawn.pixel;
+        let first = self.built_vertices + self.added_vertices;
+        self.added_vertices += corners.len();
+        let quads = redrawn.iter().zip((first as u32..).step_by(CORNERS)).map(|(redrawn, first)| {
             let quad = provoking.indices([first, first + 1, first + 2, first + 3]);
-            Some((self.ranks.of(&self.built, x, y)?, redrawn.corners.map(|corner| corner.image()), quad))
+            (redrawn.pixel, redrawn.corners.map(|corner| corner.image()), quad)
         });
         match (&mut self.quads, gpu) {
             (QuadBuffers::Gpu { vertices, indices, parts, .. }, Some(gpu)) => {
-                let placed = |(sample, corners, quad)| Some((parts.redraw(sample, corners, &self.camera)?, quad));
+                let placed =
+                    |(pixel, corners, quad)| Some((parts.redraw(&self.built, pixel, corners, &self.camera)?, quad));
                 let mut quads: Vec<(u32, [u32; QUAD_INDICES])> = quads.filter_map(placed).collect();
                 quads.sort_unstable_by_key(|(place, _)| *place);
                 for run in quads.chunk_by(|a, b| a.0 + 1 == b.0) {
@@ -199,11 +151,17 @@ impl PatchSurface {
                     let run: Vec<u32> = run.iter().flat_map(|(_, quad)| *quad).collect();
                     gpu.queue.write_buffer(indices, at, bytemuck::cast_slice(&run));
                 }
+                if self.built_vertices + self.added_vertices > vertices.size() as usize / size_of::<Vertex>() {
+                    let room = corners.len().max(self.built_vertices / ROOM_SHARE);
+                    *vertices = built::with_room(gpu, vertices, first + room);
+                }
                 gpu.queue.write_buffer(vertices, (first * size_of::<Vertex>()) as u64, bytemuck::cast_slice(&corners));
             }
-            (QuadBuffers::Host { mesh, .. }, _) => {
-                for (sample, _, quad) in quads {
-                    mesh.indices[sample * QUAD_INDICES..][..QUAD_INDICES].copy_from_slice(&quad);
+            (QuadBuffers::Host { mesh, ranks, .. }, _) => {
+                for ((x, y), _, quad) in quads {
+                    if let Some(sample) = ranks.of(&self.built, x, y) {
+                        mesh.indices[sample * QUAD_INDICES..][..QUAD_INDICES].copy_from_slice(&quad);
+                    }
                 }
                 mesh.vertices.extend(&corners);
             }
@@ -218,16 +176,16 @@ impl PatchSurface {
 
     /// Makes the triangles of samples empty.
     pub(crate) fn delete(&mut self, gpu: Option<&Gpu>, pixels: &[(u16, u16)]) {
-        let ranks = pixels.iter().filter_map(|&(x, y)| self.ranks.of(&self.built, x, y));
         match (&mut self.quads, gpu) {
             (QuadBuffers::Gpu { indices, parts, .. }, Some(gpu)) => {
-                for run in parts.delete(ranks).chunk_by(|a, b| a + 1 == *b) {
+                for run in parts.delete(&self.built, pixels).chunk_by(|a, b| a + 1 == *b) {
                     let nothing = vec![0_u32; run.len() * QUAD_INDICES];
                     let at = (run[0] as usize * QUAD_INDICES * size_of::<u32>()) as u64;
                     gpu.queue.write_buffer(indices, at, bytemuck::cast_slice(&nothing));
                 }
             }
-            (QuadBuffers::Host { mesh, .. }, _) => {
+            (QuadBuffers::Host { mesh, ranks, .. }, _) => {
+                let ranks = pixels.iter().filter_map(|&(x, y)| ranks.of(&self.built, x, y));
                 ranks.for_each(|rank| mesh.indices[rank * QUAD_INDICES..][..QUAD_INDICES].fill(0));
             }
             (QuadBuffers::Gpu { .. }, None) => {}

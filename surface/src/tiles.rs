@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use glam::{DVec3, DVec4, Vec3};
 use protocol::Mask;
@@ -13,7 +14,8 @@ use protocol::Mask;
 const SIDE_PX: u32 = 16;
 
 /// A box in an image: pixels from the left and from the top, and inverse depth in 1/m.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Bounds {
     low: Vec3,
     high: Vec3,

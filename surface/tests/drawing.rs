@@ -9,7 +9,7 @@ use common::{Shape, Stage, ball, capture, held, truth, view};
 use glam::{DAffine3, DQuat, DVec3};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
-use protocol::{DepthImage, DepthScale, Mask, Material, ObjectPose, PatchId, Purpose};
+use protocol::{DepthImage, DepthScale, Edit, Held, Mask, Material, ObjectPose, PatchId, Purpose};
 use vantage_surface::{AddressPass, AddressTexel, CornerRules, Corners, HeldSurfaces, Smoothing};
 
 const FLOOR: Shape = Shape::Plane { point: DVec3::ZERO, normal: DVec3::Y };
@@ -363,6 +363,31 @@ fn what_was_trimmed_bit_by_bit_is_drawn_as_what_was_trimmed_at_once() {
         assert_eq!(addresses(&bits), addresses(&once), "step {step}");
         before = stage.draw(&on_gpu, &beside, Smoothing::Blended).w;
     }
+}
+
+#[test]
+fn what_is_edited_as_it_comes_is_drawn_as_what_is_edited_later() {
+    let (stage, camera) = (Stage::new(), view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 64, 50.0));
+    let shapes = [Shape::Sphere { centre: DVec3::ZERO, radius: 1.0 }];
+    let patch = capture(&shapes, &camera).patch;
+    let add = Edit::Add(Box::new(patch.clone()));
+    let pixels: Vec<(u16, u16)> = patch.image.mask.occupied().map(|(x, y)| (x as u16, y as u16)).collect();
+    let deleted = Edit::Delete(patch.id, pixels.iter().step_by(31).copied().collect());
+    let rest = pixels.iter().enumerate().filter(|(at, _)| at % 31 != 0);
+    let trimmed = Edit::Trim(patch.id, rest.step_by(40).map(|(_, &(x, y))| (x, y, 2)).collect());
+    let draw = |updates: &[&[&Edit]], beside: bool| {
+        let (mut held, mut surfaces) = (Held::default(), HeldSurfaces::new(&stage.gpu));
+        for edits in updates {
+            let update = held.commit(edits.iter().copied().cloned().collect(), 0.0, 0).expect("sound edits");
+            let built = surfaces.build().surfaces(&update).filter(|_| beside);
+            surfaces.apply_built(&held, &update, &mut built.collect());
+        }
+        let drawn = stage.draw(&surfaces, &camera, Smoothing::default());
+        (drawn.colour, drawn.normal_ids, drawn.w)
+    };
+    let later = draw(&[&[&add], &[&deleted, &trimmed]], false);
+    assert!(draw(&[&[&add]], true) == draw(&[&[&add]], false) && draw(&[&[&add]], true) != later);
+    assert!(draw(&[&[&add, &deleted, &trimmed]], true) == later);
 }
 
 #[test]

@@ -31,8 +31,9 @@ use crate::worker;
 
 /// Vertical field of view where the address asks for none.
 const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
-/// Applying updates stops a frame for no longer than this, in seconds, or for one update.
-const APPLY_BUDGET_S: f64 = 0.008;
+/// Uploading and applying updates takes no more than this share of the time between frames, or one piece or update: four milliseconds where frames come in time, and where
+/// they are slow, what they wait for is there after as many.
+const APPLY_SHARE: f64 = 0.25;
 /// Seconds between two changes of the figures: readable, and cheap.
 const PANEL_INTERVAL_S: f64 = 0.25;
 /// What the held copy may take of the page's memory: phones give a page about 1 GB.
@@ -99,12 +100,14 @@ pub async fn start() -> Result<(), String> {
     let screen = open_screen(wishes.renderer, wishes.picture, true).await?;
     let (width_px, height_px) = screen.size_px();
     let view = ViewSize { width_px, height_px, fov_y_rad: wishes.fov_y_rad };
+    let mut viewer = Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
+        .with_budget(BUDGET_BYTES)
+        .with_draws(wishes.picture.draws())
+        .with_role(wishes.role);
+    viewer.set_build(screen.picture.build());
     let app = App {
         page: Page::new()?,
-        viewer: Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
-            .with_budget(BUDGET_BYTES)
-            .with_draws(wishes.picture.draws())
-            .with_role(wishes.role),
+        viewer,
         url: wishes.url,
         socket: None,
         scene: String::new(),
@@ -251,7 +254,7 @@ fn keep_turning(app: &Rc<RefCell<App>>) -> Result<(), String> {
     let app = Rc::clone(app);
     let turn = Closure::<dyn FnMut()>::new(move || {
         if page::document().hidden() {
-            app.borrow_mut().turn(now_s());
+            app.borrow_mut().turn(now_s(), f64::INFINITY);
         }
     });
     let window = web_sys::window().ok_or("the viewer runs in a page")?;
@@ -286,7 +289,8 @@ impl App {
         let mut this = app.borrow_mut();
         let now_s = now_s();
         this.act();
-        this.turn(now_s);
+        let apply_budget_s = APPLY_SHARE * (now_s - this.advanced_at_s);
+        this.turn(now_s, apply_budget_s);
         this.move_eye(now_s);
         if let Err(why) = this.draw(now_s) {
             this.screen = None;
@@ -320,13 +324,13 @@ impl App {
         }
     }
 
-    /// The network's part: what came, what is decoded, what is to be sent.
-    fn turn(&mut self, now_s: f64) {
+    /// The network's part: what came, what is decoded, what is to be sent. Taking in what is decoded gets so much time, in seconds.
+    fn turn(&mut self, now_s: f64, apply_budget_s: f64) {
         while let Some(event) = self.socket.as_ref().and_then(Socket::try_event) {
             self.viewer.handle(event, now_s);
         }
         let changed = match &mut self.screen {
-            Some(screen) => self.viewer.advance(&mut screen.picture, now_s, APPLY_BUDGET_S),
+            Some(screen) => self.viewer.advance(&mut screen.picture, now_s, apply_budget_s),
             None => false,
         };
         self.drawn.stale |= changed;
@@ -439,6 +443,7 @@ impl App {
         match opened {
             Ok(mut screen) => {
                 screen.picture.rebuild(this.viewer.held());
+                this.viewer.set_build(screen.picture.build());
                 this.screen = Some(screen);
                 this.listen_to_canvas();
                 this.drawn.stale = true;

@@ -1,12 +1,13 @@
-//! The web worker that decodes updates, so that a large one never holds up a frame. `static/worker.js` is its other end.
+//! The web worker that decodes updates and builds their surfaces, so that a large one never holds up a frame. `static/worker.js` is its other end.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
 use client::receive::viewer::{DecodeWorker, Decoder};
-use js_sys::{Array, ArrayBuffer, Uint8Array};
+use js_sys::{Array, Uint8Array};
 use protocol::Limits;
+use surface::FarBytes;
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
 use web_sys::{ErrorEvent, Event, MessageEvent, Worker, WorkerOptions, WorkerType};
@@ -38,8 +39,22 @@ struct WebWorker {
     _error: Closure<dyn FnMut(Event)>,
 }
 
-/// An answer, or what the worker died of.
-type Heard = Result<ArrayBuffer, String>;
+/// The parts of an answer, or what the worker died of.
+type Heard = Result<Array, String>;
+
+/// A part of an answer, outside of the page's WebAssembly.
+#[derive(Debug)]
+struct Part(Uint8Array);
+
+impl FarBytes for Part {
+    fn count(&self) -> usize {
+        self.0.length() as usize
+    }
+
+    fn read(&self, at: usize, to: &mut [u8]) {
+        self.0.subarray(at as u32, (at + to.len()) as u32).copy_to(to);
+    }
+}
 
 impl WebWorker {
     /// Begins to start one, with the page's own WebAssembly, so that nothing is loaded or compiled twice.
@@ -52,7 +67,7 @@ impl WebWorker {
             let heard = Rc::clone(&heard);
             Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
                 // What is no answer says in words why there are none.
-                let answer = event.data().dyn_into::<ArrayBuffer>();
+                let answer = event.data().dyn_into::<Array>();
                 heard.borrow_mut().push_back(answer.map_err(|words| words.as_string().unwrap_or_default()));
             })
         };
@@ -73,17 +88,19 @@ impl WebWorker {
 }
 
 impl DecodeWorker for WebWorker {
-    fn send(&mut self, bytes: &[u8]) {
+    fn send(&mut self, bytes: &[u8], build: u8) {
         let bytes = Uint8Array::from(bytes).buffer();
-        let sent = self.worker.post_message_with_transfer(&bytes, &Array::of1(&bytes));
+        let question = Array::of2(&bytes, &build.into());
+        let sent = self.worker.post_message_with_transfer(&question, &Array::of1(&bytes));
         if let Err(error) = sent {
             self.heard.borrow_mut().push_back(Err(js_words(&error)));
         }
     }
 
-    fn receive(&mut self) -> Result<Option<Vec<u8>>, String> {
+    fn receive(&mut self) -> Result<Option<Vec<Box<dyn FarBytes>>>, String> {
         let heard = self.heard.borrow_mut().pop_front().transpose()?;
-        Ok(heard.map(|answer| Uint8Array::new(&answer).to_vec()))
+        let part = |part| -> Box<dyn FarBytes> { Box::new(Part(Uint8Array::new(&part))) };
+        Ok(heard.map(|answer| answer.iter().map(part).collect()))
     }
 
     fn give_up(&mut self, why: &str) {

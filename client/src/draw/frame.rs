@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::Gpu;
 use protocol::{Held, Update};
-use surface::{GBuffer, HeldSurfaces, Slices, Smoothing, SurfaceError};
+use surface::{BuiltSurfaces, GBuffer, HeldSurfaces, Slices, Smoothing, SurfaceError};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use crate::draw::antialiasing::{Antialias, FrameTimes};
@@ -484,7 +484,10 @@ impl Targets {
 }
 
 impl Follow for HeldSurfaces {
-    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
-        if anew { self.rebuild(held) } else { self.apply(held, update) }
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool, built: &mut BuiltSurfaces) {
+        if anew {
+            self.clear();
+        }
+        self.apply_built(held, update, built);
     }
 }

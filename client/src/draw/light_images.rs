@@ -11,7 +11,7 @@ use camera::Pinhole;
 use glam::{DAffine3, DVec3};
 use gpu::Gpu;
 use protocol::{Held, Purpose, Update};
-use surface::{CornerRules, Corners, HeldSurfaces};
+use surface::{BuiltSurfaces, CornerRules, Corners, HeldSurfaces};
 
 use crate::receive::follow::Follow;
 
@@ -79,16 +79,17 @@ impl LightImages {
 }
 
 impl Follow for LightImages {
-    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool, built: &mut BuiltSurfaces) {
         if anew {
-            return self.rebuild(held);
+            self.revision += 1;
+            self.seen.clear();
         }
         let (before, known) = (self.revisions(), lights(held));
         self.views = views(held);
         self.seen.retain(|light, _| known.contains(light));
         for light in known {
             // A new light's patches came by this very update.
-            self.store(light).apply(held, update);
+            self.store(light).apply_built(held, update, built);
         }
         self.revision += u64::from(self.revisions() != before);
     }

@@ -7,7 +7,7 @@ use glam::DAffine3;
 use gpu::Gpu;
 use protocol::message::{self, Draws, Welcome};
 use protocol::{Held, Update};
-use surface::{CornerRules, Corners, HeldSurfaces, SurfaceError};
+use surface::{Build, BuiltSurfaces, CornerRules, Corners, HeldSurfaces, SurfaceError};
 use thiserror::Error;
 use web_time::Instant;
 
@@ -284,6 +284,11 @@ impl Picture {
         pass.submitted();
     }
 
+    /// How surfaces that it draws are built beside it.
+    pub fn build(&self) -> Build {
+        self.surfaces.build()
+    }
+
     /// Builds the surfaces of everything held, on a device that has none of them yet.
     pub fn rebuild(&mut self, held: &Held) {
         self.surfaces.rebuild(held);
@@ -332,16 +337,20 @@ impl Picture {
 }
 
 impl Follow for Picture {
-    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool, built: &mut BuiltSurfaces) {
         let begin = Instant::now();
-        self.surfaces.follow(held, update, anew);
-        self.impostors.follow(held, update, anew);
-        self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew));
-        self.occluders.iter_mut().for_each(|occluders| occluders.follow(held, update, anew));
-        self.layers.follow(held, update, anew);
-        self.rest.follow(held, update, anew);
-        self.camera_image.follow(held, update, anew);
+        self.surfaces.follow(held, update, anew, built);
+        self.impostors.follow(held, update, anew, built);
+        self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew, built));
+        self.occluders.iter_mut().for_each(|occluders| occluders.follow(held, update, anew, built));
+        self.layers.follow(held, update, anew, built);
+        self.rest.follow(held, update, anew, built);
+        self.camera_image.follow(held, update, anew, built);
         self.build_ms += begin.elapsed().as_secs_f64() * 1e3;
+    }
+
+    fn upload(&mut self, built: &mut BuiltSurfaces) -> bool {
+        built.upload(&self.gpu)
     }
 
     fn is_ready(&self) -> bool {

@@ -7,7 +7,7 @@
 use camera::Pinhole;
 use gpu::Gpu;
 use protocol::{Held, Patch, PatchId, Purpose, Update};
-use surface::GBuffer;
+use surface::{BuiltSurfaces, GBuffer};
 
 use crate::draw::{fullscreen, planes};
 use crate::receive::follow::Follow;
@@ -102,7 +102,7 @@ impl RestView {
 }
 
 impl Follow for RestView {
-    fn follow(&mut self, held: &Held, _: &Update, anew: bool) {
+    fn follow(&mut self, held: &Held, _: &Update, anew: bool, _: &mut BuiltSurfaces) {
         if anew { self.rebuild(held) } else { self.take_in(held) }
     }
 }

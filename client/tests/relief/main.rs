@@ -18,7 +18,7 @@ use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Held, Mask, Patch, PatchId, Purpose, Update};
 use support::scenes::{POT_BOUNDS, POT_EYE, pot};
 use support::{Image, Shown as Sampled};
-use surface::HeldSurfaces;
+use surface::{BuiltSurfaces, HeldSurfaces};
 use vantage_client::draw::impostors::ImpostorImage;
 use vantage_client::receive::follow::Follow;
 
@@ -367,7 +367,7 @@ fn updates_are_followed_and_nothing_is_made_while_nothing_is_placed() {
     let (mut held, mut client, view) = (Held::default(), Client::new(), view());
     let update = |client: &mut Client, held: &mut Held, edits: Vec<Edit>| {
         let update: Update = held.commit(edits, 0.0, 0).expect("it fits");
-        client.impostors.follow(held, &update, false);
+        client.impostors.follow(held, &update, false, &mut BuiltSurfaces::default());
     };
     update(&mut client, &mut held, vec![Edit::Add(Box::new(patch.clone()))]);
     let empty = client.draw(&held, &view);

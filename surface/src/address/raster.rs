@@ -95,7 +95,7 @@ pub(super) fn view(surfaces: &HeldSurfaces, camera: &Pinhole) -> AddressView {
     let eye_from_world = camera.world_from_eye.inverse().to_affine();
     let (mut drawn, mut rows) = (Vec::new(), Vec::new());
     for (id, surface) in surfaces.patches().filter(|(_, surface)| surface.may_be_seen_from(camera)) {
-        let QuadBuffers::Host { mesh, tiles } = &surface.quads else { continue };
+        let QuadBuffers::Host { mesh, tiles, .. } = &surface.quads else { continue };
         // What moves may have come into view.
         let pyramid = surface.objects.is_empty().then(|| Pyramid::new(&surface.camera, camera));
         rows.extend(tiles.rows_in(pyramid).map(|rows| (drawn.len() as u32, rows)));

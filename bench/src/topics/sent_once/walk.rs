@@ -26,7 +26,7 @@ use server::imager::GpuImager;
 use server::impostors::relief::Judged;
 use server::plan::{PARALLAX_ERROR_PX, Rules};
 use server::viewer::Viewer;
-use surface::{Corners, HeldSurfaces};
+use surface::{BuiltSurfaces, Corners, HeldSurfaces};
 
 use crate::client_view::HeldSet;
 use crate::sets::{self, SetPlan};
@@ -246,10 +246,11 @@ impl Walker {
             held.apply(&update)?;
             let started = Instant::now();
             surfaces.apply(held, &update);
-            self.impostors.follow(held, &update, false);
-            self.lights.follow(held, &update, false);
-            self.occluders.follow(held, &update, false);
-            self.layers.follow(held, &update, false);
+            let built = &mut BuiltSurfaces::default();
+            self.impostors.follow(held, &update, false, built);
+            self.lights.follow(held, &update, false, built);
+            self.occluders.follow(held, &update, false, built);
+            self.layers.follow(held, &update, false, built);
             *build_ms = started.elapsed().as_secs_f64() * 1000.0;
             tick.build_ms = *build_ms;
             (tick.counts, tick.bytes) = (made.counts, encoded.bytes.len());

@@ -12,6 +12,7 @@ use camera::{Camera, ImagePoint};
 use glam::{DVec3, Vec4};
 use gpu::Gpu;
 use protocol::{DepthImage, Held, PatchId, Purpose, Update};
+use surface::BuiltSurfaces;
 use wgpu::{Extent3d, TextureFormat, TextureView, TextureViewDescriptor};
 
 use crate::draw::planes;
@@ -66,7 +67,7 @@ impl CameraImage {
 }
 
 impl Follow for CameraImage {
-    fn follow(&mut self, held: &Held, _: &Update, anew: bool) {
+    fn follow(&mut self, held: &Held, _: &Update, anew: bool, _: &mut BuiltSurfaces) {
         if anew { self.rebuild(held) } else { self.take_in(held) }
     }
 }

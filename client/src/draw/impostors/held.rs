@@ -2,6 +2,7 @@
 
 use impostor::Sample;
 use protocol::{Edit, Held, Patch, PatchId, Purpose, Update};
+use surface::BuiltSurfaces;
 
 use super::Impostors;
 use super::image::{ImpostorImage, ImpostorKind, UnfitImage};
@@ -84,7 +85,7 @@ fn say(id: PatchId, error: &UnfitImage) {
 fn say(_: PatchId, _: &UnfitImage) {}
 
 impl Follow for Impostors {
-    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool, _: &mut BuiltSurfaces) {
         if anew {
             return self.rebuild(held);
         }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use glam::DAffine3;
 use gpu::Gpu;
 use protocol::{Held, Purpose, Update};
-use surface::{CornerRules, Corners, HeldSurfaces};
+use surface::{BuiltSurfaces, CornerRules, Corners, HeldSurfaces};
 
 use crate::receive::follow::Follow;
 
@@ -61,18 +61,15 @@ impl Layers {
 }
 
 impl Follow for Layers {
-    fn follow(&mut self, held: &Held, update: &Update, anew: bool) {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool, built: &mut BuiltSurfaces) {
         if anew {
-            return self.rebuild(held);
+            self.held.clear();
         }
         let known = layers(held);
         self.held.retain(|layer, _| known.contains(layer));
         for layer in known {
-            if self.held.contains_key(&layer) {
-                self.store(layer).apply(held, update);
-            } else {
-                self.store(layer).rebuild(held);
-            }
+            // A new layer's patches came by this very update.
+            self.store(layer).apply_built(held, update, built);
         }
     }
 }

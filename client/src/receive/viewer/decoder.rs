@@ -1,8 +1,8 @@
-//! Decoding updates away from the picture.
+//! Decoding updates away from the picture, and building the surfaces of what they add, which takes longer.
 //!
 //! Natively a thread decodes, so that a large update never holds up a frame; in the browser a web worker does, which shares no
 //! memory with the page ([`elsewhere`]). Where results must not depend on the machine's speed, and where there is no worker, one
-//! update is decoded a call, between two frames. Updates stay in order in every place.
+//! update is decoded a call, between two frames, and whoever draws builds its surfaces. Updates stay in order in every place.
 
 mod elsewhere;
 mod job;
@@ -13,10 +13,11 @@ use std::collections::VecDeque;
 
 use protocol::Limits;
 use protocol::session::ReceivedUpdate;
+use surface::{Build, BuiltSurfaces};
 use web_time::Instant;
 
 use elsewhere::Elsewhere;
-pub use elsewhere::{DecodeWorker, answer};
+pub use elsewhere::{DecodeWorker, answer_in_parts};
 pub use job::Decoded;
 use job::{Job, measured};
 
@@ -24,6 +25,8 @@ use job::{Job, measured};
 #[derive(Debug)]
 pub struct Decoder {
     limits: Limits,
+    /// `None` where nothing is drawn.
+    build: Option<Build>,
     place: Place,
 }
 
@@ -38,19 +41,19 @@ enum Place {
 impl Decoder {
     /// Decodes when asked for results.
     pub fn inline(limits: Limits) -> Decoder {
-        Decoder { limits, place: Place::Here(VecDeque::new()) }
+        Decoder { limits, build: None, place: Place::Here(VecDeque::new()) }
     }
 
     /// Decodes on a thread of its own, which calls `wake` after each update.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn on_thread(limits: Limits, wake: std::sync::Arc<dyn Fn() + Send + Sync>) -> std::io::Result<Decoder> {
         let place = Place::Thread(thread::DecodeThread::start(limits.clone(), wake)?);
-        Ok(Decoder { limits, place })
+        Ok(Decoder { limits, build: None, place })
     }
 
     /// Decodes by a worker; where it fails, as [`Decoder::inline`] does, beginning with what the worker has not answered.
     pub fn elsewhere(limits: Limits, worker: Box<dyn DecodeWorker>) -> Decoder {
-        Decoder { limits, place: Place::Elsewhere(Elsewhere::new(worker)) }
+        Decoder { limits, build: None, place: Place::Elsewhere(Elsewhere::new(worker)) }
     }
 
     /// Whether another thread or a worker decodes, so that no frame waits for it.
@@ -58,9 +61,14 @@ impl Decoder {
         !matches!(self.place, Place::Here(_))
     }
 
+    /// How surfaces are built of what comes in from now on, where that is done beside the drawing.
+    pub fn set_build(&mut self, build: Build) {
+        self.build = Some(build);
+    }
+
     /// Takes an update in. What may wait is bounded by the credit that the server has.
     pub fn push(&mut self, session: u64, update: ReceivedUpdate) {
-        let job = Job { session, update };
+        let job = Job { session, update, build: self.build };
         match &mut self.place {
             Place::Here(jobs) => jobs.push_back(job),
             Place::Elsewhere(elsewhere) => elsewhere.push(job),
@@ -88,7 +96,7 @@ impl Decoder {
 
 fn decode(job: Job, limits: &Limits) -> Decoded {
     let (result, decode_ms) = measured(&job.update.bytes, limits);
-    job.decoded(result.map_err(|error| error.to_string()), decode_ms)
+    job.decoded(result.map_err(|error| error.to_string()), decode_ms, BuiltSurfaces::default())
 }
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -99,6 +107,15 @@ mod thread {
     use protocol::Limits;
 
     use super::{Decoded, Job, decode};
+
+    fn decode_and_build(job: Job, limits: &Limits) -> Decoded {
+        let build = job.build;
+        let mut decoded = decode(job, limits);
+        if let (Some(build), Ok(update)) = (build, &decoded.result) {
+            decoded.built = build.surfaces(update).collect();
+        }
+        decoded
+    }
 
     #[derive(Debug)]
     pub(super) struct DecodeThread {
@@ -113,7 +130,7 @@ mod thread {
             // The thread ends when the queue of jobs is dropped.
             std::thread::Builder::new().name("decode".to_owned()).spawn(move || {
                 for job in jobs_out {
-                    if decoded_in.send(decode(job, &limits)).is_err() {
+                    if decoded_in.send(decode_and_build(job, &limits)).is_err() {
                         return;
                     }
                     wake();

@@ -21,12 +21,13 @@ use glam::DAffine3;
 use protocol::message::{Clock, Draws, Role, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SceneClock, SessionError};
 use protocol::{Held, Limits};
+use surface::Build;
 
 use crate::receive::connection::{Command, Connection, Ended};
 use crate::receive::follow::Follow;
 use crate::receive::stats::{Mean, Rate, StageMs, Stats};
 
-pub use decoder::{DecodeWorker, Decoded, Decoder, answer};
+pub use decoder::{DecodeWorker, Decoded, Decoder, answer_in_parts};
 pub use motion::MotionEstimator;
 pub use round_trips::RoundTrips;
 pub use tracks::Tracks;
@@ -77,6 +78,9 @@ pub struct Viewer {
     session: Option<ClientSession>,
     closing: bool,
     decoder: Decoder,
+    /// The next update, which waits for its surfaces to be uploaded, or for the picture.
+    next: Option<Decoded>,
+    is_uploading: bool,
     held: Held,
     /// The session that `held` is of.
     held_session: u64,
@@ -121,6 +125,8 @@ impl Viewer {
             session: None,
             closing: false,
             decoder,
+            next: None,
+            is_uploading: false,
             held: Held::default(),
             held_session: 0,
             welcome: None,
@@ -150,6 +156,12 @@ impl Viewer {
     pub fn set_draws(&mut self, draws: Draws, now_s: f64) {
         self.draws = draws;
         self.session.iter_mut().for_each(|session| session.set_draws(draws, now_s));
+    }
+
+    /// How surfaces are built beside the drawing, of updates that come from now on; none before. What was uploaded so far is uploaded anew, as whoever draws may be another.
+    pub fn set_build(&mut self, build: Build) {
+        self.decoder.set_build(build);
+        self.next.iter_mut().for_each(|next| next.built.forget_uploads());
     }
 
     /// What it is there for, from the next session on.
@@ -295,8 +307,8 @@ impl Viewer {
         }
     }
 
-    /// Does what is due, and applies decoded updates until `budget_s` is spent (at least one). Returns whether the picture
-    /// changed.
+    /// Does what is due, and uploads what was built of decoded updates and applies them until `budget_s` is spent (at least a piece, or one that is whole). Returns whether
+    /// the picture changed.
     pub fn advance(&mut self, follower: &mut dyn Follow, now_s: f64, budget_s: f64) -> bool {
         if self.clock == Clock::Wall
             && let Some(session) = &mut self.session
@@ -306,18 +318,27 @@ impl Viewer {
         }
         let begin = web_time::Instant::now();
         let mut changed = false;
-        while follower.is_ready()
-            && let Some(decoded) = self.decoder.poll()
-        {
-            changed |= self.take_in(decoded, follower, now_s);
-            if begin.elapsed().as_secs_f64() >= budget_s {
+        while let Some(mut next) = self.next.take().or_else(|| self.decoder.poll()) {
+            self.is_uploading = !follower.upload(&mut next.built);
+            let waits = !self.is_uploading && !follower.is_ready();
+            if self.is_uploading || waits {
+                self.next = Some(next);
+            } else {
+                changed |= self.take_in(next, follower, now_s);
+            }
+            if waits || begin.elapsed().as_secs_f64() >= budget_s {
                 break;
             }
         }
         changed
     }
 
-    fn take_in(&mut self, decoded: Decoded, follower: &mut dyn Follow, now_s: f64) -> bool {
+    /// Whether [`Viewer::advance`] has more to upload before the picture changes.
+    pub fn is_uploading(&self) -> bool {
+        self.is_uploading
+    }
+
+    fn take_in(&mut self, mut decoded: Decoded, follower: &mut dyn Follow, now_s: f64) -> bool {
         let Some(session) = self.session.as_mut().filter(|_| decoded.session == self.session_number) else {
             return false;
         };
@@ -349,7 +370,7 @@ impl Viewer {
                     self.tracks.clear();
                 }
                 self.tracks.follow(&self.held.poses_now, self.held.scene_time_s, &update.next);
-                follower.follow(&self.held, &update, anew);
+                follower.follow(&self.held, &update, anew, &mut decoded.built);
                 true
             }
             Err(error) => {

@@ -8,6 +8,7 @@ use protocol::message::{Clock, VERSION, ViewSize, Welcome};
 use protocol::session::{ServerConfig, ServerSession};
 use protocol::wire::encode_update;
 use protocol::{DepthImage, DepthScale, Edit, Held, Lighting, Limits, Look, Mask, Patch, PatchId, Purpose, Update};
+use surface::BuiltSurfaces;
 
 use super::*;
 
@@ -92,7 +93,7 @@ fn exchange(viewer: &mut Viewer, server: &mut Server, now_s: f64) {
 struct Followed(Vec<(u64, bool)>);
 
 impl Follow for Followed {
-    fn follow(&mut self, _: &Held, update: &Update, anew: bool) {
+    fn follow(&mut self, _: &Held, update: &Update, anew: bool, _: &mut BuiltSurfaces) {
         self.0.push((update.number, anew));
     }
 }
@@ -240,6 +241,39 @@ fn a_broken_message_ends_the_session_and_says_why() {
     assert!(viewer.status(1.0).expect("trouble").starts_with("something is wrong with the server at ws://there"));
     assert_eq!(viewer.poll_socket(1.4), None);
     assert_eq!(viewer.poll_socket(1.5), Some(SocketCommand::Open));
+}
+
+/// Needs so many pieces before it may follow.
+struct Uploading(usize, Followed);
+
+impl Follow for Uploading {
+    fn follow(&mut self, held: &Held, update: &Update, anew: bool, built: &mut BuiltSurfaces) {
+        self.1.follow(held, update, anew, built);
+    }
+
+    fn upload(&mut self, _: &mut BuiltSurfaces) -> bool {
+        self.0 = self.0.saturating_sub(1);
+        self.0 == 0
+    }
+}
+
+#[test]
+fn an_update_is_applied_once_all_of_its_surfaces_are_uploaded() {
+    let (mut viewer, mut server, mut follower) = (viewer(), Server::new(), Uploading(3, Followed::default()));
+    exchange(&mut viewer, &mut server, 0.0);
+    server.update(vec![patch(1)], 100.0, 0.0);
+    exchange(&mut viewer, &mut server, 0.0);
+    for _ in 0..2 {
+        assert!(!viewer.advance(&mut follower, 0.0, 0.0));
+        assert!(viewer.is_uploading() && viewer.held().sample_count() == 0 && follower.1.0.is_empty());
+    }
+    assert!(viewer.advance(&mut follower, 0.0, 0.0));
+    assert!(!viewer.is_uploading());
+    assert_eq!(follower.1.0, [(1, true)]);
+    follower.0 = 3;
+    server.update(vec![patch(2)], 100.0, 0.0);
+    exchange(&mut viewer, &mut server, 0.0);
+    assert!(viewer.advance(&mut follower, 0.0, 10.0), "there is time for all pieces");
 }
 
 #[test]

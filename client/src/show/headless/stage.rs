@@ -2,6 +2,7 @@
 
 use camera::{Pinhole, Rigid};
 use gpu::{Gpu, Readback};
+use surface::Build;
 
 use super::error::HeadlessError;
 use super::options::Options;
@@ -88,6 +89,11 @@ impl Stage {
             header: None,
             updates: 0,
         })
+    }
+
+    /// How surfaces are built beside it.
+    pub fn build(&self) -> Build {
+        self.picture.build()
     }
 
     /// Applies every update that is there.

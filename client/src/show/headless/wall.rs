@@ -28,6 +28,7 @@ pub(super) fn run(
         .with_budget(options.budget_bytes)
         .with_draws(options.picture.draws())
         .with_role(options.role.clone());
+    viewer.set_build(stage.build());
     let mut pump = Pump::new(sockets, url, Arc::new(|| {}));
     wait(options, &mut pump, &mut viewer, stage, Viewer::is_open)?;
     let welcome = viewer.welcome().expect("an open session was welcomed").clone();

@@ -118,13 +118,15 @@ impl<'a> App<'a> {
         let decoder = Decoder::on_thread(Limits::default(), Arc::clone(&wake)).map_err(WindowError::Network)?;
         let view = ViewSize { width_px: options.size_px.0, height_px: options.size_px.1, fov_y_rad: options.fov_y_rad };
         screen.window.request_redraw();
+        let mut viewer = Viewer::new(&options.server, Clock::Wall, view, decoder, 0.0)
+            .with_budget(options.budget_bytes)
+            .with_draws(options.picture.draws())
+            .with_role(options.role.clone());
+        viewer.set_build(screen.picture.build());
         Ok(Running {
             screen,
             overlay,
-            viewer: Viewer::new(&options.server, Clock::Wall, view, decoder, 0.0)
-                .with_budget(options.budget_bytes)
-                .with_draws(options.picture.draws())
-                .with_role(options.role.clone()),
+            viewer,
             pump: Pump::new(self.sockets, &self.url, wake),
             controls: None,
             cursor_px: glam::DVec2::ZERO,
@@ -142,6 +144,10 @@ impl<'a> App<'a> {
         }
         if running.turn() {
             running.screen.window.request_redraw();
+        }
+        if running.viewer.is_uploading() {
+            // The event loop is gone only when the program ends.
+            let _ = self.proxy.send_event(Woken);
         }
     }
 

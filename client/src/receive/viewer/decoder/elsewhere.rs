@@ -1,4 +1,4 @@
-//! Decoding by a worker that shares no memory with the viewer: bytes go there, and [`answer`]s come back.
+//! Decoding by a worker that shares no memory with the viewer: bytes go there, and answers ([`answer_in_parts`]) come back.
 //!
 //! The worker is not trusted to live. Every update is kept until its answer has been read, so one that dies, falls silent or
 //! answers nonsense costs smoothness and nothing else: what it has not answered is decoded here.
@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::fmt::Debug;
 
 use protocol::{Limits, Update, plain};
+use surface::{Build, Built, BuiltSurfaces, DamagedSurface, FarBytes};
 use web_time::Instant;
 
 use super::job::{Decoded, Job, measured};
@@ -18,29 +19,36 @@ const LOOK_S: f64 = 1.0;
 
 /// What decodes elsewhere, as whoever can start it hands it in.
 pub trait DecodeWorker: Debug {
-    /// Hands over the bytes of an update, for [`answer`] to be called with there.
-    fn send(&mut self, bytes: &[u8]);
-    /// The next answer, in the order of what was sent; `None` while there is none. An error says what the worker died of.
-    fn receive(&mut self) -> Result<Option<Vec<u8>>, String>;
+    /// Hands over the bytes of an update and a code of how surfaces are built of it, for [`answer_in_parts`] to be called with there.
+    fn send(&mut self, bytes: &[u8], build: u8);
+    /// The parts of the next answer, in the order of what was sent; `None` while there is none. An error says what the worker died of.
+    fn receive(&mut self) -> Result<Option<Vec<Box<dyn FarBytes>>>, String>;
     /// The worker is given up, and why; it is asked no more. Tells who reads the log.
     fn give_up(&mut self, why: &str);
 }
 
-/// What a worker sends back for the bytes of an update: one byte, 1 for an update and 0 for words about what is wrong with it;
-/// eight of the milliseconds that decoding took (f64); then the update in its plain form, or the words.
-pub fn answer(bytes: &[u8], limits: &Limits) -> Vec<u8> {
+/// No surfaces are built.
+const NO_BUILD: u8 = 0;
+
+/// What a worker sends back for the bytes of an update, part by part, so that it never holds all of it. First comes one byte, 1 for an update and 0 for words about what
+/// is wrong with it; eight of the milliseconds that decoding took (f64); then the update in its plain form, or the words. Then, if `build` is the code of a [`Build`], the
+/// bytes of each surface.
+pub fn answer_in_parts(bytes: &[u8], build: u8, limits: &Limits, mut hand_over: impl FnMut(Vec<u8>)) {
     let (result, decode_ms) = measured(bytes, limits);
     let mut answer = vec![u8::from(result.is_ok())];
     answer.extend(decode_ms.to_le_bytes());
-    match result {
-        Ok(update) => plain::write_update(&update, &mut answer),
+    match &result {
+        Ok(update) => plain::write_update(update, &mut answer),
         Err(error) => answer.extend(error.to_string().bytes()),
     }
-    answer
+    hand_over(answer);
+    if let (Ok(update), Some(build)) = (&result, Build::from_code(build)) {
+        build.surfaces(update).for_each(|built| hand_over(built.to_bytes()));
+    }
 }
 
-/// What is in an answer: the update or what is wrong with it, and the milliseconds; or what is wrong with the answer.
-pub(super) fn read_answer(answer: &[u8]) -> Result<(Result<Update, String>, f64), String> {
+/// What is in the first part of an answer: the update or what is wrong with it, and the milliseconds; or what is wrong with the answer.
+pub(super) fn read_update(answer: &[u8]) -> Result<(Result<Update, String>, f64), String> {
     let (&kind, rest) = answer.split_first().ok_or("an empty answer")?;
     let (&decode_ms, rest) = rest.split_first_chunk().ok_or("an answer that ends early")?;
     let result = match kind {
@@ -66,7 +74,7 @@ impl Elsewhere {
     }
 
     pub fn push(&mut self, job: Job) {
-        self.worker.send(&job.update.bytes);
+        self.worker.send(&job.update.bytes, job.build.map_or(NO_BUILD, Build::code));
         self.unanswered.push_back(job);
     }
 
@@ -83,9 +91,15 @@ impl Elsewhere {
             return self.wait(now).map(|()| None);
         };
         self.silent_s = 0.0;
-        let (result, decode_ms) = read_answer(&answer)?;
+        let mut parts = answer.into_iter();
+        let first = parts.next().ok_or("an empty answer")?;
+        let mut bytes = vec![0; first.count()];
+        first.read(0, &mut bytes);
+        let (result, decode_ms) = read_update(&bytes)?;
+        let built: Result<BuiltSurfaces, DamagedSurface> = parts.map(Built::from_bytes).collect();
+        let built = built.map_err(|error| format!("a damaged answer: {error}"))?;
         let job = self.unanswered.pop_front().ok_or("an answer to nothing")?;
-        Ok(Some(job.decoded(result, decode_ms)))
+        Ok(Some(job.decoded(result, decode_ms, built)))
     }
 
     fn wait(&mut self, now: Instant) -> Result<(), String> {

@@ -3,6 +3,7 @@
 use protocol::session::ReceivedUpdate;
 use protocol::wire::{self, UpdateHead, WireError};
 use protocol::{Limits, Update};
+use surface::{Build, BuiltSurfaces};
 use web_time::Instant;
 
 /// An update with what became of it.
@@ -18,12 +19,16 @@ pub struct Decoded {
     pub result: Result<Update, String>,
     /// What decoding took.
     pub decode_ms: f64,
+    /// Surfaces of its patches, where they are built beside the drawing.
+    pub built: BuiltSurfaces,
 }
 
 #[derive(Debug)]
 pub(super) struct Job {
     pub session: u64,
     pub update: ReceivedUpdate,
+    /// How surfaces are built of it, if at all.
+    pub build: Option<Build>,
 }
 
 /// Decodes an update, and says how many milliseconds that took.
@@ -34,8 +39,8 @@ pub(super) fn measured(bytes: &[u8], limits: &Limits) -> (Result<Update, WireErr
 }
 
 impl Job {
-    pub fn decoded(self, result: Result<Update, String>, decode_ms: f64) -> Decoded {
-        let Job { session, update } = self;
-        Decoded { session, head: update.head, arrived_at_s: update.arrived_at_s, result, decode_ms }
+    pub fn decoded(self, result: Result<Update, String>, decode_ms: f64, built: BuiltSurfaces) -> Decoded {
+        let Job { session, update, build: _ } = self;
+        Decoded { session, head: update.head, arrived_at_s: update.arrived_at_s, result, decode_ms, built }
     }
 }
