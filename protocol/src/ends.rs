@@ -6,6 +6,8 @@
 //! in the next pixel, in another image, or behind what is nearer. So what is farther never says anything.
 
 mod beside;
+#[cfg(test)]
+pub(crate) use beside::tests;
 
 use crate::image::DepthImage;
 

@@ -115,3 +115,87 @@ fn add_side(codes: &mut [u8], most_steps: &[i32], own: Pixels<'_>, other: Pixels
         *code |= (3 * u8::from(farther) | 2 * u8::from(behind) | u8::from(other == NOTHING)) << shift;
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use camera::{Camera, Pinhole, Rigid};
+
+    use super::super::{Beside, Besides, SIDES};
+    use crate::image::Ranks;
+    use crate::{DepthImage, DepthScale, Mask};
+
+    /// Noise of an index and a kind.
+    fn noise(index: u32, kind: u32) -> u32 {
+        let mixed = (index ^ kind << 20).wrapping_mul(2_654_435_761);
+        (mixed ^ mixed >> 15).wrapping_mul(2_246_822_519) >> 7
+    }
+
+    /// Three samples of four, of two objects in tatters, at depths that step now and then by more than a footprint.
+    pub(crate) fn tatters((width_px, height_px): (u32, u32)) -> DepthImage {
+        let mut mask = Mask::empty(width_px, height_px);
+        let pixels = (0..height_px).flat_map(|y| (0..width_px).map(move |x| (x, y)));
+        pixels.filter(|&(x, y)| noise(y * width_px + x, 0) % 4 > 0).for_each(|(x, y)| mask.set(x, y, true));
+        let count = mask.count();
+        let of = |kind: u32| (0..count as u32).map(move |index| noise(index, kind));
+        DepthImage {
+            camera: Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (width_px, height_px), 1.0, 0.1)),
+            depth_scale: DepthScale { w_min: 0.01, w_step: 1e-4 },
+            depth: of(1).map(|noise| (1000 + 20 * (noise % 13)) as u16).collect(),
+            normal: vec![[128, 128]; count],
+            normal_rest: Vec::new(),
+            ends: Vec::new(),
+            colour: vec![[9, 9, 9]; count],
+            colour_rest: Vec::new(),
+            object: of(2).map(|noise| u16::from(noise % 5 == 0)).collect(),
+            material: vec![0; count],
+            share: Vec::new(),
+            mask,
+        }
+    }
+
+    /// The same by what is said of one side of one sample.
+    fn beside(image: &DepthImage, ranks: &Ranks, (x, y): (u32, u32), [right, down]: [i32; 2]) -> Beside {
+        let (width_px, height_px) = image.mask.size_px();
+        let (beside_x, beside_y) = (x as i32 + right, y as i32 + down);
+        if beside_x < 0 || beside_y < 0 || beside_x >= width_px as i32 || beside_y >= height_px as i32 {
+            return Beside::GoesOn;
+        }
+        let rank = |x: u32, y: u32| ranks.of(&image.mask, x as u16, y as u16);
+        let own = rank(x, y).expect("a sample");
+        let Some(other) = rank(beside_x as u32, beside_y as u32) else { return Beside::Nothing };
+        let (depth, other_depth) = (image.depth[own], image.depth[other]);
+        let footprint_w = f64::from(image.depth_scale.w(depth)) / image.camera.root().focal_px;
+        let farther_w = (f64::from(depth) - f64::from(other_depth)) * f64::from(image.depth_scale.w_step);
+        match image.object[own] == image.object[other] {
+            false if other_depth <= depth => Beside::Other,
+            true if farther_w > footprint_w => Beside::Farther,
+            _ => Beside::GoesOn,
+        }
+    }
+
+    #[test]
+    fn rows_tell_what_single_samples_do() {
+        for size in [(1, 1), (1, 40), (40, 1), (67, 23)] {
+            let image = tatters(size);
+            let (ranks, besides) = (Ranks::new(&image.mask), Besides::of(&image));
+            let mut found = [0; 4];
+            for (rank, pixel) in image.mask.occupied().enumerate() {
+                for (side, step) in SIDES.into_iter().enumerate() {
+                    let expected = beside(&image, &ranks, pixel, step);
+                    assert_eq!(besides.at(rank, side), expected, "{pixel:?} {step:?} of {size:?}");
+                    found[expected as usize] += 1;
+                }
+            }
+            assert!(size != (67, 23) || found.iter().all(|&count| count > 20), "{found:?}");
+            assert_eq!(besides.side_count(), found[1..].iter().sum::<usize>());
+        }
+    }
+
+    #[test]
+    fn depths_without_a_step_are_never_farther() {
+        let mut image = tatters((40, 40));
+        image.depth_scale.w_step = 0.0;
+        let besides = Besides::of(&image);
+        assert!((0..image.sample_count()).all(|rank| (0..4).all(|side| besides.at(rank, side) != Beside::Farther)));
+    }
+}

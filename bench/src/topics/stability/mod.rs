@@ -7,6 +7,7 @@
 
 mod build;
 mod judge;
+mod moved;
 mod sweeps;
 mod way;
 
@@ -17,10 +18,10 @@ use crate::report::plot::{Axes, Scatter, Series, draw_curves};
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
 use crate::spread::{Better, Spread};
-use crate::topic::{Run, Topic};
+use crate::topic::{Run, Topic, scene_label};
 use judge::{Errors, differing_share};
-use sweeps::{BOUND_PX, SWEEPS, Sweep};
-use way::{PICTURE_PX, Shown, shown};
+use sweeps::{BOUND_PX, BY_CODE, OF_SCENES, Sweep};
+use way::{Case, PICTURE_PX, Shown, shown};
 
 /// See the module.
 pub struct Stability;
@@ -41,27 +42,29 @@ impl Topic for Stability {
     }
 
     fn default_scenes(&self, _: bool) -> Vec<String> {
-        SWEEPS.iter().map(|sweep| sweep.name.to_owned()).collect()
+        BY_CODE.iter().map(|(sweep, _)| sweep.name.to_owned()).collect()
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
         let gpu = run.gpu(report)?.clone();
         let mut view = ClientView::new(&gpu, (PICTURE_PX, PICTURE_PX))?;
         describe(report);
-        let sweeps: Vec<&Sweep> =
-            SWEEPS.iter().filter(|sweep| run.scenes.iter().any(|name| name == sweep.name)).collect();
-        anyhow::ensure!(!sweeps.is_empty(), "--scene takes the names of sweeps here: {}", names());
-        let values: usize = sweeps.iter().map(|sweep| values(sweep, run.quick).len()).sum();
-        let progress = Progress::new("stability", values as u64);
-        for sweep in sweeps {
-            swept(&gpu, sweep, &mut view, (run, &progress), report)?;
+        for name in &run.scenes {
+            if let Some((sweep, case)) = BY_CODE.iter().find(|(sweep, _)| sweep.name == name) {
+                swept(&gpu, (sweep.name, sweep), case, (run, &mut view), report)?;
+                continue;
+            }
+            match run.load(name) {
+                Ok(scene) => {
+                    for (sweep, case) in OF_SCENES {
+                        swept(&gpu, (&scene.name, sweep), &|value| case(&scene, value), (run, &mut view), report)?;
+                    }
+                }
+                Err(error) => report.rows.push(Row::failed(&scene_label(name), "all sweeps", &error)),
+            }
         }
         Ok(())
     }
-}
-
-fn names() -> String {
-    SWEEPS.iter().map(|sweep| format!("\"{}\"", sweep.name)).collect::<Vec<_>>().join(", ")
 }
 
 fn describe(report: &mut Report) {
@@ -73,7 +76,7 @@ fn describe(report: &mut Report) {
     ]
     .map(str::to_owned)
     .to_vec();
-    report.notes.extend(SWEEPS.iter().map(|sweep| format!("{}: {}.", sweep.name, sweep.bound)));
+    report.notes.extend(BY_CODE.iter().map(|(sweep, _)| format!("{}: {}.", sweep.name, sweep.why)));
 }
 
 /// The values of a sweep; quickly, its ends and where its bounds must hold.
@@ -109,23 +112,27 @@ impl Bound {
         }
     }
 
-    fn tell(&self, sweep: &Sweep, report: &mut Report) {
+    fn tell(&self, (label, sweep): (&str, &Sweep), report: &mut Report) {
         let range = format!("{} from 1e{} to 1e{}", sweep.parameter, sweep.decades[0], sweep.holds_to);
-        let what = format!("{}, {range}: {}", sweep.name, self.what);
+        let what = format!("{label}, {range}: {}", self.what);
         report.bars.push(Bar::at_most(what, self.at_most, self.found, self.unit));
         if let Some(decade) = self.broken_at {
-            report.notes.push(format!("{}: {} are out of bounds at 1e{decade} first.", sweep.name, self.what));
+            report
+                .notes
+                .push(format!("{label}, {}: {} are out of bounds at 1e{decade} first.", sweep.parameter, self.what));
         }
     }
 }
 
 fn swept(
     gpu: &Gpu,
-    sweep: &Sweep,
-    view: &mut ClientView,
-    (run, progress): (&Run, &Progress),
+    (label, sweep): (&str, &Sweep),
+    case: &dyn Fn(f64) -> Case,
+    (run, view): (&Run, &mut ClientView),
     report: &mut Report,
 ) -> anyhow::Result<()> {
+    let values = values(sweep, run.quick);
+    let progress = Progress::new(format!("{label}: {}", sweep.name), values.len() as u64);
     let mut first: Option<Vec<Shown>> = None;
     let mut points: [Vec<(f64, f64)>; 3] = Default::default();
     let mut bounds = [
@@ -134,23 +141,23 @@ fn swept(
         Bound::new("depths inside of surfaces", BOUND_PX, "px"),
         Bound::new("pixels that look otherwise", ALIKE_SHARE, "share"),
     ];
-    for decade in values(sweep, run.quick) {
+    for decade in values {
         let value = 10_f64.powi(decade);
         let method = format!("{} = 1e{decade}", sweep.parameter);
-        progress.say(format!("{}, {method}", sweep.name));
-        let found = shown(gpu, &(sweep.case)(value), view);
+        progress.say(format!("{label}: {method}"));
+        let found = shown(gpu, &case(value), view);
         progress.step();
         let shown = match found {
             Ok(shown) => shown,
             Err(error) => {
-                report.rows.push(Row::failed(sweep.name, &method, &error));
+                report.rows.push(Row::failed(label, &method, &error));
                 continue;
             }
         };
         let errors = Errors::of(&shown);
         let parallax = Spread::of(&errors.parallax_px, Better::Lower);
         let differing = first.as_ref().filter(|_| sweep.looks_alike).map(|first| differing_share(first, &shown));
-        let mut row = Row::new(sweep.name, &method);
+        let mut row = Row::new(label, &method);
         if let Some(parallax) = parallax {
             row.error.set("parallax_px", parallax);
             points[0].push((value, parallax.worst));
@@ -167,18 +174,18 @@ fn swept(
         bounds.iter_mut().zip(found).for_each(|(bound, found)| bound.add(sweep, decade, found));
         first.get_or_insert(shown);
     }
-    let told = if sweep.looks_alike { &bounds[..] } else { &bounds[..3] };
-    told.iter().for_each(|bound| bound.tell(sweep, report));
+    let is_told = [true, sweep.bounds_depth, sweep.bounds_depth, sweep.looks_alike];
+    bounds
+        .iter()
+        .zip(is_told)
+        .filter(|(_, is_told)| *is_told)
+        .for_each(|(bound, _)| bound.tell((label, sweep), report));
     let names = ["depth, worst pixel, in px", "depth, 95 of 100 pixels, in px", "share of holes"];
     let series = names.into_iter().zip(points).map(|(name, points)| Series { name: name.to_owned(), points }).collect();
-    let file = format!("{}.svg", sweep.name.replace(' ', "-"));
+    let file = format!("{label}-{}.svg", sweep.parameter).replace([' ', '/'], "-");
     let path = run.figure(report, file, format!("Errors against {}.", sweep.parameter));
-    let plot = Scatter {
-        title: sweep.name.to_owned(),
-        x_label: sweep.parameter.to_owned(),
-        y_label: "error".to_owned(),
-        series,
-    };
+    let plot =
+        Scatter { title: label.to_owned(), x_label: sweep.parameter.to_owned(), y_label: "error".to_owned(), series };
     draw_curves(&plot, Axes { log_x: true, front: false }, &path)
 }
 
@@ -193,7 +200,7 @@ mod tests {
         let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
         let mut view = ClientView::new(&gpu, (PICTURE_PX, PICTURE_PX)).expect("pipelines");
         let [near, far] =
-            [0, 7].map(|decade| shown(&gpu, &(SWEEPS[0].case)(10_f64.powi(decade)), &mut view).expect("drawn"));
+            [0, 7].map(|decade| shown(&gpu, &BY_CODE[0].1(10_f64.powi(decade)), &mut view).expect("drawn"));
         assert!(differing_share(&near, &far) <= ALIKE_SHARE);
         let worst = |shown: &[Shown]| Errors::of(shown).parallax_px.into_iter().fold(0.0, f64::max);
         let errors = Errors::of(&far);
@@ -207,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_bound_tells_its_worst_where_it_must_hold_and_where_it_breaks() {
-        let sweep = &SWEEPS[0];
+        let sweep = &BY_CODE[0].0;
         let mut bound = Bound::new("errors", 1.0, "px");
         let found = [(0, Some(0.2)), (1, None), (6, Some(0.7)), (7, Some(0.4)), (8, Some(3.0)), (9, Some(f64::NAN))];
         found.into_iter().for_each(|(decade, found)| bound.add(sweep, decade, found));
@@ -215,16 +222,16 @@ mod tests {
         bound.add(sweep, 3, Some(f64::NAN));
         bound.add(sweep, 4, Some(0.1));
         let mut report = Report::new("stability", "");
-        bound.tell(sweep, &mut report);
+        bound.tell(("far", sweep), &mut report);
         assert!(report.bars[0].is_missed() && report.notes[0].contains("1e8"), "{:?}", report.bars);
     }
 
     #[test]
     fn every_case_is_made_of_numbers() {
-        for sweep in SWEEPS {
+        for (sweep, case) in BY_CODE {
             assert!((sweep.decades[0]..=sweep.decades[1]).contains(&sweep.holds_to));
             for decade in values(sweep, false) {
-                let case = (sweep.case)(10_f64.powi(decade));
+                let case = case(10_f64.powi(decade));
                 let snapshot = case.scene.at(0.0);
                 assert!(snapshot.world_from_mesh.iter().all(|pose| pose.is_finite()), "{} {decade}", sweep.name);
                 assert!(case.middle.translation.is_finite() && case.near_m > 0.0 && !case.scene.bounds.is_empty());

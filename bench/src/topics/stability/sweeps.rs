@@ -3,77 +3,114 @@
 use camera::Rigid;
 use glam::{DVec3, Vec3};
 use scene::{Mesh, Scene};
+use server::scale::scaled;
+use server::start::{near_m, start_pose};
 
 use super::build::{Placed, at, ball, mesh, scene, square};
+use super::moved::moved;
 use super::way::{Case, FOV_Y_RAD};
 
-/// A parameter, the decades that it is swept over, and what is made of each value.
+/// A parameter, the decades that it is swept over, and what must hold.
 pub struct Sweep {
     pub name: &'static str,
     /// With its unit.
     pub parameter: &'static str,
     /// Powers of ten, first and last.
     pub decades: [i32; 2],
-    pub case: fn(f64) -> Case,
-    /// Whether every case must look like the first one.
-    pub looks_alike: bool,
     /// The decade up to which the bounds must hold, counted in the direction of the sweep.
     pub holds_to: i32,
-    /// Why the bound of depth is what it is.
-    pub bound: &'static str,
+    /// Whether every case must look like the first one.
+    pub looks_alike: bool,
+    /// Whether depth inside of surfaces has a bound: they are flat, or bend little within a pixel.
+    pub bounds_depth: bool,
+    /// Why the bounds are what they are.
+    pub why: &'static str,
 }
 
 /// Half of the step of inverse depth, whose whole moves a sample by a tenth of a pixel, and as much again for corners
 /// between samples, whose planes come from normals of 8 + 8 bits.
 pub const BOUND_PX: f64 = 0.1;
 
-pub const SWEEPS: &[Sweep] = &[
-    Sweep {
-        name: "distance from the origin",
-        parameter: "distance in m",
-        decades: [0, 9],
-        case: far_away,
-        looks_alike: true,
-        holds_to: 7,
-        bound: "coordinates on the GPU are relative to an anchor near the eye, composed in f64, whose step is 2e-9 m at 1e7 m and 1e-7 m at 1e9",
-    },
-    Sweep {
-        name: "far over near",
-        parameter: "far / near",
-        decades: [1, 9],
-        case: near_and_far,
-        looks_alike: false,
-        holds_to: 7,
-        bound: "depth is uniform in inverse depth, in steps that move a sample by a tenth of a pixel over the region",
-    },
-    Sweep {
-        name: "size",
-        parameter: "size in m",
-        decades: [-6, 9],
-        case: sized,
-        looks_alike: true,
-        holds_to: 9,
-        bound: "all that is compared scales with the scene",
-    },
-    Sweep {
-        name: "triangle",
-        parameter: "side in pixels",
-        decades: [-6, 6],
-        case: triangles,
-        looks_alike: false,
-        holds_to: 6,
-        bound: "samples do not depend on how a surface is cut into triangles",
-    },
-    Sweep {
-        name: "grazing",
-        parameter: "angle in degrees",
-        decades: [-8, 1],
-        case: grazing,
-        looks_alike: false,
-        holds_to: 1,
-        bound: "inverse depth is linear over a plane at any angle; its slope is that of the normal, of 8 + 8 bits",
-    },
+const DISTANCE: Sweep = Sweep {
+    name: "distance from the origin",
+    parameter: "distance in m",
+    decades: [0, 9],
+    holds_to: 7,
+    looks_alike: true,
+    bounds_depth: true,
+    why: "coordinates on the GPU are relative to an anchor near the eye, composed in f64, whose step is 2e-9 m at 1e7 m and 1e-7 m at 1e9",
+};
+
+const SIZE: Sweep = Sweep {
+    name: "size",
+    parameter: "size in m",
+    decades: [-6, 9],
+    holds_to: 9,
+    looks_alike: true,
+    bounds_depth: true,
+    why: "all that is compared scales with the scene",
+};
+
+/// With what is made by code of each value.
+pub const BY_CODE: &[(Sweep, fn(f64) -> Case)] = &[
+    (DISTANCE, |distance_m| still_life_case(away(distance_m), 1.0)),
+    (
+        Sweep {
+            name: "far over near",
+            parameter: "far / near",
+            decades: [1, 9],
+            holds_to: 7,
+            looks_alike: false,
+            bounds_depth: true,
+            why: "depth is uniform in inverse depth, in steps that move a sample by a tenth of a pixel over the region",
+        },
+        near_and_far,
+    ),
+    (SIZE, |size_m| still_life_case(DVec3::ZERO, size_m)),
+    (
+        Sweep {
+            name: "triangle",
+            parameter: "side in pixels",
+            decades: [-6, 6],
+            holds_to: 6,
+            looks_alike: false,
+            bounds_depth: true,
+            why: "samples do not depend on how a surface is cut into triangles",
+        },
+        triangles,
+    ),
+    (
+        Sweep {
+            name: "grazing",
+            parameter: "angle in degrees",
+            decades: [-8, 1],
+            holds_to: 1,
+            looks_alike: false,
+            bounds_depth: true,
+            why: "inverse depth is linear over a plane at any angle; its slope is that of the normal, of 8 + 8 bits",
+        },
+        grazing,
+    ),
 ];
+
+/// With what becomes of a scene that somebody has.
+pub const OF_SCENES: &[(Sweep, fn(&Scene, f64) -> Case)] = &[
+    (Sweep { bounds_depth: false, ..DISTANCE }, |scene, distance_m| begun(moved(scene, away(distance_m)))),
+    (
+        Sweep { parameter: "size over its own", decades: [-6, 6], holds_to: 6, bounds_depth: false, ..SIZE },
+        |scene, scale| begun(scaled(scene.clone(), scale)),
+    ),
+];
+
+/// So far away, in whole metres: each place is the same to the last bit but for the size of its numbers.
+fn away(distance_m: f64) -> DVec3 {
+    (DVec3::new(0.8, 0.2, -0.56) * distance_m).round()
+}
+
+/// A scene from where viewers begin.
+fn begun(scene: Scene) -> Case {
+    Case { middle: start_pose(&scene), near_m: near_m(&scene), scene }
+}
 
 fn look(scene: Scene, eye: DVec3, target: DVec3, near_m: f64) -> Case {
     Case { scene, middle: Rigid::look_at(eye, target), near_m }
@@ -101,15 +138,6 @@ fn still_life(place: DVec3, scale: f64) -> Vec<Placed> {
 fn still_life_case(place: DVec3, scale: f64) -> Case {
     let eye = place + DVec3::new(0.3, 0.5, 2.4) * scale;
     look(scene("still life", still_life(place, scale)), eye, place + DVec3::new(0.0, -0.1, 0.0) * scale, 0.01 * scale)
-}
-
-fn far_away(distance_m: f64) -> Case {
-    // Whole metres, so that each place is the same to the last bit but for the size of its numbers.
-    still_life_case((DVec3::new(0.8, 0.2, -0.56) * distance_m).round(), 1.0)
-}
-
-fn sized(size_m: f64) -> Case {
-    still_life_case(DVec3::ZERO, size_m)
 }
 
 /// A board that faces the eye at each decade, from the near plane on, in columns side by side. The nearest is a twentieth of a metre away.

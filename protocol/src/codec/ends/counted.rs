@@ -102,3 +102,46 @@ pub fn read(image: &DepthImage, bits: &mut BitReader, words: &[u8]) -> Result<Ve
 fn is_counted(begun: &Begun) -> bool {
     begun.is_settled && begun.besides.side_count() >= MANY
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ends::tests::tatters;
+
+    /// An image so large, whose surfaces end where they may, at levels that go up and down along outlines.
+    fn ending(size_px: (u32, u32)) -> DepthImage {
+        let mut image = tatters(size_px);
+        let level = |rank: usize| 1 + (rank / 7 % 7) as Ends;
+        image.settle_ends((0..image.sample_count()).map(|rank| level(rank) * 0x1111).collect());
+        image
+    }
+
+    fn written(image: &DepthImage) -> (Vec<u8>, Vec<u8>) {
+        let mut bits = BitWriter::new();
+        let words = write(image, &mut bits);
+        (bits.finish(), words)
+    }
+
+    #[test]
+    fn many_sides_are_counted_few_are_learned_and_both_come_back() {
+        for (size_px, is_counted) in [((200, 200), true), ((40, 40), false)] {
+            let image = ending(size_px);
+            let (bits, words) = written(&image);
+            assert_eq!(!words.is_empty(), is_counted);
+            let known = DepthImage { ends: Vec::new(), ..image.clone() };
+            assert_eq!(read(&known, &mut BitReader::new(&bits), &words), Ok(image.ends));
+        }
+    }
+
+    #[test]
+    fn damaged_words_are_refused() {
+        let image = ending((200, 200));
+        let (bits, words) = written(&image);
+        let known = DepthImage { ends: Vec::new(), ..image };
+        let refused = |words: &[u8]| read(&known, &mut BitReader::new(&bits), words).is_err();
+        assert!(refused(&[]) && refused(&words[..words.len() - 4]) && refused(&[&words[..], &[0; 4]].concat()));
+        let mut flipped = words.clone();
+        flipped[words.len() / 2] ^= 1;
+        assert!(refused(&flipped));
+    }
+}
