@@ -22,7 +22,8 @@ for (const { file, raw_bytes } of JSON.parse(await readFile(join(updates, 'updat
   const bytes = new Uint8Array(await readFile(join(updates, file)));
   const times = [];
   for (let run = 0; run <= REPEATS; run++) {
-    const answer = decode(bytes);
+    // 0: without surfaces.
+    const answer = new Uint8Array(decode(bytes, 0)[0]);
     if (answer[0] !== 1) throw new Error(`${file}: ${new TextDecoder().decode(answer.subarray(9))}`);
     times.push(new DataView(answer.buffer, answer.byteOffset).getFloat64(1, true));
   }

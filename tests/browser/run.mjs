@@ -36,7 +36,7 @@ const turned = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.quaternion.reduce(
 function mortalWorkers() {
   window.Worker = class extends window.Worker {
     postMessage(message, ...rest) {
-      super.postMessage(message instanceof ArrayBuffer ? -1 : message, ...rest);
+      super.postMessage(Array.isArray(message) ? -1 : message, ...rest);
     }
   };
 }
