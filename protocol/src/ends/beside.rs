@@ -112,7 +112,7 @@ fn add_side(codes: &mut [u8], most_steps: &[i32], own: Pixels<'_>, other: Pixels
         let same = other == object;
         let farther = same & (depth.wrapping_sub(other_depth) > most_steps);
         let behind = !same & (other_depth <= depth);
-        *code |= (3 * u8::from(farther) | 2 * u8::from(behind) | u8::from(other == NOTHING)) << shift;
+        *code |= (3 * u8::from(farther) + 2 * u8::from(behind) + u8::from(other == NOTHING)) << shift;
     }
 }
 
@@ -134,7 +134,7 @@ pub(crate) mod tests {
     pub(crate) fn tatters((width_px, height_px): (u32, u32)) -> DepthImage {
         let mut mask = Mask::empty(width_px, height_px);
         let pixels = (0..height_px).flat_map(|y| (0..width_px).map(move |x| (x, y)));
-        pixels.filter(|&(x, y)| noise(y * width_px + x, 0) % 4 > 0).for_each(|(x, y)| mask.set(x, y, true));
+        pixels.filter(|&(x, y)| !noise(y * width_px + x, 0).is_multiple_of(4)).for_each(|(x, y)| mask.set(x, y, true));
         let count = mask.count();
         let of = |kind: u32| (0..count as u32).map(move |index| noise(index, kind));
         DepthImage {
@@ -146,7 +146,7 @@ pub(crate) mod tests {
             ends: Vec::new(),
             colour: vec![[9, 9, 9]; count],
             colour_rest: Vec::new(),
-            object: of(2).map(|noise| u16::from(noise % 5 == 0)).collect(),
+            object: of(2).map(|noise| u16::from(noise.is_multiple_of(5))).collect(),
             material: vec![0; count],
             share: Vec::new(),
             mask,

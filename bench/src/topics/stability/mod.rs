@@ -107,7 +107,8 @@ impl Bound {
             let worst = self.found.unwrap_or(found);
             self.found = Some(if found > worst || found.is_nan() { found } else { worst });
         }
-        if self.broken_at.is_none() && !(found <= self.at_most) {
+        let holds = found <= self.at_most;
+        if self.broken_at.is_none() && !holds {
             self.broken_at = Some(decade);
         }
     }

@@ -51,8 +51,13 @@ const SIZE: Sweep = Sweep {
     why: "all that is compared scales with the scene",
 };
 
-/// With what is made by code of each value.
-pub const BY_CODE: &[(Sweep, fn(f64) -> Case)] = &[
+/// What is made by code of a value.
+type Made = fn(f64) -> Case;
+/// What becomes of a scene that somebody has.
+type Changed = fn(&Scene, f64) -> Case;
+
+/// Sweeps of what is made.
+pub const BY_CODE: &[(Sweep, Made)] = &[
     (DISTANCE, |distance_m| still_life_case(away(distance_m), 1.0)),
     (
         Sweep {
@@ -93,8 +98,8 @@ pub const BY_CODE: &[(Sweep, fn(f64) -> Case)] = &[
     ),
 ];
 
-/// With what becomes of a scene that somebody has.
-pub const OF_SCENES: &[(Sweep, fn(&Scene, f64) -> Case)] = &[
+/// Sweeps of what is changed.
+pub const OF_SCENES: &[(Sweep, Changed)] = &[
     (Sweep { bounds_depth: false, ..DISTANCE }, |scene, distance_m| begun(moved(scene, away(distance_m)))),
     (
         Sweep { parameter: "size over its own", decades: [-6, 6], holds_to: 6, bounds_depth: false, ..SIZE },
@@ -129,8 +134,7 @@ fn still_life(place: DVec3, scale: f64) -> Vec<Placed> {
         placed(ball(24), DVec3::new(0.45, 0.1, -0.3), 0.3, [0.1, 0.4, 0.7]),
     ];
     let mut board = placed(square(), DVec3::new(0.0, -0.6, 0.0), 1.0, [0.3, 0.5, 0.3]);
-    board.world_from_mesh.matrix3 =
-        board.world_from_mesh.matrix3 * glam::DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    board.world_from_mesh.matrix3 *= glam::DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
     parts.push(board);
     parts
 }
@@ -195,8 +199,7 @@ fn triangles(side_px: f64) -> Case {
 fn grazing(angle_deg: f64) -> Case {
     let angle = angle_deg.to_radians();
     let mut floor = Placed { mesh: square(), world_from_mesh: at(DVec3::ZERO, 1.0), colour: [0.4, 0.5, 0.3] };
-    floor.world_from_mesh.matrix3 =
-        floor.world_from_mesh.matrix3 * glam::DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    floor.world_from_mesh.matrix3 *= glam::DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
     let eye = DVec3::new(0.0, 2.0 * angle.sin(), 2.0 * angle.cos());
     look(scene("floor", vec![floor]), eye, DVec3::ZERO, 0.01)
 }
