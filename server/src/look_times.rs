@@ -1,4 +1,4 @@
-//! Where the time of looks goes. A look is made on one thread, which adds up what its parts take until [`take`].
+//! Where the time of looks goes. A look is made on one thread, which adds up what its parts take until its turn ends.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};

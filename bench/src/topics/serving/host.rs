@@ -13,6 +13,8 @@ use server::look_times::Part;
 
 use crate::report::{Report, Row};
 
+/// Side of the walker's images, in pixels.
+pub(super) const IMAGE_PX: u32 = 512;
 /// Between a submission and its answer when the GPU has nothing else to do: a few passes, a copy to host memory, a fence. Assumed.
 const LATENCY_MS: f64 = 0.5;
 /// Times that a look waits: for the scene's views, and for each of three images of the copy.
@@ -45,9 +47,7 @@ impl Look {
 
 /// Adds the walker's row, and what the model makes of it.
 pub(super) fn rows(walker: &Row, report: &mut Report) {
-    report
-        .rows
-        .push(Row { method: format!("{} with images of {} px", walker.method, super::HOST_PX), ..walker.clone() });
+    report.rows.push(Row { method: format!("{} with images of {IMAGE_PX} px", walker.method), ..walker.clone() });
     let Some(look) = Look::of(walker) else { return };
     for gpu_ms in GPU_MS {
         let mut row = Row::new(&walker.scene, &format!("GPU host, {gpu_ms} ms of the GPU a look"));

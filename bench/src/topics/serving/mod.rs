@@ -35,9 +35,8 @@ const QUICK_FOLLOWERS: [usize; 1] = [3];
 /// How long each run takes.
 const RUN: Duration = Duration::from_secs(30);
 const QUICK_RUN: Duration = Duration::from_secs(3);
-/// Sides of the server's images, in pixels: of walkers, of one whose looks the model of a GPU host is made of, and of a presenter.
+/// Sides of the server's images, in pixels: of walkers, and of a presenter.
 const WALKERS_PX: u32 = 256;
-const HOST_PX: u32 = 512;
 const PRESENTER_PX: u32 = 128;
 /// Of the largest audience.
 const MOST_LAG_MS: f64 = 100.0;
@@ -75,8 +74,8 @@ impl Topic for Serving {
                 report.rows.push(row.unwrap_or_else(|error| Row::failed(&scene_label(name), "walkers", &error)));
                 progress.step();
             }
-            progress.say(format!("one walker with images of {HOST_PX} px in {}", scene_label(name)));
-            match served(&gpu, run, name, HOST_PX, (1, false)) {
+            progress.say(format!("a walker for the model in {}", scene_label(name)));
+            match served(&gpu, run, name, host::IMAGE_PX, (1, false)) {
                 Ok(served) => host::rows(&served.row, report),
                 Err(error) => report.rows.push(Row::failed(&scene_label(name), "a walker for the model", &error)),
             }
