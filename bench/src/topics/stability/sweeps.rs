@@ -103,7 +103,8 @@ pub const OF_SCENES: &[(Sweep, Changed)] = &[
     (Sweep { bounds_depth: false, ..DISTANCE }, |scene, distance_m| begun(moved(scene, away(distance_m)))),
     (
         Sweep { parameter: "size over its own", decades: [-6, 6], holds_to: 6, bounds_depth: false, ..SIZE },
-        |scene, scale| begun(scaled(scene.clone(), scale)),
+        // Somebody who walks is as tall as he is: what is to look alike is turned about.
+        |scene, scale| begun(Scene { walk: false, ..scaled(scene.clone(), scale) }),
     ),
 ];
 
