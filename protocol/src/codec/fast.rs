@@ -91,6 +91,7 @@ fn edge(left: Values, up: Values, corner: Values) -> Values {
 
 /// Columns before the first one and after the last one.
 const MARGIN: usize = 2;
+
 /// The last sample seen in a column.
 #[derive(Debug, Clone, Copy)]
 struct Column {

@@ -27,7 +27,7 @@ pub struct Sweep {
     pub why: &'static str,
 }
 
-/// Half of the step of inverse depth, whose whole moves a sample by a tenth of a pixel, and as much again for corners
+/// Half of the step of inverse depth, whose whole moves a sample by a tenth of a pixel, and, chosen, as much again for corners
 /// between samples, whose planes come from normals of 8 + 8 bits.
 pub const BOUND_PX: f64 = 0.1;
 
