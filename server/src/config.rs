@@ -13,6 +13,18 @@ use crate::coding::CodingRule;
 use crate::discretize::placement::Placement;
 use crate::discretize::{Discretization, MAX_IMAGES};
 
+/// Where views of the scene and of copies are laid beside each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum ComparesOn {
+    /// On a GPU, unless it is only software.
+    #[default]
+    Faster,
+    /// On the GPU, whatever it is, where it has compute shaders.
+    Gpu,
+    /// On the processor.
+    Processor,
+}
+
 /// Everything about a server but its scene.
 #[derive(Debug, Clone)]
 pub struct Config {
@@ -34,6 +46,8 @@ pub struct Config {
     pub images: usize,
     /// An image has as many pixels as a square of this side, in the shape of the view; within [`Config::IMAGE_SIZES_PX`].
     pub image_size_px: u32,
+    /// Where what clients lack is found out, see [`crate::beside`].
+    pub compares_on: ComparesOn,
     /// How samples are coded.
     pub coding: CodingRule,
     /// How colour is shown.
@@ -75,6 +89,7 @@ impl Default for Config {
             anticipation: true,
             images: 4,
             image_size_px: 512,
+            compares_on: ComparesOn::default(),
             coding: CodingRule::default(),
             look: Look::default(),
             environment: None,

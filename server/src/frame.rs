@@ -5,6 +5,7 @@ mod beside_eye;
 mod camera_image;
 mod layers;
 mod next;
+mod views;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -23,9 +24,9 @@ use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::density;
+use crate::discretize::Discretization;
 use crate::discretize::placement::{self, Budget, Placement};
-use crate::discretize::{Capture, Discretization};
-use crate::imager::Imager;
+use crate::imager::{Imager, ImagerError};
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
 use crate::look_times::{Part, timed};
@@ -33,9 +34,8 @@ use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::render::{Blended, Detail, triangle_bases};
+use crate::render::{Blended, Detail, RenderError, triangle_bases};
 use crate::rest::{self, Strip};
-use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
 use crate::viewer::Viewer;
 
@@ -323,12 +323,7 @@ impl Stage {
                 timed(Part::Keep, || account.add(Purpose::Eye, &capture, &lacking, plan.precision, now))?;
             }
         } else {
-            // All at once: what they show does not depend on the account, and each wait for the GPU has a cost of its own.
-            let mut captures =
-                timed(Part::Scene, || self.imager.captures(snapshot, &plan.views, Discretization::Conventional))?;
-            for (index, capture) in captures.iter_mut().enumerate() {
-                self.look_from(index, capture, plan, (Purpose::Eye, now), account)?;
-            }
+            self.look_from_all(plan, snapshot, now, account)?;
         }
         self.send_layers(plan, snapshot, now, client)?;
         if !self.begins_coarsely(client) {
@@ -341,7 +336,9 @@ impl Stage {
             Viewpoint { eye_world: plan.coverage.world_from_eye.translation, focal_px: output_focal_px(viewer.view) },
         )?;
         self.send_occluders(snapshot, now, client, plan.coverage.world_from_eye.translation)?;
-        client.account.evict((self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize)?;
+        let budget_samples = (self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize;
+        client.account.settle_facts(budget_samples).map_err(|error| ImagerError::from(RenderError::from(error)))?;
+        client.account.evict(budget_samples)?;
         let counts = client.account.counts();
         if counts.evicted > 0 {
             client.ahead.evicted();
@@ -411,34 +408,6 @@ impl Stage {
         let chosen = placement::place(&probes, half_view(plan.coverage.view), Budget::of(plan.views.len()));
         tracing::debug!(views = ?chosen.views, missing = ?chosen.missing, "placed by probes");
         Ok(chosen.views.into_iter().map(|view| candidates[view]).collect())
-    }
-
-    /// Lays one view of a plan beside the same view of the copy, and brings the copy up to date there.
-    fn look_from(
-        &mut self,
-        index: usize,
-        capture: &mut Capture,
-        plan: &Plan,
-        (purpose, now): (Purpose, &Surroundings<'_>),
-        account: &mut Account,
-    ) -> Result<(), StageError> {
-        let is_passing = plan.reason.is_passing();
-        let rules =
-            AccountRules { outlines_stand_in: is_passing, refines: index < plan.refining, ..self.account_rules };
-        let trims = !is_passing || account.looks().is_multiple_of(rules.trim_every);
-        let revision = Revision {
-            purpose,
-            rules,
-            peers: &plan.views,
-            trims,
-            // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
-            supersedes: purpose == Purpose::Eye && is_passing && rules.refines && trims,
-            looks_again: !is_passing,
-            is_seen: true,
-            least_px: if index == 0 { 0.0 } else { rules.least_missing * capture.ids.len() as f64 },
-            precision: plan.precision,
-        };
-        revise(&mut *self.imager, account, capture, &revision, now)
     }
 
     /// What a client's copy may cost it: never less than all of a plan's views of the least size, and one more.

@@ -12,7 +12,8 @@ use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
 use thiserror::Error;
 
 use crate::account::Account;
-use crate::config::Config;
+use crate::beside::{Asked, BesidePass, Found, KeptView};
+use crate::config::{ComparesOn, Config};
 use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer, EndsPass};
 use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
@@ -30,8 +31,25 @@ pub enum ImagerError {
     Surface(#[from] SurfaceError),
 }
 
+/// Lays views of the scene beside the same views of copies on the GPU, and reads back only what comes of it.
+pub trait Comparer {
+    /// Where that happens: copies must [keep facts](Account::know_on) there.
+    fn gpu(&self) -> &Gpu;
+
+    /// Draws what each view sees of the scene, and leaves it on the GPU, until the next images are made.
+    fn keep(&mut self, snapshot: &Snapshot, views: &[Pinhole]) -> Result<Vec<KeptView>, ImagerError>;
+
+    /// What a view lacks, and more; see [`BesidePass::compare`].
+    fn compare(&mut self, account: &Account, view: &KeptView, asked: &Asked<'_>) -> Result<Option<Found>, ImagerError>;
+}
+
 /// Sees one scene, and what clients hold of it. One thread owns it.
 pub trait Imager: Send {
+    /// What compares views on the GPU; `None` where the processor does.
+    fn comparer(&mut self) -> Option<&mut dyn Comparer> {
+        None
+    }
+
     /// Another imager of the same scene, for another thread; `None` where there can be only one.
     fn twin(&self) -> Option<Box<dyn Imager>> {
         None
@@ -122,6 +140,8 @@ pub struct GpuImager {
     discretizer: Discretizer,
     ends: EndsPass,
     addresses: AddressPass,
+    /// Compares views, where that is done on the GPU.
+    beside: Option<BesidePass>,
     /// Built with the first impostor.
     impostors: Option<ImpostorDrawer>,
     look: SceneLook,
@@ -145,8 +165,15 @@ impl GpuImager {
         let look = SceneLook::under(config.environment.as_deref(), shown_by, scene, config.look);
         let kind = if gpu.caps.software { "software" } else { "hardware" };
         let adapter = format!("{} ({kind})", gpu.caps.name);
-        let addresses = AddressPass::new(gpu)?;
-        Ok(GpuImager { renderer, discretizer, ends, addresses, look, adapter, impostors: None, placed: None })
+        let on_gpu = match config.compares_on {
+            ComparesOn::Faster => !gpu.caps.software,
+            ComparesOn::Gpu => true,
+            ComparesOn::Processor => false,
+        };
+        let on_gpu = on_gpu && BesidePass::is_possible(gpu);
+        let beside = if on_gpu { Some(BesidePass::new(gpu)?) } else { None };
+        let addresses = if on_gpu { AddressPass::on_gpu(gpu)? } else { AddressPass::new(gpu)? };
+        Ok(GpuImager { renderer, discretizer, ends, addresses, beside, look, adapter, impostors: None, placed: None })
     }
 
     fn place(&mut self, snapshot: &Snapshot, eye_world: DVec3) -> Result<(), ImagerError> {
@@ -161,13 +188,36 @@ impl GpuImager {
     }
 }
 
+impl Comparer for GpuImager {
+    fn gpu(&self) -> &Gpu {
+        self.renderer.gpu()
+    }
+
+    fn keep(&mut self, snapshot: &Snapshot, views: &[Pinhole]) -> Result<Vec<KeptView>, ImagerError> {
+        let Some(first) = views.first() else { return Ok(Vec::new()) };
+        self.place(snapshot, first.world_from_eye.translation)?;
+        let planes = self.discretizer.keep(&self.renderer, views)?;
+        Ok(views.iter().zip(planes).map(|(camera, planes)| KeptView { camera: *camera, planes }).collect())
+    }
+
+    fn compare(&mut self, account: &Account, view: &KeptView, asked: &Asked<'_>) -> Result<Option<Found>, ImagerError> {
+        let Some(beside) = &mut self.beside else { return Ok(None) };
+        Ok(beside.compare(account, view, asked)?)
+    }
+}
+
 impl Imager for GpuImager {
+    fn comparer(&mut self) -> Option<&mut dyn Comparer> {
+        if self.beside.is_some() { Some(self) } else { None }
+    }
+
     fn twin(&self) -> Option<Box<dyn Imager>> {
         Some(Box::new(GpuImager {
             renderer: self.renderer.twin()?,
             discretizer: self.discretizer.twin(),
             ends: self.ends.twin(),
-            addresses: AddressPass::new(self.renderer.gpu()).ok()?,
+            addresses: self.addresses.twin().ok()?,
+            beside: self.beside.as_ref().map(BesidePass::twin).transpose().ok()?,
             impostors: None,
             look: self.look.clone(),
             adapter: self.adapter.clone(),

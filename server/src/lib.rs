@@ -3,7 +3,7 @@
 //! - [`app`]: one port with the web client, the websocket and `/healthz`; [`session`]: one client's connection, on either
 //!   clock; [`audience`]: clients that follow another.
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
-//!   what it lacks; [`pace`]: how large images are while it moves; [`frame`]: one tick, from scene time to edits;
+//!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick, from scene time to edits;
 //!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
@@ -23,6 +23,7 @@ pub mod anticipate;
 pub mod app;
 pub mod asked;
 pub mod audience;
+pub mod beside;
 pub mod cameras;
 pub mod client;
 pub mod coding;

@@ -9,7 +9,7 @@ use protocol::message::Clock;
 use protocol::{Look, Tone};
 
 use crate::coding::CodingRule;
-use crate::config::Config;
+use crate::config::{ComparesOn, Config};
 use crate::discretize::Discretization;
 use crate::discretize::placement::Placement;
 use crate::source;
@@ -62,6 +62,9 @@ pub struct Options {
     /// walk to
     #[arg(long, value_enum, default_value_t)]
     pub anticipation: AnticipationName,
+    /// Where views of the scene and of what clients hold are compared: faster is the GPU, unless it is only software
+    #[arg(long, value_enum, default_value_t)]
+    pub compare_on: ComparesOn,
     /// Images a set
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=Config::MAX_IMAGES as u64))]
     pub images: u64,
@@ -276,6 +279,7 @@ impl Options {
             anticipation: self.anticipation == AnticipationName::On,
             images: self.images as usize,
             image_size_px: self.image_size,
+            compares_on: self.compare_on,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },
             look: self.look.of(self.scene.as_deref()),
             environment: None,

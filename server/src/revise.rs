@@ -7,12 +7,14 @@ use surface::AddressView;
 use crate::account::compare::Comparison;
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
+use crate::beside::{Asked, Found, KeptView};
 use crate::discretize::{Capture, DepthPrecision};
 use crate::imager::Imager;
 use crate::look_times::{Part, timed};
 use crate::stage_error::StageError;
 
 /// How a view is brought up to date.
+#[derive(Debug, Clone, Copy)]
 pub struct Revision<'a> {
     /// What is held for this is looked at.
     pub purpose: Purpose,
@@ -73,6 +75,52 @@ pub fn revise(
         }
         Ok(account.supersede(&superseded)?)
     })
+}
+
+/// The same of a view that was left on the GPU: both are laid beside each other there.
+pub fn revise_kept(
+    imager: &mut dyn Imager,
+    account: &mut Account,
+    view: &KeptView,
+    revision: &Revision<'_>,
+    now: &Surroundings<'_>,
+) -> Result<(), StageError> {
+    let peers = account.captured_by(revision.peers);
+    let asked = Asked {
+        rules: revision.rules,
+        peers: &peers,
+        trims: revision.trims,
+        supersedes: revision.supersedes,
+        is_seen: revision.is_seen,
+        least_px: revision.least_px,
+    };
+    let Some(mut found) = compare(imager, account, view, &asked)? else { return Ok(()) };
+    account.counts_mut().look_at_hits(revision.purpose, found.hits);
+    let retracted = timed(Part::Keep, || account.retract(revision.purpose, &found.false_cover))?;
+    if retracted && revision.looks_again {
+        let Some(again) = compare(imager, account, view, &asked)? else { return Ok(()) };
+        found = again;
+    }
+    let Found { mut capture, lacking, superseded, .. } = found;
+    timed(Part::Scene, || imager.tell_ends(&mut capture, &lacking.send))?;
+    timed(Part::Keep, || {
+        account.add(revision.purpose, &capture, &lacking, revision.precision, now)?;
+        if !revision.is_seen {
+            account.mark_added_unseen();
+        }
+        Ok(account.supersede(&superseded)?)
+    })
+}
+
+fn compare(
+    imager: &mut dyn Imager,
+    account: &mut Account,
+    view: &KeptView,
+    asked: &Asked<'_>,
+) -> Result<Option<Found>, StageError> {
+    timed(Part::Copy, || account.refresh());
+    let Some(comparer) = imager.comparer() else { return Ok(None) };
+    Ok(timed(Part::Compare, || comparer.compare(account, view, asked))?)
 }
 
 /// A view of the copy as it is now.

@@ -36,7 +36,10 @@ pub(crate) struct Slots {
 
 impl Attachments {
     pub(crate) fn new(gpu: &Gpu, size_px: (u32, u32), layers: u32) -> Attachments {
-        let texture = |label, format, usage| {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::TEXTURE_BINDING;
+        let texture = |label, format| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: size_px.0, height: size_px.1, depth_or_array_layers: layers },
@@ -44,17 +47,17 @@ impl Attachments {
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
                 format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC | usage,
+                usage,
                 view_formats: &[],
             })
         };
         Attachments {
             size_px,
             layers,
-            ids: texture("ids", IDS_FORMAT, wgpu::TextureUsages::TEXTURE_BINDING),
-            colour: texture("colour", COLOUR_FORMAT, wgpu::TextureUsages::empty()),
-            rests: texture("rests", RESTS_FORMAT, wgpu::TextureUsages::empty()),
-            depth: texture("depth", DEPTH_FORMAT, wgpu::TextureUsages::empty()),
+            ids: texture("ids", IDS_FORMAT),
+            colour: texture("colour", COLOUR_FORMAT),
+            rests: texture("rests", RESTS_FORMAT),
+            depth: texture("depth", DEPTH_FORMAT),
         }
     }
 
@@ -65,6 +68,18 @@ impl Attachments {
         fits && pixels((width, height)) * u64::from(layers) * 2 > pixels(self.size_px) * u64::from(self.layers)
     }
 
+    /// A layer's ids, colour, rests and depth.
+    pub(crate) fn views(&self, layer: u32) -> [wgpu::TextureView; 4] {
+        [&self.ids, &self.colour, &self.rests, &self.depth].map(|texture| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: layer,
+                array_layer_count: Some(1),
+                ..Default::default()
+            })
+        })
+    }
+
     /// A pass into a layer, cleared: no ids, no depth, `background` with alpha 0.
     pub(crate) fn begin<'a>(
         &self,
@@ -73,16 +88,7 @@ impl Attachments {
         background: [f64; 3],
         timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'a> {
-        let view = |texture: &wgpu::Texture| {
-            texture.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                base_array_layer: layer,
-                array_layer_count: Some(1),
-                ..Default::default()
-            })
-        };
-        let (ids, colour, rests) = (view(&self.ids), view(&self.colour), view(&self.rests));
-        let depth = view(&self.depth);
+        let [ids, colour, rests, depth] = self.views(layer);
         let target = |view, clear| {
             let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store };
             Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })

@@ -95,7 +95,11 @@ impl Counts {
 
     /// Notes the first hits of a view, as what sending it anew would have cost.
     pub fn look_at(&mut self, purpose: Purpose, capture: &Capture) {
-        let hits = capture.ids.iter().filter(|ids| ids[0] != 0).count();
+        self.look_at_hits(purpose, capture.ids.iter().filter(|ids| ids[0] != 0).count());
+    }
+
+    /// The same of a view that has so many.
+    pub fn look_at_hits(&mut self, purpose: Purpose, hits: usize) {
         *if purpose.is_for_eyes() { &mut self.anew } else { &mut self.lights.anew } += hits;
     }
 }

@@ -3,9 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
+use gpu::{Gpu, ReadbackError};
 use protocol::{Held, Material, PatchId, Purpose};
 use rayon::prelude::*;
 use surface::HeldSurfaces;
+
+use super::facts::Facts;
+use super::record::Record;
 
 /// See the module.
 #[derive(Debug, Default)]
@@ -16,6 +20,8 @@ pub(super) struct Drawn {
     changed: BTreeSet<PatchId>,
     /// Samples that they draw as they were, of other patches.
     trimmed: BTreeMap<PatchId, Vec<(u16, u16)>>,
+    /// Of what the eye sees, where views are compared on the GPU.
+    facts: Option<Facts>,
 }
 
 impl Drawn {
@@ -28,6 +34,26 @@ impl Drawn {
         }
     }
 
+    /// Keeps facts of samples on the GPU from now on.
+    pub fn know(&mut self, gpu: &Gpu, held: &Held) {
+        self.facts.get_or_insert_with(|| Facts::new(gpu, held));
+    }
+
+    /// See [`Drawn::know`].
+    pub fn facts(&self) -> Option<&Facts> {
+        self.facts.as_ref()
+    }
+
+    /// See [`Facts::settle`].
+    pub fn settle_facts(
+        &mut self,
+        held: &Held,
+        records: &mut BTreeMap<PatchId, Record>,
+        wants_seen: bool,
+    ) -> Result<(), ReadbackError> {
+        self.facts.as_mut().map_or(Ok(()), |facts| facts.settle(held, records, wants_seen))
+    }
+
     pub fn of(&self, purpose: Purpose) -> Option<&HeldSurfaces> {
         self.stores.get(&purpose)
     }
@@ -35,6 +61,7 @@ impl Drawn {
     pub fn clear(&mut self) {
         self.changed.clear();
         self.trimmed.clear();
+        self.facts.iter_mut().for_each(Facts::clear);
         self.stores.values_mut().for_each(HeldSurfaces::clear);
     }
 
@@ -49,6 +76,7 @@ impl Drawn {
     /// A patch was added or removed.
     pub fn change(&mut self, id: PatchId) {
         self.changed.insert(id);
+        self.facts.iter_mut().for_each(|facts| facts.change(id));
     }
 
     /// Samples of a patch were trimmed.
@@ -60,11 +88,13 @@ impl Drawn {
     pub fn remove(&mut self, id: PatchId) {
         self.changed.remove(&id);
         self.trimmed.remove(&id);
+        self.facts.iter_mut().for_each(|facts| facts.change(id));
         self.stores.values_mut().for_each(|store| store.remove(id));
     }
 
     /// Samples were deleted, ascending.
     pub fn delete(&mut self, purpose: Purpose, id: PatchId, pixels: &[(u16, u16)]) {
+        self.facts.iter_mut().for_each(|facts| facts.change(id));
         if !self.changed.contains(&id)
             && let Some(store) = self.stores.get_mut(&purpose)
         {
@@ -73,7 +103,8 @@ impl Drawn {
     }
 
     /// Brings the stores up to date.
-    pub fn refresh(&mut self, held: &Held) {
+    pub fn refresh(&mut self, held: &Held, records: &BTreeMap<PatchId, Record>) {
+        self.facts.iter_mut().for_each(|facts| facts.refresh(held, records));
         let (changed, trimmed) = (std::mem::take(&mut self.changed), std::mem::take(&mut self.trimmed));
         for (id, pixels) in trimmed.iter().filter(|(id, _)| !changed.contains(id)) {
             if let Some(patch) = held.patches.get(id)

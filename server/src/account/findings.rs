@@ -39,7 +39,7 @@ impl Lacking {
 }
 
 /// Sorts addresses for [`is_among`].
-pub(super) fn ascending(addresses: &mut Vec<Address>) {
+pub(crate) fn ascending(addresses: &mut Vec<Address>) {
     addresses.sort_unstable_by_key(|&(patch, x, y)| (patch, y, x));
     addresses.dedup();
 }

@@ -15,6 +15,7 @@ pub mod compare;
 mod counts;
 mod deforming;
 mod drawn;
+pub mod facts;
 pub mod findings;
 mod record;
 mod room;
@@ -31,6 +32,7 @@ use std::sync::Arc;
 
 use camera::{Camera, ImagePoint, Pinhole};
 use glam::DVec3;
+use gpu::Gpu;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
 use protocol::{DepthImage, Instance, Lighting, Mask, Material, Sky};
@@ -38,6 +40,7 @@ use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
 use drawn::Drawn;
+use facts::Facts;
 use findings::Lacking;
 use record::Record;
 use samples::{Address, Captured, Samples};
@@ -88,6 +91,16 @@ impl Account {
         self.drawn.draw(purpose, surfaces);
         self.drawn.set_materials(&self.held.materials);
         self.drawn.set_poses(&self.held.poses_now);
+    }
+
+    /// Keeps what is known of the eye's samples on the GPU from now on, for comparisons there.
+    pub fn know_on(&mut self, gpu: &Gpu) {
+        self.drawn.know(gpu, &self.held);
+    }
+
+    /// See [`Account::know_on`]; up to date after [`Account::refresh`].
+    pub fn facts(&self) -> Option<&Facts> {
+        self.drawn.facts()
     }
 
     /// The copy.
@@ -385,7 +398,7 @@ impl Account {
 
     /// Brings what draws the copy up to date; call it before the copy is drawn.
     pub fn refresh(&mut self) {
-        self.drawn.refresh(&self.held);
+        self.drawn.refresh(&self.held, &self.records);
     }
 }
 
@@ -424,7 +437,7 @@ impl Samples for Account {
 }
 
 /// Where in a view's image a patch's begins, if it was cut from a view of this very camera.
-fn cut_from(view: &Pinhole, patch: &Camera) -> Option<(u32, u32)> {
+pub fn cut_from(view: &Pinhole, patch: &Camera) -> Option<(u32, u32)> {
     let patch = patch.pinhole()?;
     let (x, y) = ((view.centre_px - patch.centre_px).x, (view.centre_px - patch.centre_px).y);
     let whole = |first: f64, length: u32, of: u32| {

@@ -65,6 +65,21 @@ impl Record {
         self.ranks.of(&self.mask, x, y).map(|rank| &self.samples[rank])
     }
 
+    /// Which pixels were captured; in the order of [`Record::samples`].
+    pub fn mask(&self) -> &Mask {
+        &self.mask
+    }
+
+    /// Every sample that was captured, row by row.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// Looks that showed the samples too, by the order of [`Record::samples`].
+    pub fn seen_too(&mut self, looks: &[u32]) {
+        self.samples.iter_mut().zip(looks).for_each(|(sample, &look)| sample.seen = sample.seen.max(look));
+    }
+
     fn sample_mut(&mut self, x: u16, y: u16) -> Option<&mut Sample> {
         self.ranks.of(&self.mask, x, y).map(|rank| &mut self.samples[rank])
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use gpu::ReadbackError;
 use protocol::Purpose;
 use protocol::held::{HeldError, HeldPatch, PatchId};
 
@@ -36,6 +37,12 @@ impl Account {
         let evicted = self.least_recent(Purpose::Eye, self.held.sample_count() - at_rest, budget_samples);
         self.counts.evicted += evicted.len();
         self.delete(&evicted)
+    }
+
+    /// Brings what is known on the GPU home where it is asked for next, or takes up too much there: before [`Account::evict`].
+    pub fn settle_facts(&mut self, budget_samples: usize) -> Result<(), ReadbackError> {
+        let is_full = self.held.sample_count() > budget_samples;
+        self.drawn.settle_facts(&self.held, &mut self.records, is_full)
     }
 
     /// The same of what is held for one purpose, by itself.

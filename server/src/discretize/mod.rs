@@ -87,34 +87,11 @@ impl Discretizer {
         cameras: &[Pinhole],
         method: Discretization,
     ) -> Result<PendingCaptures, RenderError> {
-        if cameras.is_empty() || cameras.len() > MAX_IMAGES {
-            return Err(RenderError::ImageCount { images: cameras.len(), most: MAX_IMAGES });
-        }
-        let cameras = method.cameras(cameras);
-        cameras.iter().try_for_each(|camera| check_camera(&self.gpu, camera))?;
+        let cameras = self.checked(cameras, method)?;
         self.prepare(scene, method)?;
-        let redundancy = method.redundancy();
-        let attachments = self.take_attachments(&cameras);
-        let depths = redundancy.filter(|redundancy| redundancy.test.needs_depth());
-        let depths = depths.map(|_| self.take_depths(&attachments));
         let timer = Timer::new(&self.gpu, cameras.len() as u32);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for (index, camera) in cameras.iter().enumerate() {
-            let tested = if redundancy.is_some() { index } else { 0 };
-            let planes =
-                EarlierPlanes { cameras: &cameras[..tested], ids: Some(&attachments.ids), depth: depths.as_ref() };
-            let own = self.earlier.group(scene, camera, &planes, redundancy)?;
-            let view = scene.view_group(camera);
-            let writes = timer.as_ref().map(|timer| timer.writes(index as u32));
-            let mut pass = attachments.begin(&mut encoder, index as u32, [0.0; 3], writes);
-            pass.set_bind_group(3, &own, &[]);
-            let pipelines = redundancy.filter(|_| tested > 0).and_then(|redundancy| self.built(redundancy));
-            scene.draw(&mut pass, pipelines.unwrap_or(&self.conventional), camera, &view);
-            drop(pass);
-            if let Some(depths) = &depths {
-                attachments.copy_depth(&self.gpu, &mut encoder, index as u32, depths);
-            }
-        }
+        let attachments = self.encode(scene, &cameras, method, (&mut encoder, timer.as_ref()))?;
         let mut readback = Readback::default();
         let slots = cameras
             .iter()
@@ -124,7 +101,7 @@ impl Discretizer {
         let times = timer.map(|timer| timer.read(&mut encoder, &mut readback));
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
-        (self.attachments, self.depths) = (Some(attachments), depths);
+        self.attachments = Some(attachments);
         Ok(PendingCaptures {
             gpu: self.gpu.clone(),
             cameras,
@@ -134,6 +111,63 @@ impl Discretizer {
             of_layer: scene.shows_layer(),
             pending: encoded.map(),
         })
+    }
+
+    /// Submits conventional images and leaves them on the GPU: of each its ids, colour, rests and depth. They hold until the next images are made.
+    pub(crate) fn keep(
+        &mut self,
+        scene: &SceneRenderer,
+        cameras: &[Pinhole],
+    ) -> Result<Vec<[wgpu::TextureView; 4]>, RenderError> {
+        let cameras = self.checked(cameras, Discretization::Conventional)?;
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let attachments = self.encode(scene, &cameras, Discretization::Conventional, (&mut encoder, None))?;
+        self.gpu.queue.submit([encoder.finish()]);
+        let views = (0..cameras.len() as u32).map(|layer| attachments.views(layer)).collect();
+        self.attachments = Some(attachments);
+        Ok(views)
+    }
+
+    /// Those of some cameras that a method uses, all of which can be drawn.
+    fn checked(&self, cameras: &[Pinhole], method: Discretization) -> Result<Vec<Pinhole>, RenderError> {
+        if cameras.is_empty() || cameras.len() > MAX_IMAGES {
+            return Err(RenderError::ImageCount { images: cameras.len(), most: MAX_IMAGES });
+        }
+        let cameras = method.cameras(cameras);
+        cameras.iter().try_for_each(|camera| check_camera(&self.gpu, camera))?;
+        Ok(cameras)
+    }
+
+    /// Draws images by a method that is prepared, each into a layer.
+    fn encode(
+        &mut self,
+        scene: &SceneRenderer,
+        cameras: &[Pinhole],
+        method: Discretization,
+        (encoder, timer): (&mut wgpu::CommandEncoder, Option<&Timer>),
+    ) -> Result<Attachments, RenderError> {
+        let redundancy = method.redundancy();
+        let attachments = self.take_attachments(cameras);
+        let depths = redundancy.filter(|redundancy| redundancy.test.needs_depth());
+        let depths = depths.map(|_| self.take_depths(&attachments));
+        for (index, camera) in cameras.iter().enumerate() {
+            let tested = if redundancy.is_some() { index } else { 0 };
+            let planes =
+                EarlierPlanes { cameras: &cameras[..tested], ids: Some(&attachments.ids), depth: depths.as_ref() };
+            let own = self.earlier.group(scene, camera, &planes, redundancy)?;
+            let view = scene.view_group(camera);
+            let writes = timer.map(|timer| timer.writes(index as u32));
+            let mut pass = attachments.begin(encoder, index as u32, [0.0; 3], writes);
+            pass.set_bind_group(3, &own, &[]);
+            let pipelines = redundancy.filter(|_| tested > 0).and_then(|redundancy| self.built(redundancy));
+            scene.draw(&mut pass, pipelines.unwrap_or(&self.conventional), camera, &view);
+            drop(pass);
+            if let Some(depths) = &depths {
+                attachments.copy_depth(&self.gpu, encoder, index as u32, depths);
+            }
+        }
+        self.depths = depths;
+        Ok(attachments)
     }
 
     fn built(&self, redundancy: Redundancy) -> Option<&Pipelines> {

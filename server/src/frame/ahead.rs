@@ -12,7 +12,7 @@ use crate::anticipate::{self, Around};
 use crate::discretize::Discretization;
 use crate::plan::{Reason, Rules, own_view, precision_within};
 use crate::render::Blended;
-use crate::revise::{Revision, revise};
+use crate::revise::Revision;
 use crate::viewer::Viewer;
 
 /// Views that are looked at ahead in a turn at most, while none of them shows anything new: other sessions may be waiting by then.
@@ -62,10 +62,7 @@ impl Stage {
                 client.ahead.ended(viewer);
                 break;
             };
-            let mut captures = self.imager.captures(snapshot, &[part.camera], Discretization::Conventional)?;
-            for capture in &mut captures {
-                revise(&mut *self.imager, &mut client.account, capture, &revision, now)?;
-            }
+            self.look_beside(&[part.camera], snapshot, now, &mut client.account, |_, _| revision)?;
             client.ahead.looked(&part);
             pixels += u64::from(part.camera.width_px) * u64::from(part.camera.height_px);
             if !client.account.counts().is_still() {

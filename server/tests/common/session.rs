@@ -13,6 +13,7 @@ use scene::Scene;
 use vantage_server::Config;
 use vantage_server::account::Counts;
 use vantage_server::client::Client;
+use vantage_server::config::ComparesOn;
 use vantage_server::discretize::Discretization;
 use vantage_server::frame::{Made, Stage};
 use vantage_server::imager::GpuImager;
@@ -124,6 +125,13 @@ impl Session {
             rules,
             seq: 0,
         }
+    }
+
+    /// The same by a server that compares views on the GPU, whatever that is.
+    pub fn comparing_on_gpu(self) -> Session {
+        let config = Config { compares_on: ComparesOn::Gpu, ..Config::default() };
+        let imager = Box::new(GpuImager::new(&self.gpu, &self.scene, &config).expect("the scene uploads"));
+        Session { stage: Stage::new(self.scene.clone(), self.rules, Discretization::default(), imager), ..self }
     }
 
     /// The same by a server that shows many objects of a shape by one image.

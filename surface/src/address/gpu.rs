@@ -41,19 +41,35 @@ impl GpuPass {
         &self.gpu
     }
 
-    pub(super) fn view(&mut self, surfaces: &HeldSurfaces, camera: &Pinhole) -> Result<AddressView, ReadbackError> {
+    /// Draws a view; the targets hold it once the encoder's commands were submitted.
+    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, surfaces: &HeldSurfaces, camera: &Pinhole) -> &Targets {
         let size_px = (camera.width_px, camera.height_px);
         let kept = self.targets.take().filter(|kept| (kept.addresses.width(), kept.addresses.height()) == size_px);
         let targets = kept.unwrap_or_else(|| Targets::new(&self.gpu, size_px));
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let views = [&targets.addresses_view];
-        self.quads.encode(&mut encoder, surfaces, camera, Smoothing::Blended, &views, &targets.depth_view);
+        self.quads.encode(encoder, surfaces, camera, Smoothing::Blended, &views, &targets.depth_view);
+        self.targets.insert(targets)
+    }
+
+    /// The same, for who reads it on the GPU.
+    pub(super) fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        camera: &Pinhole,
+    ) -> wgpu::TextureView {
+        self.encode(encoder, surfaces, camera).addresses_view.clone()
+    }
+
+    pub(super) fn view(&mut self, surfaces: &HeldSurfaces, camera: &Pinhole) -> Result<AddressView, ReadbackError> {
+        let gpu = self.gpu.clone();
+        let size_px = (camera.width_px, camera.height_px);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut readback = Readback::default();
-        let slot = readback.texture(&targets.addresses, 0, size_px);
-        let encoded = readback.encode(&self.gpu, &mut encoder);
-        self.gpu.queue.submit([encoder.finish()]);
-        let mapped = encoded.map().wait(&self.gpu)?;
-        self.targets = Some(targets);
+        let slot = readback.texture(&self.encode(&mut encoder, surfaces, camera).addresses, 0, size_px);
+        let encoded = readback.encode(&gpu, &mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let mapped = encoded.map().wait(&gpu)?;
         Ok(AddressView { size_px, texels: mapped.values(slot) })
     }
 }
@@ -72,7 +88,8 @@ impl Targets {
                 view_formats: &[],
             })
         };
-        let addresses = texture("addresses", GpuPass::FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let addresses =
+            texture("addresses", GpuPass::FORMAT, wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING);
         let depth = texture("depth of addresses", GBuffer::DEPTH, wgpu::TextureUsages::empty());
         Targets {
             addresses_view: addresses.create_view(&wgpu::TextureViewDescriptor::default()),

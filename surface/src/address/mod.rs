@@ -39,11 +39,33 @@ impl AddressPass {
         AddressPass(Way::Host)
     }
 
+    /// Another one that draws the same way.
+    pub fn twin(&self) -> Result<AddressPass, SurfaceError> {
+        match &self.0 {
+            Way::Gpu(pass) => AddressPass::on_gpu(pass.gpu()),
+            Way::Host => Ok(AddressPass::on_host()),
+        }
+    }
+
     /// Surfaces of the kind that this pass draws.
     pub fn new_surfaces(&self) -> HeldSurfaces {
         match &self.0 {
             Way::Gpu(pass) => HeldSurfaces::new(pass.gpu()).at_finest_level(),
             Way::Host => HeldSurfaces::on_host(),
+        }
+    }
+
+    /// Draws everything held as seen by `camera`, an [`AddressTexel`] a texel, for who reads it on the GPU: there once the encoder's commands were submitted, and until
+    /// the next view. `None` where this pass draws on the processor.
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        surfaces: &HeldSurfaces,
+        camera: &Pinhole,
+    ) -> Option<wgpu::TextureView> {
+        match &mut self.0 {
+            Way::Gpu(pass) => Some(pass.draw(encoder, surfaces, camera)),
+            Way::Host => None,
         }
     }
 

@@ -1,0 +1,93 @@
+//! The views of a plan, laid beside the same views of the copy.
+
+use std::sync::Arc;
+
+use camera::Pinhole;
+use protocol::Purpose;
+use scene::Snapshot;
+
+use super::{Account, AccountRules, Plan, Stage, StageError, Surroundings};
+use crate::discretize::{Capture, Discretization};
+use crate::look_times::{Part, timed};
+use crate::revise::{Revision, revise, revise_kept};
+
+impl Stage {
+    /// Brings what the eye's copy shows of a plan's views up to date.
+    pub(super) fn look_from_all(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        account: &mut Account,
+    ) -> Result<(), StageError> {
+        let (account_rules, looks) = (self.account_rules, account.looks());
+        self.look_beside(&plan.views, snapshot, now, account, |index, pixels| {
+            revision(&account_rules, looks, plan, Purpose::Eye, (index, pixels))
+        })
+    }
+
+    /// Brings what the eye's copy shows of views up to date, of each as `revision` says by its number and its pixels. All views of the scene are drawn at once: what
+    /// they show does not depend on the copy, and each wait for the GPU has a cost of its own.
+    pub(super) fn look_beside<'a>(
+        &mut self,
+        views: &[Pinhole],
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        account: &mut Account,
+        revision: impl Fn(usize, usize) -> Revision<'a>,
+    ) -> Result<(), StageError> {
+        if let Some(comparer) = self.imager.comparer() {
+            account.know_on(comparer.gpu());
+            let kept = timed(Part::Scene, || comparer.keep(snapshot, views))?;
+            for (index, view) in kept.iter().enumerate() {
+                let pixels = view.camera.width_px as usize * view.camera.height_px as usize;
+                revise_kept(&mut *self.imager, account, view, &revision(index, pixels), now)?;
+            }
+            return Ok(());
+        }
+        let mut captures = timed(Part::Scene, || self.imager.captures(snapshot, views, Discretization::Conventional))?;
+        for (index, capture) in captures.iter_mut().enumerate() {
+            let pixels = capture.ids.len();
+            revise(&mut *self.imager, account, capture, &revision(index, pixels), now)?;
+        }
+        Ok(())
+    }
+
+    /// Lays one view of a plan beside the same view of the copy, and brings the copy up to date there.
+    pub(super) fn look_from(
+        &mut self,
+        index: usize,
+        capture: &mut Capture,
+        plan: &Plan,
+        (purpose, now): (Purpose, &Surroundings<'_>),
+        account: &mut Account,
+    ) -> Result<(), StageError> {
+        let revision = revision(&self.account_rules, account.looks(), plan, purpose, (index, capture.ids.len()));
+        revise(&mut *self.imager, account, capture, &revision, now)
+    }
+}
+
+/// How a view of a plan, by its number and its pixels, is brought up to date.
+fn revision<'a>(
+    account_rules: &AccountRules,
+    looks: usize,
+    plan: &'a Plan,
+    purpose: Purpose,
+    (index, pixels): (usize, usize),
+) -> Revision<'a> {
+    let is_passing = plan.reason.is_passing();
+    let rules = AccountRules { outlines_stand_in: is_passing, refines: index < plan.refining, ..*account_rules };
+    let trims = !is_passing || looks.is_multiple_of(rules.trim_every);
+    Revision {
+        purpose,
+        rules,
+        peers: &plan.views,
+        trims,
+        // What a still viewer is sent comes to an end; nothing of it is given up for another view's sake.
+        supersedes: purpose == Purpose::Eye && is_passing && rules.refines && trims,
+        looks_again: !is_passing,
+        is_seen: true,
+        least_px: if index == 0 { 0.0 } else { rules.least_missing * pixels as f64 },
+        precision: plan.precision,
+    }
+}
