@@ -202,7 +202,7 @@ impl Comparer for GpuImager {
 
     fn compare(&mut self, account: &Account, view: &KeptView, asked: &Asked<'_>) -> Result<Option<Found>, ImagerError> {
         let Some(beside) = &mut self.beside else { return Ok(None) };
-        Ok(beside.compare(account, view, asked)?)
+        Ok(beside.compare((&self.renderer, &mut self.ends), account, view, asked)?)
     }
 }
 

@@ -101,8 +101,7 @@ pub fn revise_kept(
         let Some(again) = compare(imager, account, view, &asked)? else { return Ok(()) };
         found = again;
     }
-    let Found { mut capture, lacking, superseded, .. } = found;
-    timed(Part::Scene, || imager.tell_ends(&mut capture, &lacking.send))?;
+    let Found { capture, lacking, superseded, .. } = found;
     timed(Part::Keep, || {
         account.add(revision.purpose, &capture, &lacking, revision.precision, now)?;
         if !revision.is_seen {

@@ -31,16 +31,16 @@ struct Both {
     imager: GpuImager,
     account: Account,
     time_s: f64,
-    /// What was found by both, and by one alone, of each kind: to send, to trim, to replace, to give up.
-    agreed: [usize; 4],
-    differed: [usize; 4],
+    /// What was found by both, and by one alone, of each kind: to send, to trim, to replace, to give up, and where what is sent ends.
+    agreed: [usize; 5],
+    differed: [usize; 5],
 }
 
 impl Both {
     fn new(scene: Scene) -> Both {
         let config = Config { compares_on: ComparesOn::Gpu, ..Config::default() };
         let imager = GpuImager::new(&gpu(), &scene, &config).expect("the scene uploads");
-        Both { scene, imager, account: Account::default(), time_s: 0.0, agreed: [0; 4], differed: [0; 4] }
+        Both { scene, imager, account: Account::default(), time_s: 0.0, agreed: [0; 5], differed: [0; 5] }
     }
 
     /// Looks from a view, lays both findings beside each other, and edits the copy by what the processor found.
@@ -75,12 +75,14 @@ impl Both {
         let on_gpu = comparer.compare(account, &kept[0], &asked).expect("it is read").expect("facts are kept");
 
         let captures = imager.captures(&snapshot, &[*view], Discretization::Conventional);
-        let capture = captures.expect("a capture").remove(0);
+        let mut capture = captures.expect("a capture").remove(0);
         let copy = imager.copy_view(account, Purpose::Eye, view).expect("a view");
         let comparison = Comparison::new(&capture, (Purpose::Eye, &copy), account, &peers, rules);
         let (false_cover, lacking) = (comparison.false_cover(), comparison.lacking());
         let superseded = if rules.refines { account.superseded(&comparison, &lacking) } else { Vec::new() };
 
+        drop(comparison);
+        imager.tell_ends(&mut capture, &lacking.send).expect("it is drawn");
         assert_eq!(on_gpu.hits, capture.ids.iter().filter(|ids| ids[0] != 0).count());
         self.same_samples(&capture, &lacking.send, &on_gpu);
         self.same_addresses(1, &false_cover, &on_gpu.false_cover);
@@ -106,13 +108,8 @@ impl Both {
             assert_eq!(part.colour[at], whole.colour[of_whole]);
             assert_eq!(part.rests[at], whole.rests[of_whole]);
             assert_eq!(part.depth[at].to_bits(), whole.depth[of_whole].to_bits());
-            // What is two pixels around is there too, as far as there is anything.
-            for (x, y) in (x.max(2) - 2..=x + 2).flat_map(|x| (y.max(2) - 2..=y + 2).map(move |y| (x, y))) {
-                if x < part.camera.width_px && y < part.camera.height_px {
-                    let of_whole = ((y + top) * whole.camera.width_px + x + left) as usize;
-                    assert_eq!(part.ids[(y * part.camera.width_px + x) as usize], whole.ids[of_whole]);
-                }
-            }
+            let (ends, wanted) = (part.ends[at], whole.ends[of_whole]);
+            self.count(4, usize::from(ends == wanted && ends != 0), usize::from(ends != wanted));
         }
         let wanted: BTreeSet<(u32, u32)> = send.occupied().collect();
         self.count(0, wanted.intersection(&sent).count(), wanted.symmetric_difference(&sent).count());
@@ -141,7 +138,7 @@ impl Both {
     }
 
     /// `least` of each kind were found.
-    fn assert_agrees(&self, least: [usize; 4]) {
+    fn assert_agrees(&self, least: [usize; 5]) {
         for (kind, least) in least.into_iter().enumerate() {
             let (agreed, differed) = (self.agreed[kind], self.differed[kind]);
             assert!(agreed >= least, "kind {kind}: {agreed} are too few to tell: {:?}", self.agreed);
@@ -168,7 +165,7 @@ fn a_walk_among_pillars_finds_the_same_on_both() {
     let views = way(start_pose(&scene), near_m(&scene), 8);
     let mut both = Both::new(scene);
     both.walk(&views, 0.0);
-    both.assert_agrees([20_000, 50, 1000, 100]);
+    both.assert_agrees([20_000, 50, 1000, 100, 500]);
 }
 
 #[test]
@@ -177,7 +174,7 @@ fn what_moves_is_found_where_it_is_now() {
     let views = way(Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z), 0.1, 6);
     let mut both = Both::new(scene);
     both.walk(&views, 0.2);
-    both.assert_agrees([10_000, 10, 1000, 20]);
+    both.assert_agrees([10_000, 10, 1000, 20, 100]);
 }
 
 /// A walk and a stop, and what the copy shows wrongly at its end.

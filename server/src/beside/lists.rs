@@ -13,7 +13,7 @@ use crate::discretize::Capture;
 const SAMPLE_WORDS: u32 = 6;
 const ADDRESS_WORDS: u32 = 3;
 /// Words of a pixel in `pixels`.
-const PIXEL_WORDS: u32 = 5;
+const PIXEL_WORDS: u32 = 6;
 /// Counters before the marks, and their places.
 const COUNTERS: u32 = 16;
 const MISSING: usize = 0;
@@ -23,8 +23,6 @@ const ADDRESSES: usize = 3;
 /// What an address is told for.
 const FALSE_COVER: u32 = 0;
 const REPLACED: u32 = 1;
-/// Of a sample's place: it is only around what is sent.
-const AROUND: u32 = 1 << 31;
 /// So many of each are read at once before anything is known; then a half more than were found last.
 const FIRST_SAMPLES: u32 = 4096;
 const FIRST_ADDRESSES: u32 = 1024;
@@ -151,11 +149,11 @@ impl Read {
         Found { capture, lacking, false_cover, superseded, hits: self.counters[HITS] as usize }
     }
 
-    /// The smallest part of the view that has all samples, and which of them are to be sent.
+    /// The smallest part of the view that has all samples that are to be sent, and nothing else.
     fn part(&self, camera: &Pinhole) -> (Capture, Mask) {
         let width_px = camera.width_px;
         let samples = || self.samples.chunks_exact(SAMPLE_WORDS as usize);
-        let place = |sample: &[u32]| ((sample[0] & !AROUND) % width_px, (sample[0] & !AROUND) / width_px);
+        let place = |sample: &[u32]| (sample[0] % width_px, sample[0] / width_px);
         let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
         for sample in samples() {
             let (x, y) = place(sample);
@@ -178,7 +176,7 @@ impl Read {
             rests: vec![[0; 2]; pixels],
             hides: Vec::new(),
             depth: vec![0.0; pixels],
-            ends: Vec::new(),
+            ends: vec![0; pixels],
             gpu_s: None,
         };
         let mut send = Mask::empty(size[0], size[1]);
@@ -190,10 +188,9 @@ impl Read {
             capture.colour[at] = sample[3].to_le_bytes();
             let [normal, colour, ..] = sample[4].to_le_bytes();
             capture.rests[at] = [normal, colour];
+            capture.ends[at] = (sample[4] >> 16) as u16;
             capture.depth[at] = f32::from_bits(sample[5]);
-            if sample[0] & AROUND == 0 {
-                send.set(x, y, true);
-            }
+            send.set(x, y, true);
         }
         (capture, send)
     }

@@ -1,9 +1,9 @@
 //! A view of the scene laid beside the same view of a copy on the GPU, where both were drawn: the twin of [`crate::account::compare`]
 //! and of what is [superseded](Account::superseded).
 //!
-//! Compute passes judge every pixel by the rules of that file, settle what becomes of held samples, and write lists: the samples that
-//! are to be sent, with what lies within two pixels of them, which tells where they end, and the addresses of held samples that are trimmed, replaced or
-//! given up. Only these lists are read back, never a view. Where there is only a software GPU the processor's way is several times
+//! Compute passes judge every pixel by the rules of that file, settle what becomes of held samples, tell from a finer image where what is
+//! sent ends, and write lists: the samples that are to be sent, and the addresses of held samples that are trimmed, replaced or given up. Only these lists
+//! are read back, never a view; all of it is one submission and one wait. Where there is only a software GPU the processor's way is several times
 //! faster, as both views are drawn or needed there.
 //!
 //! | on the processor | here |
@@ -12,6 +12,7 @@
 //! | of several patches that hold a sample from this very camera at a pixel, the last counts | any of them |
 //! | a sample that no record knows is not replaced by its centre | the same, and it counts as infinitely dense |
 
+mod finer;
 mod lists;
 mod uniforms;
 
@@ -26,8 +27,9 @@ use wgpu::util::DeviceExt;
 use crate::account::findings::Lacking;
 use crate::account::samples::Address;
 use crate::account::{Account, AccountRules};
-use crate::discretize::Capture;
-use crate::render::{RenderError, buffer_entry};
+use crate::discretize::{Capture, EndsPass, Part};
+use crate::render::{RenderError, SceneRenderer, buffer_entry};
+use finer::PartInputs;
 use lists::Lists;
 use uniforms::{BesideUniform, rows};
 
@@ -51,7 +53,7 @@ pub struct Asked<'a> {
 /// What came of it.
 #[derive(Debug)]
 pub struct Found {
-    /// The part of the view around what is to be sent; empty of all else.
+    /// The part of the view that has all that is to be sent, with its ends, and nothing else.
     pub capture: Capture,
     /// Of that part.
     pub lacking: Lacking,
@@ -71,19 +73,47 @@ pub struct KeptView {
     pub(crate) planes: [wgpu::TextureView; 4],
 }
 
-/// Steps of a comparison, in order; of each its module, its entry point, and whether it goes by slot instead of by pixel.
-const STEPS: [(&str, &str, bool); 8] = [
-    ("server/beside/judge.wgsl", "begin", false),
-    ("server/beside/judge.wgsl", "sent", true),
-    ("server/beside/judge.wgsl", "judge", false),
-    ("server/beside/judge.wgsl", "settle", false),
-    ("server/beside/judge.wgsl", "resolve", false),
-    ("server/beside/judge.wgsl", "send", false),
-    ("server/beside/judge.wgsl", "emit", false),
-    ("server/beside/supersede.wgsl", "supersede", true),
-];
-const SENT: usize = 1;
-const SUPERSEDE: usize = 7;
+/// What a step goes by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum By {
+    Pixel,
+    Slot,
+    /// Pixels of a part that is drawn finely: before that, and after.
+    PartBefore,
+    PartAfter,
+}
+
+/// A step of a comparison: an entry point of a module of `server/beside`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Begin,
+    Sent,
+    Judge,
+    Settle,
+    Resolve,
+    Send,
+    Nearest,
+    Ends,
+    Emit,
+    Supersede,
+}
+
+impl Step {
+    /// In order; parts are drawn between [`Step::Nearest`] and [`Step::Ends`].
+    const ALL: [(Step, &str, &str, By); 10] = [
+        (Step::Begin, "judge", "begin", By::Pixel),
+        (Step::Sent, "judge", "sent", By::Slot),
+        (Step::Judge, "judge", "judge", By::Pixel),
+        (Step::Settle, "judge", "settle", By::Pixel),
+        (Step::Resolve, "judge", "resolve", By::Pixel),
+        (Step::Send, "judge", "send", By::Pixel),
+        (Step::Nearest, "ends", "nearest", By::PartBefore),
+        (Step::Ends, "ends", "ends", By::PartAfter),
+        (Step::Emit, "judge", "emit", By::Pixel),
+        (Step::Supersede, "supersede", "supersede", By::Slot),
+    ];
+}
+
 /// Pixels of a workgroup along each side, and slots of one.
 const GROUP_PX: u32 = 8;
 const GROUP_SLOTS: u32 = 64;
@@ -95,8 +125,18 @@ pub struct BesidePass {
     gpu: Gpu,
     addresses: AddressPass,
     layout: wgpu::BindGroupLayout,
+    part_layouts: [wgpu::BindGroupLayout; 2],
+    /// In the order of [`Step::ALL`].
     steps: Vec<wgpu::ComputePipeline>,
     lists: Option<Lists>,
+}
+
+/// What one comparison goes by.
+struct Comparing<'a> {
+    encoder: &'a mut wgpu::CommandEncoder,
+    group: &'a wgpu::BindGroup,
+    size_px: (u32, u32),
+    slots: u32,
 }
 
 impl BesidePass {
@@ -110,14 +150,19 @@ impl BesidePass {
 
     /// Compiles the steps.
     pub fn new(gpu: &Gpu) -> Result<BesidePass, RenderError> {
-        let layout = layout(gpu);
-        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("beside"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let step = |&(path, entry_point, _): &(&str, &str, bool)| -> Result<_, RenderError> {
-            let module = gpu.shader(path)?;
+        let (layout, part_layouts) = (layout(gpu), finer::layouts(gpu));
+        let step = |&(_, module, entry_point, by): &(Step, &str, &str, By)| -> Result<_, RenderError> {
+            let of_part = match by {
+                By::PartBefore => Some(&part_layouts[0]),
+                By::PartAfter => Some(&part_layouts[1]),
+                By::Pixel | By::Slot => None,
+            };
+            let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("beside"),
+                bind_group_layouts: &[Some(&layout), of_part][..1 + usize::from(of_part.is_some())],
+                immediate_size: 0,
+            });
+            let module = gpu.shader(&format!("server/beside/{module}.wgsl"))?;
             Ok(gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
                 layout: Some(&pipeline_layout),
@@ -127,20 +172,22 @@ impl BesidePass {
                 cache: None,
             }))
         };
-        let steps = STEPS.iter().map(step).collect::<Result<Vec<_>, _>>()?;
-        Ok(BesidePass { gpu: gpu.clone(), addresses: addresses(gpu)?, layout, steps, lists: None })
+        let steps = Step::ALL.iter().map(step).collect::<Result<Vec<_>, _>>()?;
+        Ok(BesidePass { gpu: gpu.clone(), addresses: addresses(gpu)?, layout, part_layouts, steps, lists: None })
     }
 
     /// Another one that shares its pipelines.
     pub fn twin(&self) -> Result<BesidePass, RenderError> {
         let (gpu, layout, steps) = (self.gpu.clone(), self.layout.clone(), self.steps.clone());
-        Ok(BesidePass { addresses: addresses(&gpu)?, gpu, layout, steps, lists: None })
+        let (addresses, part_layouts) = (addresses(&gpu)?, self.part_layouts.clone());
+        Ok(BesidePass { addresses, gpu, layout, part_layouts, steps, lists: None })
     }
 
     /// Lays what the eye sees of the scene beside what an account that is up to date shows of it from the same view. `None` where it [keeps no
-    /// facts](Account::know_on), or its surfaces are not on the GPU.
+    /// facts](Account::know_on), or its surfaces are not on the GPU. The scene is as it was when the view was kept.
     pub fn compare(
         &mut self,
+        (scene, ends): (&SceneRenderer, &mut EndsPass),
         account: &Account,
         view: &KeptView,
         asked: &Asked<'_>,
@@ -169,25 +216,47 @@ impl BesidePass {
         let storage =
             [&patches, &movers, words, samples, seen, &lists.marks, &lists.pixels, &lists.samples, &lists.told];
         let group = self.group(&uniform, &view.planes, &addresses, storage);
-        let is_left_out = |step: usize| step == SENT && !is_cut || step == SUPERSEDE && !asked.supersedes;
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_bind_group(0, &group, &[]);
-        for (step, (pipeline, (_, _, by_slot))) in self.steps.iter().zip(STEPS).enumerate() {
-            if is_left_out(step) || by_slot && facts.slots() == 0 {
+        let is_left_out = |step: Step| {
+            step == Step::Sent && !is_cut
+                || step == Step::Supersede && !asked.supersedes
+                || matches!(step, Step::Sent | Step::Supersede) && facts.slots() == 0
+        };
+        let size_px = (camera.width_px, camera.height_px);
+        let mut comparing = Comparing { encoder: &mut encoder, group: &group, size_px, slots: facts.slots() };
+        for (pipeline, (step, _, _, by)) in self.steps.iter().zip(Step::ALL) {
+            if is_left_out(step) {
                 continue;
             }
-            pass.set_pipeline(pipeline);
-            if by_slot {
-                let groups = facts.slots().div_ceil(GROUP_SLOTS);
-                pass.dispatch_workgroups(groups.min(GROUPS_ACROSS), groups.div_ceil(GROUPS_ACROSS), 1);
-            } else {
-                pass.dispatch_workgroups(camera.width_px.div_ceil(GROUP_PX), camera.height_px.div_ceil(GROUP_PX), 1);
+            match by {
+                By::Pixel => comparing.by_pixel(pipeline, size_px, None),
+                By::Slot => comparing.by_slot(pipeline),
+                By::PartBefore => self.tell_ends(&mut comparing, (scene, ends), &camera)?,
+                // Each part is read as soon as it is drawn.
+                By::PartAfter => {}
             }
         }
-        drop(pass);
         let read = lists.read(&self.gpu, encoder)?;
         self.lists = Some(lists);
         Ok(Some(read.found(&camera, asked.least_px)))
+    }
+
+    /// Draws a view finely, part by part, and tells where what is sent ends.
+    fn tell_ends(
+        &self,
+        comparing: &mut Comparing<'_>,
+        (scene, ends): (&SceneRenderer, &mut EndsPass),
+        camera: &Pinhole,
+    ) -> Result<(), RenderError> {
+        let [nearest_layout, ends_layout] = &self.part_layouts;
+        for part in Part::all(comparing.size_px) {
+            let inputs = PartInputs::new(&self.gpu, part);
+            let group = inputs.nearest_group(&self.gpu, nearest_layout);
+            comparing.by_pixel(&self.steps[Step::Nearest as usize], part.size_with_margin(), Some(&group));
+            let finer = ends.encode(comparing.encoder, scene, camera, (part, &inputs.nearest))?;
+            let group = inputs.ends_group(&self.gpu, ends_layout, &finer);
+            comparing.by_pixel(&self.steps[Step::Ends as usize], part.size_px, Some(&group));
+        }
+        Ok(())
     }
 
     fn group(
@@ -207,6 +276,27 @@ impl BesidePass {
             layout: &self.layout,
             entries: &entries,
         })
+    }
+}
+
+impl Comparing<'_> {
+    fn by_pixel(&mut self, step: &wgpu::ComputePipeline, (width, height): (u32, u32), part: Option<&wgpu::BindGroup>) {
+        self.dispatch(step, (width.div_ceil(GROUP_PX), height.div_ceil(GROUP_PX)), part);
+    }
+
+    fn by_slot(&mut self, step: &wgpu::ComputePipeline) {
+        let groups = self.slots.div_ceil(GROUP_SLOTS);
+        self.dispatch(step, (groups.min(GROUPS_ACROSS), groups.div_ceil(GROUPS_ACROSS)), None);
+    }
+
+    fn dispatch(&mut self, step: &wgpu::ComputePipeline, groups: (u32, u32), part: Option<&wgpu::BindGroup>) {
+        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(step);
+        pass.set_bind_group(0, self.group, &[]);
+        if part.is_some() {
+            pass.set_bind_group(1, part, &[]);
+        }
+        pass.dispatch_workgroups(groups.0, groups.1, 1);
     }
 }
 

@@ -53,9 +53,38 @@ struct Finer {
 
 /// A part of a view: its first pixel and its size.
 #[derive(Debug, Clone, Copy)]
-struct Part {
-    first_px: (u32, u32),
-    size_px: (u32, u32),
+pub(crate) struct Part {
+    pub first_px: (u32, u32),
+    pub size_px: (u32, u32),
+}
+
+impl Part {
+    /// The parts of a whole view, row by row.
+    pub(crate) fn all((width_px, height_px): (u32, u32)) -> impl Iterator<Item = Part> {
+        let starts = |length: u32| (0..length).step_by(MOST_PX as usize);
+        let part = move |x: u32, y: u32| Part {
+            first_px: (x, y),
+            size_px: ((width_px - x).min(MOST_PX), (height_px - y).min(MOST_PX)),
+        };
+        starts(height_px).flat_map(move |y| starts(width_px).map(move |x| part(x, y)))
+    }
+
+    /// Its first pixel, with the margin; it may lie outside.
+    pub(crate) fn first_with_margin(self) -> (i32, i32) {
+        let first = |first: u32| first as i32 - MARGIN_PX as i32;
+        (first(self.first_px.0), first(self.first_px.1))
+    }
+
+    /// Its size with the margin.
+    pub(crate) fn size_with_margin(self) -> (u32, u32) {
+        (self.size_px.0 + 2 * MARGIN_PX, self.size_px.1 + 2 * MARGIN_PX)
+    }
+
+    /// The size of its finer image.
+    fn finer_px(self) -> (u32, u32) {
+        let (width_px, height_px) = self.size_with_margin();
+        (width_px * SUBPIXELS, height_px * SUBPIXELS)
+    }
 }
 
 /// Draws finer images.
@@ -124,43 +153,62 @@ impl EndsPass {
         outlines: &Mask,
         part: Part,
     ) -> Result<Finer, RenderError> {
-        let camera = &capture.camera;
-        let first = DVec2::new(part.first_px.0.into(), part.first_px.1.into()) - f64::from(MARGIN_PX);
-        let side = |pixels: u32| (pixels + 2 * MARGIN_PX) * SUBPIXELS;
-        let (width_px, height_px) = (side(part.size_px.0), side(part.size_px.1));
-        let finer = f64::from(SUBPIXELS);
-        let centre_px = (camera.centre_px - first) * finer;
-        let camera = Pinhole { width_px, height_px, focal_px: camera.focal_px * finer, centre_px, ..*camera };
-        check_camera(&self.gpu, &camera)?;
-        let targets = self.take_targets((width_px, height_px));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let view = scene.view_group(&camera);
-        let nearest = self.nearest_group(part, &nearest_drawn(capture, outlines, part));
-        let mut pass = begin(&mut encoder, &targets);
-        pass.set_bind_group(3, &nearest, &[]);
-        scene.draw(&mut pass, &self.pipelines, &camera, &view);
-        drop(pass);
+        let nearest = self.nearest(part, &nearest_drawn(capture, outlines, part));
+        let targets = self.encode(&mut encoder, scene, &capture.camera, (part, &nearest))?;
+        let (width_px, height_px) = part.finer_px();
         let mut readback = Readback::default();
         let object = readback.texture(&targets[0], 0, (width_px, height_px));
         // Depth can only be copied whole.
         let depth = readback.texture(&targets[1], 0, (targets[1].width(), targets[1].height()));
         let encoded = readback.encode(&self.gpu, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
-        self.targets = Some(targets);
         let mapped = encoded.map().wait(&self.gpu)?;
         let mut depths = Vec::with_capacity(width_px as usize * height_px as usize);
         for row in mapped.rows(depth).take(height_px as usize) {
             gpu::readback::extend_from_bytes(&mut depths, &row[..width_px as usize * 4]);
         }
         Ok(Finer {
-            first_px: (first.x as i32, first.y as i32),
+            first_px: part.first_with_margin(),
             width: width_px as usize,
             object: mapped.values(object),
             depth: depths,
         })
     }
 
-    fn nearest_group(&self, part: Part, depths: &[f32]) -> wgpu::BindGroup {
+    /// Draws a part of a camera's view, where nothing is nearer than its pixels say, and leaves objects and depths on the GPU until the next part.
+    pub(crate) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &SceneRenderer,
+        camera: &Pinhole,
+        (part, nearest): (Part, &wgpu::TextureView),
+    ) -> Result<[wgpu::Texture; 2], RenderError> {
+        let (width_px, height_px) = part.finer_px();
+        let (x, y) = part.first_with_margin();
+        let finer = f64::from(SUBPIXELS);
+        let centre_px = (camera.centre_px - DVec2::new(x.into(), y.into())) * finer;
+        let camera = Pinhole { width_px, height_px, focal_px: camera.focal_px * finer, centre_px, ..*camera };
+        check_camera(&self.gpu, &camera)?;
+        let targets = self.take_targets((width_px, height_px));
+        let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("nearest drawn"),
+            layout: &self.layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: NEAREST_BINDING,
+                resource: wgpu::BindingResource::TextureView(nearest),
+            }],
+        });
+        let view = scene.view_group(&camera);
+        let mut pass = begin(encoder, &targets);
+        pass.set_bind_group(3, &group, &[]);
+        scene.draw(&mut pass, &self.pipelines, &camera, &view);
+        drop(pass);
+        self.targets = Some(targets.clone());
+        Ok(targets)
+    }
+
+    fn nearest(&self, part: Part, depths: &[f32]) -> wgpu::TextureView {
         let size = wgpu::Extent3d {
             width: part.size_px.0 + 2 * MARGIN_PX,
             height: part.size_px.1 + 2 * MARGIN_PX,
@@ -183,15 +231,7 @@ impl EndsPass {
             TextureDataOrder::LayerMajor,
             bytes,
         );
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("nearest drawn"),
-            layout: &self.layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: NEAREST_BINDING,
-                resource: wgpu::BindingResource::TextureView(&view),
-            }],
-        })
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
     fn take_targets(&mut self, (width, height): (u32, u32)) -> [wgpu::Texture; 2] {
@@ -205,7 +245,9 @@ impl EndsPass {
                     sample_count: 1,
                     dimension: wgpu::TextureDimension::D2,
                     format,
-                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                        | wgpu::TextureUsages::COPY_SRC
+                        | wgpu::TextureUsages::TEXTURE_BINDING,
                     view_formats: &[],
                 })
             })

@@ -36,6 +36,7 @@ pub mod redundancy;
 pub use capture::{Capture, DepthPrecision};
 pub(crate) use capture::{Planes, normal_code, object};
 pub use ends::EndsPass;
+pub(crate) use ends::Part;
 pub use meter::{Meter, MeterImages};
 pub use method::{Discretization, Redundancy, RedundancyTest};
 

@@ -17,7 +17,7 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
     if slot != NO_SLOT && has(FLAG_SEEN) {
         seen[slot] = beside.look;
     }
-    pixels[at(p)] = Pixel(slot, LEAVE, 0u, 0u, 0.0);
+    pixels[at(p)] = Pixel(slot, LEAVE, 0u, 0u, 0.0, 0u);
     if textureLoad(ids, p, 0).x != 0u {
         atomicAdd(&marks[HITS_COUNT], 1u);
     }
@@ -268,35 +268,23 @@ fn send(@builtin(global_invocation_id) id: vec3u) {
     pixels[at(p)].shown = shown;
 }
 
-// The samples that are sent, and what lies so close beside them that it tells where they end.
-const AROUND_PX: i32 = 2;
-
+// The samples that are sent.
 @compute @workgroup_size(8, 8)
 fn emit(@builtin(global_invocation_id) id: vec3u) {
     let p = vec2i(id.xy);
-    if !is_inside(p) {
-        return;
-    }
-    var is_near = false;
-    for (var y = -AROUND_PX; y <= AROUND_PX; y++) {
-        for (var x = -AROUND_PX; x <= AROUND_PX; x++) {
-            let beside_p = p + vec2i(x, y);
-            is_near = is_near || (is_inside(beside_p) && pixels[at(beside_p)].send != 0u);
-        }
-    }
-    let texel = textureLoad(ids, p, 0).xy;
-    if !is_near || texel.x == 0u {
+    if !is_inside(p) || pixels[at(p)].send == 0u {
         return;
     }
     let number = atomicAdd(&marks[SAMPLES_COUNT], 1u);
     if number >= beside.most_samples {
         return;
     }
+    let texel = textureLoad(ids, p, 0).xy;
     let rest = textureLoad(rests, p, 0).xy;
-    samples_out[6u * number] = at(p) | select(1u << 31u, 0u, pixels[at(p)].send != 0u);
+    samples_out[6u * number] = at(p);
     samples_out[6u * number + 1u] = texel.x;
     samples_out[6u * number + 2u] = texel.y;
     samples_out[6u * number + 3u] = pack4x8unorm(textureLoad(colour, p, 0));
-    samples_out[6u * number + 4u] = rest.x | (rest.y << 8u);
+    samples_out[6u * number + 4u] = rest.x | (rest.y << 8u) | (pixels[at(p)].ends << 16u);
     samples_out[6u * number + 5u] = bitcast<u32>(textureLoad(depth, p, 0));
 }

@@ -119,6 +119,8 @@ struct Pixel {
     send: u32,
     // How densely its hit is sampled by what shows once all is sent; 0 where nothing does.
     shown: f32,
+    // Where its surface ends, of what is sent: `protocol::ends`.
+    ends: u32,
 }
 
 const NO_SLOT: u32 = 0xffffffffu;
@@ -164,7 +166,7 @@ const SUPERSEDED: u32 = 2u;
 // Counters, and what is found out of each slot.
 @group(0) @binding(11) var<storage, read_write> marks: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read_write> pixels: array<Pixel>;
-// Six words a sample: place, whose highest bit says that it is only around what is sent; the texels of `ids`, `colour`, `rests` and `depth`.
+// Six words a sample that is sent: place; the texels of `ids`, `colour` and `rests`, with its ends in the latter's high half; the texel of `depth`.
 @group(0) @binding(13) var<storage, read_write> samples_out: array<u32>;
 // Three words an address: patch, pixel, what for.
 @group(0) @binding(14) var<storage, read_write> told: array<u32>;
