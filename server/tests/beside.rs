@@ -9,8 +9,8 @@ use common::session::{Session, added};
 use common::{gpu, moving_ball, swing};
 use glam::{DQuat, DVec3};
 use protocol::codec::ColourSteps;
-use protocol::held::ObjectPose;
-use protocol::{Mask, Purpose};
+use protocol::held::{HeldPatch, ObjectPose};
+use protocol::{Mask, PatchId, Purpose};
 use scene::Scene;
 use vantage_server::Config;
 use vantage_server::account::compare::Comparison;
@@ -92,6 +92,8 @@ impl Both {
         self.account.retract(Purpose::Eye, &false_cover).expect("they are held");
         self.account.add(Purpose::Eye, &capture, &lacking, DepthPrecision::Finest, &now).expect("room");
         self.account.supersede(&superseded).expect("they are held");
+        // As after each look of a server; there is always room.
+        self.account.settle_facts(usize::MAX).expect("they are read");
     }
 
     /// The pixels that are sent are the same, and what is known of them.
@@ -137,6 +139,17 @@ impl Both {
         }
     }
 
+    /// Gives up all patches but the latest ones.
+    fn keep_only_latest(&mut self, count: usize) {
+        let patches = &self.account.held().patches;
+        let of_patch = |(id, held): (&PatchId, &HeldPatch)| -> Vec<Address> {
+            held.patch.image.mask.occupied().map(|(x, y)| (*id, x as u16, y as u16)).collect()
+        };
+        let count = patches.len().saturating_sub(count);
+        let given_up: Vec<Address> = patches.iter().take(count).flat_map(of_patch).collect();
+        self.account.supersede(&given_up).expect("they are held");
+    }
+
     /// `least` of each kind were found.
     fn assert_agrees(&self, least: [usize; 5]) {
         for (kind, least) in least.into_iter().enumerate() {
@@ -166,6 +179,23 @@ fn a_walk_among_pillars_finds_the_same_on_both() {
     let mut both = Both::new(scene);
     both.walk(&views, 0.0);
     both.assert_agrees([20_000, 50, 1000, 100, 500]);
+}
+
+#[test]
+fn facts_move_together_once_most_of_their_slots_are_empty() {
+    let scene = scene::builtin::load("pillars").expect("a built-in scene");
+    let views = way(start_pose(&scene), near_m(&scene), 5);
+    let mut both = Both::new(scene);
+    let mut most = 0;
+    for _ in 0..3 {
+        both.walk(&views, 0.0);
+        most = most.max(both.account.facts().expect("they are kept").slots());
+        both.keep_only_latest(3);
+    }
+    both.walk(&views, 0.0);
+    both.assert_agrees([50_000, 100, 1000, 300, 1000]);
+    let slots = both.account.facts().expect("they are kept").slots() as usize;
+    assert!(slots * 3 < both.agreed[0] * 2, "{slots} slots, {most} at most, of {} samples", both.agreed[0]);
 }
 
 #[test]

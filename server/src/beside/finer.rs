@@ -54,12 +54,7 @@ impl PartInputs {
     }
 
     /// What reads the finer image: objects and depths.
-    pub fn ends_group(
-        &self,
-        gpu: &Gpu,
-        layout: &wgpu::BindGroupLayout,
-        finer: &[wgpu::Texture; 2],
-    ) -> wgpu::BindGroup {
+    pub fn ends_group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout, finer: &[wgpu::Texture; 2]) -> wgpu::BindGroup {
         let [object, depth] =
             finer.each_ref().map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
         group(gpu, layout, [(0, self.uniform.as_entire_binding()), (2, texture(&object)), (3, texture(&depth))])
