@@ -11,8 +11,10 @@ pub enum Part {
     Scene,
     /// The same views of the copy, and its meshes.
     Copy,
-    /// Both laid beside each other.
+    /// Both laid beside each other, by the processor; on the GPU, what is said to it and what it said.
     Compare,
+    /// Waiting for both to be drawn and compared on the GPU.
+    Gpu,
     /// Edits made, and followed by the copy.
     Keep,
     /// All else: plans, snapshots, what is asked of shapes.
@@ -23,7 +25,8 @@ pub enum Part {
 
 impl Part {
     /// In the order of a look.
-    pub const ALL: [Part; 6] = [Part::Scene, Part::Copy, Part::Compare, Part::Keep, Part::Other, Part::Encode];
+    pub const ALL: [Part; 7] =
+        [Part::Scene, Part::Copy, Part::Compare, Part::Gpu, Part::Keep, Part::Other, Part::Encode];
 
     /// One word.
     pub fn name(self) -> &'static str {
@@ -31,6 +34,7 @@ impl Part {
             Part::Scene => "scene",
             Part::Copy => "copy",
             Part::Compare => "compare",
+            Part::Gpu => "gpu",
             Part::Keep => "keep",
             Part::Other => "other",
             Part::Encode => "encode",

@@ -119,7 +119,7 @@ fn compare(
 ) -> Result<Option<Found>, StageError> {
     timed(Part::Copy, || account.refresh());
     let Some(comparer) = imager.comparer() else { return Ok(None) };
-    Ok(timed(Part::Compare, || comparer.compare(account, view, asked))?)
+    Ok(comparer.compare(account, view, asked)?)
 }
 
 /// A view of the copy as it is now.

@@ -27,7 +27,8 @@ use wgpu::util::DeviceExt;
 use crate::account::findings::Lacking;
 use crate::account::samples::Address;
 use crate::account::{Account, AccountRules};
-use crate::discretize::{Capture, EndsPass, Part};
+use crate::discretize::{self, Capture, EndsPass};
+use crate::look_times::{Part, timed};
 use crate::render::{RenderError, SceneRenderer, buffer_entry};
 use finer::PartInputs;
 use lists::Lists;
@@ -192,26 +193,35 @@ impl BesidePass {
         view: &KeptView,
         asked: &Asked<'_>,
     ) -> Result<Option<Found>, RenderError> {
+        let encoded = timed(Part::Compare, || self.encode((scene, ends), account, view, asked))?;
+        let Some((encoder, mut lists)) = encoded else { return Ok(None) };
+        let read = timed(Part::Gpu, || lists.read(&self.gpu, encoder))?;
+        self.lists = Some(lists);
+        Ok(Some(timed(Part::Compare, || read.found(&view.camera, asked.least_px))))
+    }
+
+    /// The commands of a comparison, and where what it finds will be.
+    fn encode(
+        &mut self,
+        (scene, ends): (&SceneRenderer, &mut EndsPass),
+        account: &Account,
+        view: &KeptView,
+        asked: &Asked<'_>,
+    ) -> Result<Option<(wgpu::CommandEncoder, Lists)>, RenderError> {
         let camera = view.camera;
         let (Some(facts), Some(surfaces)) = (account.facts(), account.surfaces(Purpose::Eye)) else { return Ok(None) };
-        let (patches, movers) = rows(account, facts, &camera, asked.peers);
-        let is_cut = patches.iter().any(uniforms::PatchRow::is_cut);
-        let mut lists = Lists::taken(self.lists.take(), &self.gpu, (camera.width_px, camera.height_px), facts.slots());
-        let uniform =
-            BesideUniform::new(&camera, asked, account.looks() as u32, &lists.room, (patches.len(), facts.slots()));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let Some(addresses) = self.addresses.draw(&mut encoder, surfaces, &camera) else { return Ok(None) };
+        let (patches, movers) = rows(account, facts, &camera, asked.peers);
+        let is_cut = patches.iter().any(uniforms::PatchRow::is_cut);
+        let size_px = (camera.width_px, camera.height_px);
+        let lists = Lists::taken(self.lists.take(), &self.gpu, size_px, facts.slots());
         lists.clear(&mut encoder);
-        let buffer = |label, contents: &[u8], usage| {
-            self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
-            })
-        };
-        let uniform = buffer("beside", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM);
-        let patches = buffer("patches", bytemuck::cast_slice(&patches), wgpu::BufferUsages::STORAGE);
-        let movers = buffer("movers", bytemuck::cast_slice(&movers), wgpu::BufferUsages::STORAGE);
+        let uniform =
+            BesideUniform::new(&camera, asked, account.looks() as u32, &lists.room, (patches.len(), facts.slots()));
+        let uniform = self.buffer("beside", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM);
+        let patches = self.buffer("patches", bytemuck::cast_slice(&patches), wgpu::BufferUsages::STORAGE);
+        let movers = self.buffer("movers", bytemuck::cast_slice(&movers), wgpu::BufferUsages::STORAGE);
         let [words, samples, seen] = facts.buffers();
         let storage =
             [&patches, &movers, words, samples, seen, &lists.marks, &lists.pixels, &lists.samples, &lists.told];
@@ -221,23 +231,22 @@ impl BesidePass {
                 || step == Step::Supersede && !asked.supersedes
                 || matches!(step, Step::Sent | Step::Supersede) && facts.slots() == 0
         };
-        let size_px = (camera.width_px, camera.height_px);
         let mut comparing = Comparing { encoder: &mut encoder, group: &group, size_px, slots: facts.slots() };
         for (pipeline, (step, _, _, by)) in self.steps.iter().zip(Step::ALL) {
-            if is_left_out(step) {
-                continue;
-            }
             match by {
+                _ if is_left_out(step) => {}
                 By::Pixel => comparing.by_pixel(pipeline, size_px, None),
                 By::Slot => comparing.by_slot(pipeline),
-                By::PartBefore => self.tell_ends(&mut comparing, (scene, ends), &camera)?,
+                By::PartBefore => self.tell_ends(&mut comparing, (scene, &mut *ends), &camera)?,
                 // Each part is read as soon as it is drawn.
                 By::PartAfter => {}
             }
         }
-        let read = lists.read(&self.gpu, encoder)?;
-        self.lists = Some(lists);
-        Ok(Some(read.found(&camera, asked.least_px)))
+        Ok(Some((encoder, lists)))
+    }
+
+    fn buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
     }
 
     /// Draws a view finely, part by part, and tells where what is sent ends.
@@ -248,7 +257,7 @@ impl BesidePass {
         camera: &Pinhole,
     ) -> Result<(), RenderError> {
         let [nearest_layout, ends_layout] = &self.part_layouts;
-        for part in Part::all(comparing.size_px) {
+        for part in discretize::Part::all(comparing.size_px) {
             let inputs = PartInputs::new(&self.gpu, part);
             let group = inputs.nearest_group(&self.gpu, nearest_layout);
             comparing.by_pixel(&self.steps[Step::Nearest as usize], part.size_with_margin(), Some(&group));
