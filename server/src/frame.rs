@@ -155,6 +155,11 @@ impl Stage {
         })
     }
 
+    /// Whether views are compared on the GPU.
+    pub fn compares_on_gpu(&mut self) -> bool {
+        self.imager.comparer().is_some()
+    }
+
     /// The same, which decides what is sent by other numbers.
     pub fn judged_by(self, account_rules: AccountRules) -> Stage {
         Stage { account_rules, ..self }

@@ -1,9 +1,9 @@
-//! The threads that make updates: some look for what clients lack, each with a stage of its own, and one encodes it. Sessions are
+//! The threads that make updates: some look for what clients lack, each with a stage of its own, and some encode it. Sessions are
 //! served in turn: each has at most one place in the queue, and where to look is planned when its turn comes, from its newest
 //! pose. While one looking thread waits for the GPU another compares, and while an update is encoded the next ones are made.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, mpsc};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
 use protocol::wire::{self, EncodedUpdate};
@@ -19,8 +19,10 @@ use crate::stage_error::StageError;
 use crate::stats::Stats;
 use crate::viewer::Viewer;
 
-/// Updates that wait for the encoder at most: one, so that what an update shows is never older than one encoding.
+/// Updates that wait for an encoder at most: one, so that what an update shows is never older than one encoding.
 const ENCODER_QUEUE: usize = 1;
+/// Looking threads for each that encodes: that takes a sixth of a look's time, and a quarter where views are compared on the GPU.
+const LOOKING_AN_ENCODER: usize = 4;
 
 /// Work that nobody waits for takes one part in so many of the time at most, while there are turns to take.
 const PARTS_FOR_TURNS: u32 = 20;
@@ -83,14 +85,19 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the threads: one a stage, and one more.
+    /// Starts the threads: one a stage, and those that encode.
     pub fn start(stages: Vec<Stage>, stats: Arc<Stats>) -> std::io::Result<Worker> {
         let turns = Arc::new(Queue::default());
         let (updates, encoder_queue) = mpsc::sync_channel(ENCODER_QUEUE);
         let (failed, failure) = watch::channel(None);
         let (failed, waiting) = (Arc::new(failed), Arc::new(AtomicUsize::new(0)));
-        let encoded = stats.clone();
-        std::thread::Builder::new().name("encode".into()).spawn(move || encode_updates(&encoder_queue, &encoded))?;
+        let encoder_queue = Arc::new(Mutex::new(encoder_queue));
+        for index in 0..stages.len().div_ceil(LOOKING_AN_ENCODER) {
+            let (queue, stats) = (encoder_queue.clone(), stats.clone());
+            std::thread::Builder::new()
+                .name(format!("encode-{index}"))
+                .spawn(move || encode_updates(&queue, &stats))?;
+        }
         for (index, stage) in stages.into_iter().enumerate() {
             let (turns, left, failed) = (Taker(turns.clone()), waiting.clone(), failed.clone());
             let (updates, stats) = (updates.clone(), stats.clone());
@@ -208,8 +215,14 @@ fn make_update(
     Ok(true)
 }
 
-fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
-    while let Ok(Unencoded { made, look, mut client, reply }) = queue.recv() {
+/// The next update to encode; `None` once no thread looks any more.
+fn next_to_encode(queue: &Mutex<mpsc::Receiver<Unencoded>>) -> Option<Unencoded> {
+    // Who panics while he waits leaves the queue as it is.
+    queue.lock().unwrap_or_else(PoisonError::into_inner).recv().ok()
+}
+
+fn encode_updates(queue: &Mutex<mpsc::Receiver<Unencoded>>, stats: &Stats) {
+    while let Some(Unencoded { made, look, mut client, reply }) = next_to_encode(queue) {
         let started = Instant::now();
         let frame::Made { reason, update, coding, counts, pixels, lights } = made;
         let update = wire::encode_update(&update, coding);

@@ -39,11 +39,19 @@ use outlet::{Outlet, WriteEnd};
 
 /// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
 const LINGER: Duration = Duration::from_millis(250);
-/// Threads that look for what clients lack, at most: each keeps its own targets on the GPU.
-const MOST_LOOKING: usize = 4;
-/// Cores for each of them: comparing takes several at a time, and so does a software renderer. On two cores a second thread made 7 % more updates for a third
-/// more processor time.
-const CORES_A_LOOK: usize = 2;
+/// How many threads look for what clients lack.
+struct Looking {
+    /// At most: each keeps its own targets on the GPU, some 60 MB with images of 512 pixels.
+    most: usize,
+    /// Cores for each of them.
+    cores: usize,
+}
+
+/// Where the processor compares: that takes several cores at a time, and so does a software renderer. On two cores a second thread made 7 % more updates for a
+/// third more processor time.
+const COMPARING_HERE: Looking = Looking { most: 4, cores: 2 };
+/// Where the GPU does, and a thread waits for it for a part of its time.
+const COMPARING_ON_GPU: Looking = Looking { most: 16, cores: 1 };
 /// A virtual session hears nothing while its client works through a step of its own time.
 const VIRTUAL_SILENCE_S: f64 = 300.0;
 
@@ -101,10 +109,11 @@ impl Shared {
             .coarse_first(config.clock == Clock::Wall)
             .shed_load(config.clock == Clock::Wall);
         let judged = if config.clock == Clock::Wall { Judged::Aside } else { Judged::AtOnce };
-        let stage = if config.relief { stage.with_reliefs(judged) } else { stage };
+        let mut stage = if config.relief { stage.with_reliefs(judged) } else { stage };
         // On the virtual clock every run is the same, whatever the machine.
+        let threads = if stage.compares_on_gpu() { COMPARING_ON_GPU } else { COMPARING_HERE };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let looking = if config.clock == Clock::Wall { (cores / CORES_A_LOOK).clamp(1, MOST_LOOKING) } else { 1 };
+        let looking = if config.clock == Clock::Wall { (cores / threads.cores).clamp(1, threads.most) } else { 1 };
         let twins = std::iter::from_fn(|| stage.twin()).take(looking - 1).collect::<Vec<_>>();
         let worker = Worker::start(std::iter::once(stage).chain(twins).collect(), stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);

@@ -11,6 +11,7 @@ use std::time::Duration;
 use anyhow::Context;
 use gpu::Gpu;
 use protocol::message::Clock;
+use server::config::ComparesOn;
 use server::imager::GpuImager;
 use server::look_times::{LookTimes, Part};
 
@@ -70,12 +71,13 @@ impl Topic for Serving {
         for name in walked {
             for &clients in walkers {
                 progress.say(format!("{clients} walkers in {}", scene_label(name)));
-                let row = served(&gpu, run, name, WALKERS_PX, (clients, false)).map(|served| served.row);
+                let row = served(&gpu, run, name, (WALKERS_PX, ComparesOn::Faster), (clients, false))
+                    .map(|served| served.row);
                 report.rows.push(row.unwrap_or_else(|error| Row::failed(&scene_label(name), "walkers", &error)));
                 progress.step();
             }
             progress.say(format!("a walker for the model in {}", scene_label(name)));
-            match served(&gpu, run, name, host::IMAGE_PX, (1, false)) {
+            match served(&gpu, run, name, (host::IMAGE_PX, ComparesOn::Gpu), (1, false)) {
                 Ok(served) => host::rows(&served.row, report),
                 Err(error) => report.rows.push(Row::failed(&scene_label(name), "a walker for the model", &error)),
             }
@@ -84,7 +86,7 @@ impl Topic for Serving {
         let mut last = None;
         for &clients in followers {
             progress.say(format!("{clients} followers"));
-            match served(&gpu, run, presented, PRESENTER_PX, (clients + 1, true)) {
+            match served(&gpu, run, presented, (PRESENTER_PX, ComparesOn::Faster), (clients + 1, true)) {
                 Ok(served) => {
                     report.rows.push(served.row.clone());
                     last = Some(served);
@@ -110,9 +112,10 @@ fn describe(report: &mut Report, quick: bool) {
         "lag: from the server's stamp of an update to its last byte at the client, by the clock that pings agree on; interval: between two updates of a client.",
         "sockets_cores: processor seconds a second of the threads that sockets live on; looks_cores: of all others but the load's, which look, draw and encode; \
          mb_per_core_s: what clients got for a second of the sockets' threads.",
-        "look_..._ms: means of a look's parts by the wall: views of the scene, the same of the copy, both laid beside each other, edits made and followed by the \
-         copy, all else, and bytes made of the edits, on a thread of its own. Where threads wait for cores, that is in it.",
-        "GPU host: a model, see bench/README.md; its gpu_ms are assumed, all else is of one walker with larger images.",
+        "look_..._ms: means of a look's parts by the wall: views of the scene, the same of the copy, both laid beside each other (gpu: \
+         waiting for that there), edits made and followed by the copy, all else, and bytes made of the edits, on a thread of its own. Where threads wait for cores, that is in it.",
+        "GPU host: a model, see bench/README.md; its gpu_ms are assumed, all else is of one walker with larger images whose views are compared on the GPU, \
+         though that is software here.",
         "Of an audience five clients decode what they get, and all others acknowledge it by its head.",
         "plain axum: messages of the same sizes to as many clients at the same rate, which only read them and say nothing.",
     ]
@@ -134,12 +137,12 @@ fn served(
     gpu: &Gpu,
     run: &Run,
     name: &str,
-    image_px: u32,
+    (image_size_px, compares_on): (u32, ComparesOn),
     (clients, is_audience): (usize, bool),
 ) -> anyhow::Result<Served> {
     let scene = run.load(name)?;
     let sockets = tokio::runtime::Builder::new_multi_thread().thread_name(SOCKETS).enable_all().build()?;
-    let mut config = server::Config { port: 0, image_size_px: image_px, ..server::Config::default() };
+    let mut config = server::Config { port: 0, image_size_px, compares_on, ..server::Config::default() };
     config.limits.clients = clients + 1;
     let imager = GpuImager::new(gpu, &scene, &config)?;
     let label = scene.name.clone();
@@ -278,7 +281,7 @@ mod tests {
         let mut run = Run::new(vec!["pillars".to_owned()], out.clone());
         run.quick = true;
         let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
-        let served = served(&gpu, &run, "pillars-moving", 64, (4, true)).expect("a run");
+        let served = served(&gpu, &run, "pillars-moving", (64, ComparesOn::Faster), (4, true)).expect("a run");
         assert_eq!((served.clients, served.row.method.as_str()), (3, "3 followers"));
         assert!(served.updates_per_s > 0.5 && served.update_bytes > 100.0, "{:?}", served.row);
         assert!(served.lag_p99_ms.is_finite());
