@@ -155,9 +155,9 @@ impl Stage {
         })
     }
 
-    /// Whether views are compared on the GPU.
-    pub fn compares_on_gpu(&mut self) -> bool {
-        self.imager.comparer().is_some()
+    /// Whether views are compared on a GPU that is not only software.
+    pub fn compares_on_hardware(&mut self) -> bool {
+        self.imager.comparer().is_some_and(|comparer| !comparer.gpu().caps.software)
     }
 
     /// The same, which decides what is sent by other numbers.

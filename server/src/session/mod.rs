@@ -111,7 +111,7 @@ impl Shared {
         let judged = if config.clock == Clock::Wall { Judged::Aside } else { Judged::AtOnce };
         let mut stage = if config.relief { stage.with_reliefs(judged) } else { stage };
         // On the virtual clock every run is the same, whatever the machine.
-        let threads = if stage.compares_on_gpu() { COMPARING_ON_GPU } else { COMPARING_HERE };
+        let threads = if stage.compares_on_hardware() { COMPARING_ON_GPU } else { COMPARING_HERE };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let looking = if config.clock == Clock::Wall { (cores / threads.cores).clamp(1, threads.most) } else { 1 };
         let twins = std::iter::from_fn(|| stage.twin()).take(looking - 1).collect::<Vec<_>>();
