@@ -135,6 +135,12 @@ impl Gpu {
         Ok(Gpu { instance, adapter, device, queue, caps, lost })
     }
 
+    /// The largest buffer that shaders can bind to store in.
+    pub fn most_storage_bytes(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
     /// Fails once the device was lost; a frame that looks absurdly fast may be one that was never drawn.
     pub fn check(&self) -> Result<(), GpuError> {
         self.lost.get().map_or(Ok(()), |why| Err(GpuError::Lost(why.clone())))

@@ -33,8 +33,11 @@ pub enum ImagerError {
 
 /// Lays views of the scene beside the same views of copies on the GPU, and reads back only what comes of it.
 pub trait Comparer {
-    /// Where that happens: copies must [keep facts](Account::know_on) there.
+    /// Where that happens.
     fn gpu(&self) -> &Gpu;
+
+    /// Whether it can compare views with a copy, whose facts are kept from now on; see [`BesidePass::takes`].
+    fn takes(&mut self, account: &mut Account, views: &[Pinhole]) -> bool;
 
     /// Draws what each view sees of the scene, and leaves it on the GPU, until the next images are made.
     fn keep(&mut self, snapshot: &Snapshot, views: &[Pinhole]) -> Result<Vec<KeptView>, ImagerError>;
@@ -191,6 +194,12 @@ impl GpuImager {
 impl Comparer for GpuImager {
     fn gpu(&self) -> &Gpu {
         self.renderer.gpu()
+    }
+
+    fn takes(&mut self, account: &mut Account, views: &[Pinhole]) -> bool {
+        account.know_on(self.renderer.gpu());
+        account.refresh();
+        self.beside.as_ref().is_some_and(|beside| beside.takes(account, views))
     }
 
     fn keep(&mut self, snapshot: &Snapshot, views: &[Pinhole]) -> Result<Vec<KeptView>, ImagerError> {

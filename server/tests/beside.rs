@@ -64,9 +64,8 @@ impl Both {
         let (imager, account) = (&mut self.imager, &mut self.account);
         account.draw_with(Purpose::Eye, || imager.new_surfaces());
         let comparer = imager.comparer().expect("compute shaders");
-        account.know_on(comparer.gpu());
         account.begin(&now).expect("tables");
-        account.refresh();
+        assert!(comparer.takes(account, &[*view]), "there is room");
         let peers = account.captured_by(&[*view]);
 
         let kept = comparer.keep(&snapshot, &[*view]).expect("a view");

@@ -71,6 +71,8 @@ pub struct Facts {
     seen: Growing,
     /// Patches that were added, removed or deleted from.
     changed: BTreeSet<PatchId>,
+    /// Whether they no longer fit into what the device binds: then nothing is known here any more.
+    is_full: bool,
 }
 
 impl Facts {
@@ -84,6 +86,7 @@ impl Facts {
             samples: growing("facts of samples"),
             seen: growing("last looks of samples"),
             changed: held.patches.keys().copied().collect(),
+            is_full: false,
         }
     }
 
@@ -106,6 +109,9 @@ impl Facts {
     /// Follows what changed.
     pub(super) fn refresh(&mut self, held: &Held, records: &BTreeMap<PatchId, Record>) {
         for id in std::mem::take(&mut self.changed) {
+            if self.is_full {
+                return;
+            }
             let patch = held.patches.get(&id).filter(|held| held.patch.purpose == Purpose::Eye);
             let (Some(patch), Some(record)) = (patch, records.get(&id)) else {
                 self.places.remove(&id);
@@ -124,6 +130,10 @@ impl Facts {
     fn add(&mut self, id: PatchId, patch: &HeldPatch, record: &Record) {
         let (first_word, first_slot) = (self.words.len::<Word>(), self.samples.len::<SampleFacts>());
         let (words, samples) = (words(patch, record, first_slot), samples(patch, record));
+        self.is_full = !self.words.has_room(&self.gpu, &words) || !self.samples.has_room(&self.gpu, &samples);
+        if self.is_full {
+            return self.forget_all();
+        }
         self.words.push(&self.gpu, &words);
         self.samples.push(&self.gpu, &samples);
         let seen: Vec<u32> = record.samples().iter().map(|sample| sample.seen).collect();
@@ -170,6 +180,11 @@ impl Facts {
             }
         }
         Ok(())
+    }
+
+    /// Whether everything that is held is known here.
+    pub fn is_whole(&self) -> bool {
+        !self.is_full
     }
 
     /// By patch, ids ascending.
@@ -249,10 +264,19 @@ impl Growing {
         (self.used_bytes / size_of::<T>() as u64) as u32
     }
 
+    fn bytes_with<T: Pod>(&self, values: &[T]) -> u64 {
+        (self.used_bytes + size_of_val(values) as u64).next_power_of_two()
+    }
+
+    /// Whether the device binds what it would be with some values more.
+    fn has_room<T: Pod>(&self, gpu: &Gpu, values: &[T]) -> bool {
+        self.bytes_with(values) <= gpu.most_storage_bytes()
+    }
+
     fn push<T: Pod>(&mut self, gpu: &Gpu, values: &[T]) {
         let wanted = self.used_bytes + size_of_val(values) as u64;
         if wanted > self.buffer.size() {
-            let larger = Growing::buffer(gpu, self.label, wanted.next_power_of_two());
+            let larger = Growing::buffer(gpu, self.label, self.bytes_with(values));
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(&self.buffer, 0, &larger, 0, self.used_bytes);
             gpu.queue.submit([encoder.finish()]);

@@ -5,7 +5,7 @@ use glam::DVec2;
 use gpu::{Gpu, Readback, ReadbackError};
 use protocol::{Mask, PatchId};
 
-use super::Found;
+use super::asked::Found;
 use crate::account::findings::{Lacking, ascending};
 use crate::discretize::Capture;
 
@@ -48,6 +48,13 @@ pub(super) struct Lists {
 }
 
 impl Lists {
+    /// Whether a device binds those of a view.
+    pub fn fit(gpu: &Gpu, (width_px, height_px): (u32, u32)) -> bool {
+        let pixels = u64::from(width_px) * u64::from(height_px);
+        let most_words = SAMPLE_WORDS.max(PIXEL_WORDS).max(2 * ADDRESS_WORDS);
+        pixels * u64::from(most_words) * 4 <= gpu.most_storage_bytes()
+    }
+
     /// Those that are kept, where they have room.
     pub fn taken(kept: Option<Lists>, gpu: &Gpu, size_px: (u32, u32), slots: u32) -> Lists {
         let fits = |kept: &Lists| kept.room.size_px == size_px && kept.room.slots >= slots;

@@ -12,67 +12,26 @@
 //! | of several patches that hold a sample from this very camera at a pixel, the last counts | any of them |
 //! | a sample that no record knows is not replaced by its centre | the same, and it counts as infinitely dense |
 
+mod asked;
 mod finer;
 mod lists;
 mod uniforms;
 
-use std::collections::BTreeSet;
-
 use camera::Pinhole;
 use gpu::Gpu;
-use protocol::{PatchId, Purpose};
+use protocol::Purpose;
 use surface::{AddressPass, SurfaceError};
 use wgpu::util::DeviceExt;
 
-use crate::account::findings::Lacking;
-use crate::account::samples::Address;
-use crate::account::{Account, AccountRules};
-use crate::discretize::{self, Capture, EndsPass};
+use crate::account::Account;
+use crate::account::facts::Facts;
+use crate::discretize::{self, EndsPass};
 use crate::look_times::{Part, timed};
 use crate::render::{RenderError, SceneRenderer, buffer_entry};
+pub use asked::{Asked, Found, KeptView};
 use finer::PartInputs;
 use lists::Lists;
 use uniforms::{BesideUniform, rows};
-
-/// What is asked of a view.
-#[derive(Debug, Clone, Copy)]
-pub struct Asked<'a> {
-    /// What decides.
-    pub rules: AccountRules,
-    /// Patches that views of the same plan captured: they are not replaced.
-    pub peers: &'a BTreeSet<PatchId>,
-    /// Whether what covers falsely is looked for.
-    pub trims: bool,
-    /// Whether what finer samples have taken the place of is.
-    pub supersedes: bool,
-    /// Whether the viewer sees the view: what it shows counts as seen.
-    pub is_seen: bool,
-    /// A view that lacks no more pixels than this is sent nothing.
-    pub least_px: f64,
-}
-
-/// What came of it.
-#[derive(Debug)]
-pub struct Found {
-    /// The part of the view that has all that is to be sent, with its ends, and nothing else.
-    pub capture: Capture,
-    /// Of that part.
-    pub lacking: Lacking,
-    /// Held samples that cover falsely; ascending.
-    pub false_cover: Vec<Address>,
-    /// Held samples whose place finer ones have taken; ascending.
-    pub superseded: Vec<Address>,
-    /// Pixels of the whole view that show anything.
-    pub hits: usize,
-}
-
-/// A view of the scene on the GPU: ids, colour, rests and depth.
-#[derive(Debug)]
-pub struct KeptView {
-    /// What captured it.
-    pub camera: Pinhole,
-    pub(crate) planes: [wgpu::TextureView; 4],
-}
 
 /// What a step goes by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,6 +108,12 @@ impl BesidePass {
         gpu.caps.compute && gpu.device.limits().max_storage_buffers_per_shader_stage >= BesidePass::STORAGE_BUFFERS
     }
 
+    /// Whether views can be compared with a copy here: whether what is known of it, and what is written of each view, fits into what the device binds.
+    pub fn takes(&self, account: &Account, views: &[Pinhole]) -> bool {
+        let fits = |view: &Pinhole| Lists::fit(&self.gpu, (view.width_px, view.height_px));
+        account.facts().is_some_and(Facts::is_whole) && views.iter().all(fits)
+    }
+
     /// Compiles the steps.
     pub fn new(gpu: &Gpu) -> Result<BesidePass, RenderError> {
         let (layout, part_layouts) = (layout(gpu), finer::layouts(gpu));
@@ -184,8 +149,8 @@ impl BesidePass {
         Ok(BesidePass { addresses, gpu, layout, part_layouts, steps, lists: None })
     }
 
-    /// Lays what the eye sees of the scene beside what an account that is up to date shows of it from the same view. `None` where it [keeps no
-    /// facts](Account::know_on), or its surfaces are not on the GPU. The scene is as it was when the view was kept.
+    /// Lays what the eye sees of the scene, which is as it was when the view was kept, beside what an account shows of it from the same view.
+    /// The account is up to date and its views [can be taken](BesidePass::takes); `None` of one that draws nothing on the GPU.
     pub fn compare(
         &mut self,
         (scene, ends): (&SceneRenderer, &mut EndsPass),
@@ -337,4 +302,14 @@ fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     entries.extend([uint, float, uint, depth, uint].into_iter().zip(1..).map(texture));
     entries.extend((6..15).map(storage));
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("beside"), entries: &entries })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_found_by_their_numbers() {
+        assert!(Step::ALL.iter().enumerate().all(|(number, (step, ..))| *step as usize == number));
+    }
 }

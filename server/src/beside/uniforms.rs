@@ -8,7 +8,7 @@ use glam::DVec3;
 use gpu::uniforms::{Rows, rows as rows_of};
 use protocol::PatchId;
 
-use super::Asked;
+use super::asked::Asked;
 use super::lists::Room;
 use crate::account::facts::{Facts, Place};
 use crate::account::{Account, cut_from};

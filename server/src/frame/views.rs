@@ -36,8 +36,9 @@ impl Stage {
         account: &mut Account,
         revision: impl Fn(usize, usize) -> Revision<'a>,
     ) -> Result<(), StageError> {
-        if let Some(comparer) = self.imager.comparer() {
-            account.know_on(comparer.gpu());
+        if let Some(comparer) = self.imager.comparer()
+            && timed(Part::Copy, || comparer.takes(account, views))
+        {
             let kept = timed(Part::Scene, || comparer.keep(snapshot, views))?;
             for (index, view) in kept.iter().enumerate() {
                 let pixels = view.camera.width_px as usize * view.camera.height_px as usize;
