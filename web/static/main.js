@@ -36,7 +36,9 @@ Object.defineProperty(window, 'vantage', {
 try {
   await init({ module_or_path: new URL('./vantage_web_bg.wasm', import.meta.url) });
 } catch (error) {
-  fail('The viewer could not be loaded', String(error?.message ?? error));
+  // Whatever does not compile asks for what the browser does not have yet.
+  const old = error instanceof WebAssembly.CompileError ? ' (Chrome 91, Firefox 89, Safari 16.4 or newer is needed)' : '';
+  fail('The viewer could not be loaded', String(error?.message ?? error) + old);
   throw error;
 }
 try {
