@@ -274,8 +274,8 @@ impl Stage {
         let share = by_path.min(load.side_share);
         // A first set may as well be for many who come at once.
         let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && load.is_heavy();
-        if shrinks && share < 1.0 {
-            let images = load.images(rules.images);
+        if shrinks && (share < 1.0 || load.is_for_one) {
+            let images = if load.is_for_one { 1 } else { rules.images };
             let coarse = planned(Rules { image_size_px: smaller(share), images, ..rules })?;
             // A path that carries less is used at every tick.
             let coverage = Coverage { way: None, ..coarse.coverage };
