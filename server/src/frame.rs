@@ -25,7 +25,7 @@ use crate::config::Config;
 use crate::density;
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
-use crate::imager::Imager;
+use crate::imager::{Imager, Occasion};
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
 use crate::look_times::{Part, timed};
@@ -33,7 +33,8 @@ use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::render::{Blended, Detail, triangle_bases};
+use crate::pool::{Pool, SharingImager};
+use crate::render::{Blended, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
@@ -191,12 +192,19 @@ impl Stage {
         Stage { coding, ..self }
     }
 
+    /// The same, which draws nothing of a scene that never changes that is kept in a pool.
+    pub fn sharing(self, pool: Arc<Pool>) -> Stage {
+        let Some(still) = self.still.clone() else { return self };
+        Stage { imager: Box::new(SharingImager::new(self.imager, pool, still)), ..self }
+    }
+
     /// Does a piece of work that looks asked for and need not wait for; whether there was any.
     pub fn work_aside(&mut self) -> Result<bool, StageError> {
         let reliefs = self.reliefs.clone();
         let Some(mut reliefs) = free(&reliefs).filter(|reliefs| reliefs.is_asked()) else { return Ok(false) };
         // Shapes are rigid: they look the same at any time.
         let snapshot = self.snapshot(0.0);
+        self.imager.draw_for(Occasion::Passing);
         self.imager.leave_out(BTreeSet::new());
         Ok(reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?)
     }
@@ -302,6 +310,8 @@ impl Stage {
         let pixels = plan.pixels();
         let denser = self.denser(snapshot, viewer);
         let plan = &Plan { views: plan.views.iter().map(denser).collect(), ..plan.clone() };
+        let is_passing = plan.reason.is_passing() || !viewer.motion.is_still();
+        self.imager.draw_for(if is_passing { Occasion::Passing } else { Occasion::Standing });
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.drop_rest(now, client, viewer)?;
@@ -373,17 +383,10 @@ impl Stage {
         let precision = precision_within(&self.rules, viewer.view, 0.0);
         let fine = rest::parts::fine(&strip.camera);
         let in_parts = client.draws.antialiased && fine.width_px <= self.imager.largest_side_px();
-        let camera = if in_parts { fine } else { strip.camera };
-        let detail = if in_parts { Detail::Parts } else { Detail::Fine };
-        for capture in self.imager.own_view(snapshot, &camera, detail)? {
-            let layers = if in_parts {
-                rest::parts::layers(&strip.camera, &capture, &self.imager.kinds(), precision)
-            } else {
-                vec![capture.depth_image(precision)]
-            };
-            let patches = layers.into_iter().map(|image| client.account.add_rest(image, now));
-            client.rest.sent(strip, &patches.collect::<Result<Vec<_>, _>>()?);
-        }
+        self.imager.draw_for(Occasion::Standing);
+        let images = self.imager.view_at_rest(snapshot, &strip.camera, in_parts, precision)?;
+        let patches = images.into_iter().map(|image| client.account.add_rest(image, now));
+        client.rest.sent(strip, &patches.collect::<Result<Vec<_>, _>>()?);
         let counts = client.account.counts();
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);

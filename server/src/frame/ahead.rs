@@ -10,6 +10,7 @@ use super::{Client, LightWork, Made, Stage, StageError};
 use crate::account::{AccountRules, Surroundings};
 use crate::anticipate::{self, Around};
 use crate::discretize::Discretization;
+use crate::imager::Occasion;
 use crate::plan::{Reason, Rules, own_view, precision_within};
 use crate::render::Blended;
 use crate::revise::{Revision, revise};
@@ -40,6 +41,7 @@ impl Stage {
     ) -> Result<Option<Made>, StageError> {
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
+        self.imager.draw_for(Occasion::Ahead);
         self.imager.leave_out(client.account.shown_by_reliefs());
         self.imager.blend(Blended::LeftOut);
         let around = self.around(viewer, own, snapshot)?;

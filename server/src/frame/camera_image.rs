@@ -6,6 +6,7 @@ use protocol::codec::ColourSteps;
 use super::{LightWork, Made, Stage};
 use crate::account::Surroundings;
 use crate::client::Client;
+use crate::imager::Occasion;
 use crate::plan::Reason;
 use crate::stage_error::StageError;
 use crate::viewer::Viewer;
@@ -25,6 +26,8 @@ impl Stage {
             let now = &Surroundings { moving: &[], ..*now };
             let Some(asked) = &mut client.asked else { return Ok(None) };
             client.account.begin(now)?;
+            // It is the same for all who ask for it.
+            stage.imager.draw_for(Occasion::Standing);
             let Some(mut image) = stage.imager.camera_image(snapshot, &asked.camera)? else { return Ok(None) };
             now.colour.settle_all(&mut image.colour);
             if now.colour != ColourSteps::Lossless {

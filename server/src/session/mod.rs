@@ -102,6 +102,8 @@ impl Shared {
             .shed_load(config.clock == Clock::Wall);
         let judged = if config.clock == Clock::Wall { Judged::Aside } else { Judged::AtOnce };
         let stage = if config.relief { stage.with_reliefs(judged) } else { stage };
+        // Nor does it matter there what was drawn before.
+        let stage = if config.clock == Clock::Wall { stage.sharing(stats.pool.clone()) } else { stage };
         // On the virtual clock every run is the same, whatever the machine.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let looking = if config.clock == Clock::Wall { (cores / CORES_A_LOOK).clamp(1, MOST_LOOKING) } else { 1 };

@@ -1,0 +1,212 @@
+//! Stands before an imager, and has it draw only what is not kept.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use camera::{Bounds, Camera, Pinhole};
+use glam::DVec3;
+use protocol::{DepthImage, Lighting, Mask, Material, Purpose, Sky};
+use scene::Snapshot;
+use surface::{AddressView, HeldSurfaces};
+
+use super::request::{Images, Request, Settings, Subject};
+use super::store::Pool;
+use crate::account::Account;
+use crate::discretize::{Capture, DepthPrecision, Discretization};
+use crate::imager::{Imager, ImagerError, Occasion};
+use crate::impostors::Shot;
+use crate::render::{Blended, Detail, Kinds, Layer};
+
+/// An imager of a scene that never changes, which shares what it draws with all others of the same [`Pool`]. They must be of the same scene, under the same
+/// look.
+pub struct SharingImager {
+    inner: Box<dyn Imager>,
+    pool: Arc<Pool>,
+    settings: Settings,
+    occasion: Occasion,
+    /// What the last captures are of.
+    set: Option<(Vec<Pinhole>, Discretization)>,
+    /// The scene as it always is.
+    still: Arc<Snapshot>,
+}
+
+impl SharingImager {
+    /// Before an imager; `still` is the only snapshot that it will be asked for.
+    pub fn new(inner: Box<dyn Imager>, pool: Arc<Pool>, still: Arc<Snapshot>) -> SharingImager {
+        let (settings, occasion) = (Settings::default(), Occasion::Passing);
+        SharingImager { inner, pool, settings, occasion, set: None, still }
+    }
+
+    /// What is kept of a subject as it would be drawn now, or else what the imager draws.
+    fn images(
+        &mut self,
+        subject: Subject,
+        draw: impl FnOnce(&mut dyn Imager) -> Result<Images, ImagerError>,
+    ) -> Result<Images, ImagerError> {
+        let request = Request { settings: self.settings.clone(), subject };
+        let images = self.pool.images(request, self.occasion, || draw(&mut *self.inner))?;
+        Ok(Arc::unwrap_or_clone(images))
+    }
+
+    fn depth_images(
+        &mut self,
+        subject: Subject,
+        draw: impl FnOnce(&mut dyn Imager) -> Result<Vec<DepthImage>, ImagerError>,
+    ) -> Result<Vec<DepthImage>, ImagerError> {
+        match self.images(subject, |inner| draw(inner).map(Images::Depth))? {
+            Images::Depth(images) => Ok(images),
+            Images::Captures(_) | Images::Ends(_) => unreachable!("equal requests have answers of one kind"),
+        }
+    }
+
+    /// The set that a capture is of, where it is clear which of its captures that is.
+    fn set_of(&self, capture: &Capture) -> Option<(Vec<Pinhole>, Discretization)> {
+        let is_one = |views: &[Pinhole]| views.iter().filter(|view| **view == capture.camera).count() == 1;
+        self.set.clone().filter(|(views, _)| is_one(views))
+    }
+}
+
+impl Imager for SharingImager {
+    fn twin(&self) -> Option<Box<dyn Imager>> {
+        Some(Box::new(SharingImager::new(self.inner.twin()?, self.pool.clone(), self.still.clone())))
+    }
+
+    fn adapter(&self) -> String {
+        self.inner.adapter()
+    }
+
+    fn materials(&self) -> Vec<Material> {
+        self.inner.materials()
+    }
+
+    fn kinds(&self) -> Kinds {
+        self.inner.kinds()
+    }
+
+    fn lighting(&self, snapshot: &Snapshot) -> Lighting {
+        self.inner.lighting(snapshot)
+    }
+
+    fn sky(&self) -> Option<Arc<Sky>> {
+        self.inner.sky()
+    }
+
+    fn draw_for(&mut self, occasion: Occasion) {
+        self.occasion = occasion;
+    }
+
+    fn captures(
+        &mut self,
+        snapshot: &Snapshot,
+        views: &[Pinhole],
+        method: Discretization,
+    ) -> Result<Vec<Capture>, ImagerError> {
+        self.set = Some((views.to_vec(), method));
+        let subject = Subject::Set(views.to_vec(), method);
+        match self.images(subject, |inner| inner.captures(snapshot, views, method).map(Images::Captures))? {
+            Images::Captures(captures) => Ok(captures),
+            Images::Ends(_) | Images::Depth(_) => unreachable!("equal requests have answers of one kind"),
+        }
+    }
+
+    fn own_view(
+        &mut self,
+        snapshot: &Snapshot,
+        view: &Pinhole,
+        detail: Detail,
+    ) -> Result<Vec<Capture>, ImagerError> {
+        // Too large to keep: what is made of it is kept.
+        self.inner.own_view(snapshot, view, detail)
+    }
+
+    fn view_at_rest(
+        &mut self,
+        snapshot: &Snapshot,
+        view: &Pinhole,
+        in_parts: bool,
+        precision: DepthPrecision,
+    ) -> Result<Vec<DepthImage>, ImagerError> {
+        // As drawing it does.
+        self.leave_out(BTreeSet::new());
+        self.blend(Blended::LeftOut);
+        self.depth_images(Subject::AtRest(*view, in_parts, precision), |inner| {
+            inner.view_at_rest(snapshot, view, in_parts, precision)
+        })
+    }
+
+    fn largest_side_px(&self) -> u32 {
+        self.inner.largest_side_px()
+    }
+
+    fn place(&mut self, snapshot: &Snapshot, eye_world: DVec3) -> Result<(), ImagerError> {
+        self.inner.place(snapshot, eye_world)
+    }
+
+    fn tell_ends(&mut self, capture: &mut Capture, mask: &Mask) -> Result<(), ImagerError> {
+        // The captures may be those that another one drew.
+        self.inner.place(&self.still, capture.camera.world_from_eye.translation)?;
+        let Some((views, method)) = self.set_of(capture).filter(|_| mask.count() > 0) else {
+            return self.inner.tell_ends(capture, mask);
+        };
+        let subject = Subject::Ends { views, method, camera: capture.camera, mask: mask.clone() };
+        let told = self.images(subject, |inner| {
+            inner.tell_ends(capture, mask)?;
+            Ok(Images::Ends(capture.ends.clone()))
+        })?;
+        match told {
+            Images::Ends(ends) => capture.ends = ends,
+            Images::Captures(_) | Images::Depth(_) => unreachable!("equal requests have answers of one kind"),
+        }
+        Ok(())
+    }
+
+    fn smooth(&mut self, is_smooth: bool) {
+        self.settings.is_smooth = is_smooth;
+        self.inner.smooth(is_smooth);
+    }
+
+    fn leave_out(&mut self, objects: BTreeSet<u16>) {
+        self.settings.left_out = objects.clone();
+        self.inner.leave_out(objects);
+    }
+
+    fn layers(&self) -> Vec<Layer> {
+        self.inner.layers()
+    }
+
+    fn layer_bounds(&mut self, snapshot: &Snapshot, layer: Layer) -> Result<Option<Bounds>, ImagerError> {
+        self.inner.layer_bounds(snapshot, layer)
+    }
+
+    fn blend(&mut self, blended: Blended) {
+        self.settings.blended = blended;
+        self.inner.blend(blended);
+    }
+
+    fn impostor(&mut self, snapshot: &Snapshot, shot: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
+        // As drawing it does.
+        self.blend(Blended::CutOut);
+        let Shot { camera, drawn, faces, is_tinted } = *shot;
+        let subject = Subject::Impostor { camera: camera.clone(), drawn: drawn.clone(), faces, is_tinted };
+        let images = self.depth_images(subject, |inner| Ok(inner.impostor(snapshot, shot)?.into_iter().collect()))?;
+        Ok(images.into_iter().next())
+    }
+
+    fn camera_image(&mut self, snapshot: &Snapshot, camera: &Camera) -> Result<Option<DepthImage>, ImagerError> {
+        // As drawing it does.
+        self.leave_out(BTreeSet::new());
+        self.blend(Blended::CutOut);
+        let subject = Subject::CameraImage(camera.clone());
+        let images =
+            self.depth_images(subject, |inner| Ok(inner.camera_image(snapshot, camera)?.into_iter().collect()))?;
+        Ok(images.into_iter().next())
+    }
+
+    fn new_surfaces(&self) -> Option<HeldSurfaces> {
+        self.inner.new_surfaces()
+    }
+
+    fn copy_view(&mut self, account: &Account, purpose: Purpose, view: &Pinhole) -> Result<AddressView, ImagerError> {
+        self.inner.copy_view(account, purpose, view)
+    }
+}

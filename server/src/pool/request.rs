@@ -1,0 +1,148 @@
+//! All that an image of a still scene depends on, and what came of it: plain values.
+
+use std::collections::BTreeSet;
+
+use camera::{Camera, Pinhole};
+use protocol::image::Ends;
+use protocol::{DepthImage, Mask};
+
+use crate::discretize::{Capture, DepthPrecision, Discretization};
+use crate::impostors::Drawn;
+use crate::render::{Blended, Faces};
+
+/// What an imager was told of how to draw, until it is told otherwise.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Settings {
+    /// See [`Imager::smooth`](crate::imager::Imager::smooth).
+    pub is_smooth: bool,
+    /// See [`Imager::leave_out`](crate::imager::Imager::leave_out).
+    pub left_out: BTreeSet<u16>,
+    /// See [`Imager::blend`](crate::imager::Imager::blend).
+    pub blended: Blended,
+}
+
+/// What is to be drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Subject {
+    /// The captures of a set.
+    Set(Vec<Pinhole>, Discretization),
+    /// Where the surfaces of a mask of one of a set's captures end.
+    Ends {
+        /// The set's.
+        views: Vec<Pinhole>,
+        /// The set's.
+        method: Discretization,
+        /// Which of the captures.
+        camera: Pinhole,
+        /// Of its samples.
+        mask: Mask,
+    },
+    /// Rows of a view at rest, in parts or not.
+    AtRest(Pinhole, bool, DepthPrecision),
+    /// A picture for rays.
+    Impostor {
+        /// Takes it.
+        camera: Camera,
+        /// What it shows.
+        drawn: Drawn,
+        /// Of these, which sides.
+        faces: Faces,
+        /// Whether a single object has its tint.
+        is_tinted: bool,
+    },
+    /// All that a camera sees.
+    CameraImage(Camera),
+}
+
+/// What an imager is asked for. Equal requests of a still scene have equal answers. Numbers are compared as they are: there are few requests, and
+/// most differ in the first number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// How it was told to draw.
+    pub settings: Settings,
+    /// What.
+    pub subject: Subject,
+}
+
+/// What came of a request.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Images {
+    /// Of a set.
+    Captures(Vec<Capture>),
+    /// Of a capture's samples.
+    Ends(Vec<Ends>),
+    /// All others; none where the imager draws none.
+    Depth(Vec<DepthImage>),
+}
+
+impl Request {
+    /// Memory that it takes, without what is small.
+    pub fn bytes(&self) -> usize {
+        match &self.subject {
+            Subject::Ends { mask, .. } => mask_bytes(mask),
+            _ => 0,
+        }
+    }
+}
+
+impl Images {
+    /// How many.
+    pub fn count(&self) -> usize {
+        match self {
+            Images::Captures(captures) => captures.len(),
+            Images::Ends(_) => 1,
+            Images::Depth(images) => images.len(),
+        }
+    }
+
+    /// Memory that they take.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Images::Captures(captures) => captures.iter().map(capture_bytes).sum(),
+            Images::Ends(ends) => size_of_val(&ends[..]),
+            Images::Depth(images) => images.iter().map(image_bytes).sum(),
+        }
+    }
+}
+
+fn mask_bytes(mask: &Mask) -> usize {
+    let (width_px, height_px) = mask.size_px();
+    width_px as usize * height_px as usize / 8
+}
+
+fn capture_bytes(capture: &Capture) -> usize {
+    let Capture { camera: _, ids, colour, rests, hides, depth, ends, gpu_s: _ } = capture;
+    size_of_val(&ids[..])
+        + size_of_val(&colour[..])
+        + size_of_val(&rests[..])
+        + size_of_val(&hides[..])
+        + size_of_val(&depth[..])
+        + size_of_val(&ends[..])
+}
+
+fn image_bytes(image: &DepthImage) -> usize {
+    let DepthImage {
+        camera: _,
+        depth_scale: _,
+        mask,
+        depth,
+        normal,
+        normal_rest,
+        ends,
+        colour,
+        colour_rest,
+        object,
+        material,
+        share,
+    } = image;
+    mask_bytes(mask)
+        + size_of_val(&depth[..])
+        + size_of_val(&normal[..])
+        + normal_rest.len()
+        + size_of_val(&ends[..])
+        + size_of_val(&colour[..])
+        + colour_rest.len()
+        + size_of_val(&object[..])
+        + material.len()
+        + share.len()
+}

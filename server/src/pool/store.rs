@@ -1,0 +1,187 @@
+//! Where images are kept: as many as fit, those that were asked for last.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::request::{Images, Request};
+use crate::imager::Occasion;
+
+/// What a pool may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Caps {
+    /// All of it.
+    pub bytes: usize,
+    /// What was drawn ahead.
+    pub ahead_bytes: usize,
+    /// What nobody asked for so long is given back.
+    pub unasked: Duration,
+}
+
+impl Default for Caps {
+    /// A first picture of a walker, four views of 512 x 512 and what makes it whole, takes 50 MB: there is room for those of a few places, and for the views
+    /// at rest there. A ring of views ahead alone takes 80 MB, and five of them are looked at in order: they may fill half of it, so that they never
+    /// drive out what whoever comes next begins with. It is less than what four viewers cost whose budgets are full. Who was sent a link opens it within minutes.
+    fn default() -> Caps {
+        Caps { bytes: 256 << 20, ahead_bytes: 128 << 20, unasked: Duration::from_secs(300) }
+    }
+}
+
+/// An entry counts as so many bytes at least: as every one is compared with what is asked for, there are never more than a few thousand.
+const LEAST_BYTES: usize = 64 << 10;
+
+/// See the module.
+#[derive(Debug, Default)]
+pub struct Pool {
+    caps: Caps,
+    state: Mutex<State>,
+    /// Told whenever something is no longer being drawn.
+    changed: Condvar,
+    drawn: AtomicU64,
+    shared: AtomicU64,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// Those asked for last stand last.
+    entries: Vec<Entry>,
+    /// Entries so far: names the next.
+    number: u64,
+}
+
+#[derive(Debug)]
+struct Entry {
+    number: u64,
+    request: Request,
+    occasion: Occasion,
+    asked_at: Instant,
+    /// `None` while they are being drawn.
+    images: Option<Arc<Images>>,
+    bytes: usize,
+}
+
+/// What a thread is drawing, and will keep. However the drawing ends, by a panic too, nobody waits for it any longer.
+struct Claim<'a> {
+    pool: &'a Pool,
+    number: u64,
+}
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        self.pool.state().entries.retain(|entry| entry.number != self.number || entry.images.is_some());
+        self.pool.changed.notify_all();
+    }
+}
+
+impl Pool {
+    /// With other caps.
+    pub fn new(caps: Caps) -> Pool {
+        Pool { caps, ..Pool::default() }
+    }
+
+    /// What is kept of a request, or else what is drawn; that is kept where others may ask for the same. Who asks for what another thread is drawing waits
+    /// for that thread. It waits for nobody: whoever draws asks for nothing else meanwhile.
+    pub fn images<E>(
+        &self,
+        request: Request,
+        occasion: Occasion,
+        draw: impl FnOnce() -> Result<Images, E>,
+    ) -> Result<Arc<Images>, E> {
+        let claim = match self.find(request, occasion) {
+            Ok(images) => {
+                self.shared.fetch_add(images.count() as u64, Ordering::Relaxed);
+                return Ok(images);
+            }
+            Err(claim) => claim,
+        };
+        let images = Arc::new(draw()?);
+        self.drawn.fetch_add(images.count() as u64, Ordering::Relaxed);
+        if let Some(claim) = claim {
+            self.keep(claim.number, &images);
+        }
+        Ok(images)
+    }
+
+    /// What is kept, or a claim to draw it; none where it is not to be kept.
+    fn find(&self, request: Request, occasion: Occasion) -> Result<Arc<Images>, Option<Claim<'_>>> {
+        let mut state = self.state();
+        while let Some(place) = state.entries.iter().rposition(|entry| entry.request == request) {
+            if let Some(images) = state.entries[place].images.clone() {
+                let entry = state.entries.remove(place);
+                state.entries.push(Entry { asked_at: Instant::now(), ..entry });
+                return Ok(images);
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        if occasion == Occasion::Passing {
+            return Err(None);
+        }
+        state.number += 1;
+        let number = state.number;
+        let bytes = LEAST_BYTES.max(request.bytes());
+        state.entries.push(Entry { number, request, occasion, asked_at: Instant::now(), images: None, bytes });
+        Err(Some(Claim { pool: self, number }))
+    }
+
+    /// Keeps what was claimed, in place of what was not asked for the longest.
+    fn keep(&self, number: u64, images: &Arc<Images>) {
+        let mut state = self.state();
+        let Some(entry) = state.entries.iter_mut().find(|entry| entry.number == number) else { return };
+        let bytes = LEAST_BYTES.max(entry.request.bytes() + images.bytes());
+        let is_ahead = entry.occasion == Occasion::Ahead;
+        if bytes > if is_ahead { self.caps.ahead_bytes } else { self.caps.bytes } {
+            return;
+        }
+        (entry.bytes, entry.images) = (bytes, Some(images.clone()));
+        if is_ahead {
+            state.evict(self.caps.ahead_bytes, |entry| entry.occasion == Occasion::Ahead);
+        }
+        state.evict(self.caps.bytes, |_| true);
+    }
+
+    /// Gives back what nobody asked for until now for long; whether there was any.
+    pub fn forget_unasked(&self, now: Instant) -> bool {
+        let mut state = self.state();
+        let before = state.entries.len();
+        let is_asked = |entry: &Entry| now.saturating_duration_since(entry.asked_at) < self.caps.unasked;
+        state.entries.retain(|entry| entry.images.is_none() || is_asked(entry));
+        state.entries.len() < before
+    }
+
+    /// Images that were drawn.
+    pub fn drawn(&self) -> u64 {
+        self.drawn.load(Ordering::Relaxed)
+    }
+
+    /// Images that were not drawn, as they were kept.
+    pub fn shared(&self) -> u64 {
+        self.shared.load(Ordering::Relaxed)
+    }
+
+    /// Memory that is taken now.
+    pub fn bytes(&self) -> usize {
+        self.state().entries.iter().filter(|entry| entry.images.is_some()).map(|entry| entry.bytes).sum()
+    }
+
+    pub(crate) fn json(&self) -> serde_json::Value {
+        serde_json::json!({ "drawn": self.drawn(), "shared": self.shared(), "bytes": self.bytes() })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        // Whatever is changed is whole at every moment.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    /// Forgets images of some entries, those first that were not asked for the longest, until they take no more than `most_bytes`.
+    fn evict(&mut self, most_bytes: usize, is_meant: impl Fn(&Entry) -> bool) {
+        let is_meant = |entry: &Entry| entry.images.is_some() && is_meant(entry);
+        let mut bytes: usize = self.entries.iter().filter(|entry| is_meant(entry)).map(|entry| entry.bytes).sum();
+        self.entries.retain(|entry| {
+            let goes = bytes > most_bytes && is_meant(entry);
+            bytes -= if goes { entry.bytes } else { 0 };
+            !goes
+        });
+    }
+}
