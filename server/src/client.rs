@@ -3,7 +3,7 @@
 use protocol::message::Draws;
 use protocol::session::DEFAULT_BUDGET_BYTES;
 
-use crate::account::Account;
+use crate::account::{Account, Known};
 use crate::asked::Asked;
 use crate::impostors::relief::KeptReliefs;
 use crate::impostors::{Choices, Kept};
@@ -44,6 +44,21 @@ pub struct Client {
     pub budget_bytes: u64,
 }
 
+/// What is known of a client beside what it holds, as far as that follows from what it was sent.
+#[derive(Debug, Clone)]
+pub struct Served {
+    /// By its account.
+    pub known: Known,
+    focus: Option<Focus>,
+    choices: Choices,
+    impostors: Kept,
+    reliefs: KeptReliefs,
+    lights: lights::Kept,
+    occluders: occluders::Kept,
+    rest: rest::Kept,
+    ahead: anticipate::Kept,
+}
+
 impl Default for Client {
     fn default() -> Client {
         Client {
@@ -66,6 +81,33 @@ impl Default for Client {
 }
 
 impl Client {
+    /// What is known of it now.
+    pub fn served(&self) -> Served {
+        Served {
+            known: self.account.known().clone(),
+            focus: self.focus,
+            choices: self.choices.clone(),
+            impostors: self.impostors.clone(),
+            reliefs: self.reliefs.clone(),
+            lights: self.lights.clone(),
+            occluders: self.occluders.clone(),
+            rest: self.rest.clone(),
+            ahead: self.ahead.clone(),
+        }
+    }
+
+    /// The same is known of it as of another client, whose account its own has followed.
+    pub fn serve_as(&mut self, served: &Served) {
+        self.focus = served.focus;
+        self.choices = served.choices.clone();
+        self.impostors = served.impostors.clone();
+        self.reliefs = served.reliefs.clone();
+        self.lights = served.lights.clone();
+        self.occluders = served.occluders.clone();
+        self.rest = served.rest.clone();
+        self.ahead = served.ahead.clone();
+    }
+
     /// What it draws from now on. Where that is something else, the server looks again at what it lacks for it.
     pub fn set_draws(&mut self, draws: Draws) {
         if std::mem::replace(&mut self.draws, draws) != draws {

@@ -5,20 +5,18 @@ mod beside_eye;
 mod camera_image;
 mod layers;
 mod next;
+mod shared;
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
-use std::time::Duration;
 
 use camera::Pinhole;
-use protocol::codec::Coding;
-use protocol::held::{ObjectPose, Update};
+use protocol::held::ObjectPose;
 use protocol::{Material, Purpose, Viewpoint};
 use scene::{Bounds, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
-use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Deforming, Surroundings};
+use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Deforming, Surroundings};
 use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
@@ -29,11 +27,12 @@ use crate::imager::{Imager, Occasion};
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
 use crate::look_times::{Part, timed};
+pub use crate::made::{LightWork, Made};
 use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::pool::{Pool, SharingImager};
+use crate::pool::{Pool, SharingImager, Work};
 use crate::render::{Blended, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
@@ -70,23 +69,13 @@ pub struct Stage {
     reliefs: Arc<Mutex<Reliefs>>,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
+    /// Of all stages of a server, where they share what they do.
+    pool: Option<Arc<Pool>>,
 }
 
-/// An update that was made, not yet coded.
-#[derive(Debug, Clone)]
-pub struct Made {
-    /// Why it was made.
-    pub reason: Reason,
-    /// What it says.
-    pub update: Update,
-    /// How to code it.
-    pub coding: Coding,
-    /// What it did.
-    pub counts: Counts,
-    /// Pixels of the views that it was made from.
-    pub pixels: u64,
-    /// What of it is for lights.
-    pub lights: LightWork,
+/// Whether a plan is of a viewer who stands, so that others may stand there.
+fn stands(plan: &Plan, viewer: &Viewer) -> bool {
+    !plan.reason.is_passing() && viewer.motion.is_still()
 }
 
 /// What of reliefs is known, where no other thread is about to add to it. Verdicts and images are made one after the other, so what a panic leaves is
@@ -97,15 +86,6 @@ fn free(reliefs: &Mutex<Reliefs>) -> Option<MutexGuard<'_, Reliefs>> {
         Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
         Err(TryLockError::WouldBlock) => None,
     }
-}
-
-/// What of an update is for lights.
-#[derive(Debug, Clone, Default)]
-pub struct LightWork {
-    /// Which of the edits.
-    pub edits: Range<usize>,
-    /// Wall time for them.
-    pub took: Duration,
 }
 
 impl Stage {
@@ -132,6 +112,7 @@ impl Stage {
             materials,
             densest,
             still,
+            pool: None,
         }
     }
 
@@ -153,6 +134,7 @@ impl Stage {
             needs: self.needs.clone(),
             reliefs: self.reliefs.clone(),
             still: self.still.clone(),
+            pool: self.pool.clone(),
         })
     }
 
@@ -192,10 +174,11 @@ impl Stage {
         Stage { coding, ..self }
     }
 
-    /// The same, which draws nothing of a scene that never changes that is kept in a pool.
+    /// The same, which does nothing for viewers of a scene that never changes that is kept in a pool.
     pub fn sharing(self, pool: Arc<Pool>) -> Stage {
         let Some(still) = self.still.clone() else { return self };
-        Stage { imager: Box::new(SharingImager::new(self.imager, pool, still)), ..self }
+        let imager = Box::new(SharingImager::new(self.imager, pool.clone(), still));
+        Stage { imager, pool: Some(pool), ..self }
     }
 
     /// Does a piece of work that looks asked for and need not wait for; whether there was any.
@@ -215,17 +198,11 @@ impl Stage {
             return self.camera_image(viewer, client, now_s);
         }
         // Who stands still sees his own view before anything that he does not see.
-        let strip = rest::lacking(&self.rules, client, viewer, now_s);
-        let plan = if strip.is_none() { self.plan(viewer, client, now_s) } else { None };
-        if strip.is_none() && plan.is_none() {
-            return Ok(None);
-        }
+        let strip = rest::lacking(&self.rules, client, viewer, now_s).map(Work::Rest);
+        let Some(work) = strip.or_else(|| self.plan(viewer, client, now_s).map(Work::Look)) else { return Ok(None) };
         let time_s = self.scene_time_s(viewer, client, now_s);
-        let made = self.with_surroundings(time_s, |stage, snapshot, now| match (strip, plan) {
-            (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
-            (None, Some(plan)) => stage.look(&plan, snapshot, now, client, viewer),
-            (None, None) => Ok(None),
-        })?;
+        let made =
+            self.with_surroundings(time_s, |stage, snapshot, now| stage.shared(&work, snapshot, now, client, viewer))?;
         client.picture_sent_at_s.get_or_insert(now_s);
         Ok(made)
     }
@@ -299,6 +276,21 @@ impl Stage {
         if self.sheds_load { client.pace.load() } else { Load::NONE }
     }
 
+    /// Takes a turn.
+    fn work(
+        &mut self,
+        work: &Work,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: &Viewer,
+    ) -> Result<Option<Made>, StageError> {
+        match work {
+            Work::Look(plan) => self.look(plan, snapshot, now, client, viewer),
+            Work::Rest(strip) => self.rest(strip, snapshot, now, client, viewer),
+        }
+    }
+
     fn look(
         &mut self,
         plan: &Plan,
@@ -310,8 +302,7 @@ impl Stage {
         let pixels = plan.pixels();
         let denser = self.denser(snapshot, viewer);
         let plan = &Plan { views: plan.views.iter().map(denser).collect(), ..plan.clone() };
-        let is_passing = plan.reason.is_passing() || !viewer.motion.is_still();
-        self.imager.draw_for(if is_passing { Occasion::Passing } else { Occasion::Standing });
+        self.imager.draw_for(if stands(plan, viewer) { Occasion::Standing } else { Occasion::Passing });
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.drop_rest(now, client, viewer)?;

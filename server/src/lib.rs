@@ -36,6 +36,7 @@ pub mod impostors;
 pub mod lights;
 pub mod look;
 pub mod look_times;
+pub mod made;
 mod memory;
 pub mod occluders;
 pub mod options;

@@ -7,7 +7,7 @@ use super::samples::{Captured, density};
 
 /// What the server knows of a patch's samples beside what the client holds: by the places that they had when the patch was
 /// added, so that deletes change nothing here.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Record {
     /// The look that captured it.
     pub added: u32,
@@ -54,6 +54,11 @@ impl Record {
         });
         let (mask, samples, ranks) = (image.mask.clone(), samples.collect(), Ranks::new(&image.mask));
         Record { added: look, w_step: image.depth_scale.w_step, mask, ranks, samples, points }
+    }
+
+    /// Memory that it takes, nearly.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.samples[..]) + size_of_val(&self.points[..])
     }
 
     /// The places whose points of deforming objects are no longer where they were captured, row by row; deleted samples among them.

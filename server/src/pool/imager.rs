@@ -55,7 +55,7 @@ impl SharingImager {
     ) -> Result<Vec<DepthImage>, ImagerError> {
         match self.images(subject, |inner| draw(inner).map(Images::Depth))? {
             Images::Depth(images) => Ok(images),
-            Images::Captures(_) | Images::Ends(_) => unreachable!("equal requests have answers of one kind"),
+            _ => unreachable!("equal requests have answers of one kind"),
         }
     }
 
@@ -105,16 +105,11 @@ impl Imager for SharingImager {
         let subject = Subject::Set(views.to_vec(), method);
         match self.images(subject, |inner| inner.captures(snapshot, views, method).map(Images::Captures))? {
             Images::Captures(captures) => Ok(captures),
-            Images::Ends(_) | Images::Depth(_) => unreachable!("equal requests have answers of one kind"),
+            _ => unreachable!("equal requests have answers of one kind"),
         }
     }
 
-    fn own_view(
-        &mut self,
-        snapshot: &Snapshot,
-        view: &Pinhole,
-        detail: Detail,
-    ) -> Result<Vec<Capture>, ImagerError> {
+    fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, detail: Detail) -> Result<Vec<Capture>, ImagerError> {
         // Too large to keep: what is made of it is kept.
         self.inner.own_view(snapshot, view, detail)
     }
@@ -143,19 +138,20 @@ impl Imager for SharingImager {
     }
 
     fn tell_ends(&mut self, capture: &mut Capture, mask: &Mask) -> Result<(), ImagerError> {
-        // The captures may be those that another one drew.
-        self.inner.place(&self.still, capture.camera.world_from_eye.translation)?;
         let Some((views, method)) = self.set_of(capture).filter(|_| mask.count() > 0) else {
+            self.inner.place(&self.still, capture.camera.world_from_eye.translation)?;
             return self.inner.tell_ends(capture, mask);
         };
+        let still = self.still.clone();
         let subject = Subject::Ends { views, method, camera: capture.camera, mask: mask.clone() };
         let told = self.images(subject, |inner| {
+            inner.place(&still, capture.camera.world_from_eye.translation)?;
             inner.tell_ends(capture, mask)?;
             Ok(Images::Ends(capture.ends.clone()))
         })?;
         match told {
             Images::Ends(ends) => capture.ends = ends,
-            Images::Captures(_) | Images::Depth(_) => unreachable!("equal requests have answers of one kind"),
+            _ => unreachable!("equal requests have answers of one kind"),
         }
         Ok(())
     }

@@ -14,5 +14,5 @@ mod request;
 mod store;
 
 pub use imager::SharingImager;
-pub use request::{Images, Request, Settings, Subject};
+pub use request::{Images, LookRequest, Looked, Request, Settings, Subject, Work};
 pub use store::{Caps, Pool};

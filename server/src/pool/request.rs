@@ -4,11 +4,17 @@ use std::collections::BTreeSet;
 
 use camera::{Camera, Pinhole};
 use protocol::image::Ends;
-use protocol::{DepthImage, Mask};
+use protocol::message::{Draws, ViewSize};
+use protocol::{DepthImage, Edit, Mask};
 
+use crate::account::Past;
+use crate::client::Served;
 use crate::discretize::{Capture, DepthPrecision, Discretization};
 use crate::impostors::Drawn;
+use crate::made::Made;
+use crate::plan::Plan;
 use crate::render::{Blended, Faces};
+use crate::rest::Strip;
 
 /// What an imager was told of how to draw, until it is told otherwise.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -52,6 +58,38 @@ pub enum Subject {
     },
     /// All that a camera sees.
     CameraImage(Camera),
+    /// A whole look for a client.
+    Look(Box<LookRequest>),
+}
+
+/// All that a look for a client depends on whose viewer stands still.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LookRequest {
+    /// What was done for the client before.
+    pub past: Past,
+    /// What is to be done.
+    pub work: Work,
+    /// Its viewer's output.
+    pub view: ViewSize,
+    /// What it draws.
+    pub draws: Draws,
+    /// What its copy may cost it.
+    pub budget_bytes: u64,
+    /// Whether it gets a coarse image first.
+    pub begins_coarsely: bool,
+    /// Whether it holds a view at rest that its viewer has left.
+    pub drops_rest: bool,
+    /// Shapes that were judged, see [`crate::impostors::relief`].
+    pub judged_shapes: usize,
+}
+
+/// What a turn is taken for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Work {
+    /// A look at what lacks.
+    Look(Plan),
+    /// Rows of a view at rest.
+    Rest(Strip),
 }
 
 /// What an imager is asked for. Equal requests of a still scene have equal answers. Numbers are compared as they are: there are few requests, and
@@ -65,7 +103,7 @@ pub struct Request {
 }
 
 /// What came of a request.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Images {
     /// Of a set.
     Captures(Vec<Capture>),
@@ -73,6 +111,19 @@ pub enum Images {
     Ends(Vec<Ends>),
     /// All others; none where the imager draws none.
     Depth(Vec<DepthImage>),
+    /// Of a look, what it did.
+    Look(Box<Looked>),
+}
+
+/// What a look did, for clients with the same past.
+#[derive(Debug, Clone)]
+pub struct Looked {
+    /// The past of clients for which it was done.
+    pub past: Past,
+    /// What is known of them then.
+    pub served: Served,
+    /// What was sent; its times are of the first of them. `None` where nothing was lacking.
+    pub made: Option<Made>,
 }
 
 impl Request {
@@ -92,6 +143,7 @@ impl Images {
             Images::Captures(captures) => captures.len(),
             Images::Ends(_) => 1,
             Images::Depth(images) => images.len(),
+            Images::Look(_) => 0,
         }
     }
 
@@ -101,7 +153,16 @@ impl Images {
             Images::Captures(captures) => captures.iter().map(capture_bytes).sum(),
             Images::Ends(ends) => size_of_val(&ends[..]),
             Images::Depth(images) => images.iter().map(image_bytes).sum(),
+            Images::Look(looked) => looked.bytes(),
         }
+    }
+}
+
+impl Looked {
+    fn bytes(&self) -> usize {
+        let image_bytes_of = |edit: &Edit| if let Edit::Add(patch) = edit { image_bytes(&patch.image) } else { 0 };
+        let edits = self.made.iter().flat_map(|made| &made.update.edits);
+        self.served.known.bytes() + edits.map(image_bytes_of).sum::<usize>()
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::request::{Images, Request};
+use crate::account::Past;
 use crate::imager::Occasion;
 
 /// What a pool may take.
@@ -39,6 +40,8 @@ pub struct Pool {
     changed: Condvar,
     drawn: AtomicU64,
     shared: AtomicU64,
+    looks_shared: AtomicU64,
+    pasts: AtomicU64,
 }
 
 #[derive(Debug, Default)]
@@ -80,7 +83,7 @@ impl Pool {
     }
 
     /// What is kept of a request, or else what is drawn; that is kept where others may ask for the same. Who asks for what another thread is drawing waits
-    /// for that thread. It waits for nobody: whoever draws asks for nothing else meanwhile.
+    /// for that thread. Nobody waits in a circle: a look asks for images meanwhile, but for no look, and an image for nothing.
     pub fn images<E>(
         &self,
         request: Request,
@@ -90,6 +93,7 @@ impl Pool {
         let claim = match self.find(request, occasion) {
             Ok(images) => {
                 self.shared.fetch_add(images.count() as u64, Ordering::Relaxed);
+                self.looks_shared.fetch_add(matches!(&*images, Images::Look(_)).into(), Ordering::Relaxed);
                 return Ok(images);
             }
             Err(claim) => claim,
@@ -158,13 +162,23 @@ impl Pool {
         self.shared.load(Ordering::Relaxed)
     }
 
+    /// Looks that were not taken, as another client's did.
+    pub fn looks_shared(&self) -> u64 {
+        self.looks_shared.load(Ordering::Relaxed)
+    }
+
+    /// A past that no client had before.
+    pub fn new_past(&self) -> Past {
+        Past::Shared(self.pasts.fetch_add(1, Ordering::Relaxed))
+    }
+
     /// Memory that is taken now.
     pub fn bytes(&self) -> usize {
         self.state().entries.iter().filter(|entry| entry.images.is_some()).map(|entry| entry.bytes).sum()
     }
 
     pub(crate) fn json(&self) -> serde_json::Value {
-        serde_json::json!({ "drawn": self.drawn(), "shared": self.shared(), "bytes": self.bytes() })
+        serde_json::json!({ "drawn": self.drawn(), "shared": self.shared(), "looks_shared": self.looks_shared(), "bytes": self.bytes() })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {

@@ -13,7 +13,7 @@ pub struct Strip {
 }
 
 /// See the module.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Kept {
     pub(super) camera: Option<Pinhole>,
     pub(super) rows: u32,
