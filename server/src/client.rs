@@ -36,6 +36,8 @@ pub struct Client {
     pub rest: rest::Kept,
     /// What it was looked ahead for.
     pub ahead: anticipate::Kept,
+    /// Whether its next look is at one coarse image.
+    pub begins_coarsely: bool,
     /// The camera that it asked for, in place of views of its own.
     pub asked: Option<Asked>,
     /// What it draws, and so has a use for.
@@ -44,7 +46,7 @@ pub struct Client {
     pub budget_bytes: u64,
 }
 
-/// What is known of a client beside what it holds, as far as that follows from what it was sent.
+/// What is known of a client beside what it holds, as far as that follows from looks for it.
 #[derive(Debug, Clone)]
 pub struct Served {
     /// By its account.
@@ -55,7 +57,6 @@ pub struct Served {
     reliefs: KeptReliefs,
     lights: lights::Kept,
     occluders: occluders::Kept,
-    rest: rest::Kept,
     ahead: anticipate::Kept,
 }
 
@@ -73,6 +74,7 @@ impl Default for Client {
             occluders: occluders::Kept::default(),
             rest: rest::Kept::default(),
             ahead: anticipate::Kept::default(),
+            begins_coarsely: false,
             asked: None,
             draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
@@ -91,7 +93,6 @@ impl Client {
             reliefs: self.reliefs.clone(),
             lights: self.lights.clone(),
             occluders: self.occluders.clone(),
-            rest: self.rest.clone(),
             ahead: self.ahead.clone(),
         }
     }
@@ -104,7 +105,6 @@ impl Client {
         self.reliefs = served.reliefs.clone();
         self.lights = served.lights.clone();
         self.occluders = served.occluders.clone();
-        self.rest = served.rest.clone();
         self.ahead = served.ahead.clone();
     }
 

@@ -32,7 +32,7 @@ use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::pool::{Pool, SharingImager, Work};
+use crate::pool::{Pool, SharingImager};
 use crate::render::{Blended, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
@@ -198,11 +198,18 @@ impl Stage {
             return self.camera_image(viewer, client, now_s);
         }
         // Who stands still sees his own view before anything that he does not see.
-        let strip = rest::lacking(&self.rules, client, viewer, now_s).map(Work::Rest);
-        let Some(work) = strip.or_else(|| self.plan(viewer, client, now_s).map(Work::Look)) else { return Ok(None) };
+        let strip = rest::lacking(&self.rules, client, viewer, now_s);
+        client.begins_coarsely = self.begins_coarsely(client, viewer, now_s);
+        let plan = if strip.is_none() { self.plan(viewer, client, now_s) } else { None };
+        if strip.is_none() && plan.is_none() {
+            return Ok(None);
+        }
         let time_s = self.scene_time_s(viewer, client, now_s);
-        let made =
-            self.with_surroundings(time_s, |stage, snapshot, now| stage.shared(&work, snapshot, now, client, viewer))?;
+        let made = self.with_surroundings(time_s, |stage, snapshot, now| match (strip, plan) {
+            (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
+            (None, Some(plan)) => stage.look_once(&plan, snapshot, now, client, viewer),
+            (None, None) => Ok(None),
+        })?;
         client.picture_sent_at_s.get_or_insert(now_s);
         Ok(made)
     }
@@ -242,21 +249,18 @@ impl Stage {
 
     /// Where to look, with images as large as the client's memory and its path are.
     fn plan(&self, viewer: &Viewer, client: &Client, now_s: f64) -> Option<Plan> {
-        let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
-        let planned = |rules: Rules| plan(&rules, viewer, now_s, client.focus.as_ref());
-        let smaller = |share: f64| (f64::from(rules.image_size_px) * share).round() as u32;
-        let whole = planned(rules)?;
-        if self.begins_coarsely(client) {
-            return planned(Rules { images: 1, image_size_px: smaller(COARSE_SIDE), ..rules });
+        if client.begins_coarsely {
+            return self.planned(viewer, client, now_s, (1, COARSE_SIDE));
         }
-        let by_path = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
+        let whole = self.planned(viewer, client, now_s, (self.rules.images, 1.0))?;
+        let by_path = client.pace.side_share(whole.pixels(), viewer, self.rules.update_interval_s);
         let load = self.load(client);
         let share = by_path.min(load.side_share);
-        // A first set may as well be for many who come at once.
-        let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && load.is_heavy();
+        // A first set may as well be for many who come at once, unless they all come to where somebody stood.
+        let is_dear = || load.is_heavy() && !self.is_done(&whole, client, viewer);
+        let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && is_dear();
         if shrinks && share < 1.0 {
-            let images = load.images(rules.images);
-            let coarse = planned(Rules { image_size_px: smaller(share), images, ..rules })?;
+            let coarse = self.planned(viewer, client, now_s, (load.images(self.rules.images), share))?;
             // A path that carries less is used at every tick.
             let coverage = Coverage { way: None, ..coarse.coverage };
             Some(Plan { is_coarse: true, coverage, ..coarse })
@@ -265,30 +269,25 @@ impl Stage {
         }
     }
 
-    /// Under load a first set is as quick as a coarse image before it would be.
-    fn begins_coarsely(&self, client: &Client) -> bool {
+    /// The same in so many images, whose sides are a share of the largest.
+    fn planned(&self, viewer: &Viewer, client: &Client, now_s: f64, (images, share): (usize, f64)) -> Option<Plan> {
+        let image_size_px = (f64::from(self.image_size_px(client)) * share).round() as u32;
+        plan(&Rules { images, image_size_px, ..self.rules }, viewer, now_s, client.focus.as_ref())
+    }
+
+    /// Under load a first set is as quick as a coarse image before it would be, unless another client got that.
+    fn begins_coarsely(&self, client: &mut Client, viewer: &Viewer, now_s: f64) -> bool {
         let has_nothing = client.focus.is_none() && client.picture_sent_at_s.is_none();
-        self.coarse_first && has_nothing && !self.load(client).is_heavy()
+        client.begins_coarsely = self.coarse_first && has_nothing;
+        let is_done = |client: &Client| {
+            self.plan(viewer, client, now_s).is_some_and(|coarse| self.is_done(&coarse, client, viewer))
+        };
+        client.begins_coarsely && (!self.load(client).is_heavy() || is_done(client))
     }
 
     /// What waiting says that there is time for.
     fn load(&self, client: &Client) -> Load {
         if self.sheds_load { client.pace.load() } else { Load::NONE }
-    }
-
-    /// Takes a turn.
-    fn work(
-        &mut self,
-        work: &Work,
-        snapshot: &Arc<Snapshot>,
-        now: &Surroundings<'_>,
-        client: &mut Client,
-        viewer: &Viewer,
-    ) -> Result<Option<Made>, StageError> {
-        match work {
-            Work::Look(plan) => self.look(plan, snapshot, now, client, viewer),
-            Work::Rest(strip) => self.rest(strip, snapshot, now, client, viewer),
-        }
     }
 
     fn look(
@@ -332,7 +331,7 @@ impl Stage {
             }
         }
         self.send_layers(plan, snapshot, now, client)?;
-        if !self.begins_coarsely(client) {
+        if !client.begins_coarsely {
             self.send_impostors(plan, snapshot, now, client)?;
         }
         let lights = self.send_lights(
@@ -354,7 +353,7 @@ impl Stage {
         let found_nothing = counts.is_still() && !plan.is_coarse;
         let settled = found_nothing || is_full || self.method == Discretization::Conventional;
         // After a coarse picture the first set is still to come.
-        client.focus = (!self.begins_coarsely(client)).then_some(Focus { coverage: plan.coverage, settled, looks });
+        client.focus = (!client.begins_coarsely).then_some(Focus { coverage: plan.coverage, settled, looks });
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels, lights }))
@@ -369,7 +368,7 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
-        client.account.begin(now)?;
+        client.account.begin_rest(now)?;
         self.drop_rest(now, client, viewer)?;
         let precision = precision_within(&self.rules, viewer.view, 0.0);
         let fine = rest::parts::fine(&strip.camera);

@@ -123,12 +123,17 @@ impl Account {
         self.past = Past::Own;
     }
 
-    /// Begins an update: tables, lights and moved objects where they changed. What the eye is shown of deforming objects goes where it moved.
+    /// Begins an update with a look.
     pub fn begin(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
+        self.leave_ids_for_rest();
         self.past = Past::Own;
         self.known.look += 1;
-        self.counts = Counts::default();
-        self.draft = Draft::default();
+        self.begin_rest(now)
+    }
+
+    /// Begins an update: tables, lights and moved objects where they changed. What the eye is shown of deforming objects goes where it moved.
+    pub fn begin_rest(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
+        self.begin_draft();
         if std::mem::take(&mut self.broken) {
             self.held.edit(Edit::Clear, &mut self.draft)?;
             self.known.records.clear();

@@ -1,12 +1,19 @@
 //! Accounts that came to be in the same way, and one that follows another without looking.
+//!
+//! A view at rest is nobody's past: its rows are as many as a path carries, and no look depends on them. So that patches of looks have the same ids whatever rows came
+//! between, ids are left out for them, as long as the past may be shared.
 
-use protocol::held::{Edit, HeldError};
+use protocol::held::{Draft, Edit, HeldError};
 use protocol::{PatchId, Purpose};
 use surface::HeldSurfaces;
 
-use super::{Account, Known, Surroundings};
+use super::{Account, Counts, Known, Surroundings};
 
-/// What was ever done to an account. Accounts of equal pasts that are not [`Past::Own`] differ in nothing but times.
+/// Of patch ids each look has so many, with the rows at rest after it. Looks are of a few views, rows of a few turns; where that is not enough, the past is not
+/// shared any more.
+const IDS_A_LOOK: u32 = 256;
+
+/// What looks ever did to an account. Accounts of equal pasts that are not [`Past::Own`] differ in nothing but times and rows at rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Past {
     /// Nothing.
@@ -23,12 +30,22 @@ impl Known {
     pub fn bytes(&self) -> usize {
         self.records.values().map(|record| record.bytes()).sum()
     }
+
+    /// The last id that is left for patches until the next look.
+    fn last_id(&self) -> u32 {
+        self.look.saturating_add(1).saturating_mul(IDS_A_LOOK)
+    }
 }
 
 impl Account {
-    /// What was done to it.
+    /// What looks did to it.
     pub fn past(&self) -> Past {
-        self.past
+        if self.known.last_patch > self.known.last_id() { Past::Own } else { self.past }
+    }
+
+    /// Names what looks did to it until now.
+    pub fn name_past(&mut self, past: Past) {
+        self.past = past;
     }
 
     /// What it knows beside what it holds.
@@ -36,18 +53,19 @@ impl Account {
         &self.known
     }
 
-    /// The edits of the update so far, for others of the same past.
-    pub fn edits_so_far(&self) -> &[Edit] {
-        self.draft.edits()
+    pub(super) fn leave_ids_for_rest(&mut self) {
+        if self.past() != Past::Own {
+            self.known.last_patch = self.known.last_id();
+        }
     }
 
-    /// Names what was done to it until now.
-    pub fn name_past(&mut self, past: Past) {
-        self.past = past;
+    /// Begins an update that only repeats another account's.
+    pub fn begin_draft(&mut self) {
+        (self.counts, self.draft) = (Counts::default(), Draft::default());
     }
 
-    /// Does what was done to another one of the same past: the same edits, at a time of its own, with what that one then knew. What they add is drawn with
-    /// `surfaces` when the copy is looked at next.
+    /// Does what a look did to another one of the same past: the same edits, at a time of its own, with what that one then knew. What they add is drawn
+    /// with `surfaces` when the copy is looked at next.
     pub fn repeat(
         &mut self,
         edits: &[Edit],
@@ -55,12 +73,13 @@ impl Account {
         now: &Surroundings<'_>,
         surfaces: impl Fn() -> Option<HeldSurfaces>,
     ) -> Result<(), HeldError> {
-        (self.counts, self.draft) = Default::default();
         for edit in edits {
             let mut edit = edit.clone();
             if let Edit::Add(patch) = &mut edit {
                 patch.capture_time_s = now.time_s;
-                self.draw_as(patch.purpose, &surfaces);
+                if patch.purpose.is_surface() && patch.purpose != Purpose::Occluders {
+                    self.draw_with(patch.purpose, &surfaces);
+                }
             }
             if let Some(id) = changed_by(&edit) {
                 self.drawn.change(id);
@@ -69,12 +88,6 @@ impl Account {
         }
         self.known = known.clone();
         Ok(())
-    }
-
-    fn draw_as(&mut self, purpose: Purpose, surfaces: impl Fn() -> Option<HeldSurfaces>) {
-        if purpose.is_surface() && purpose != Purpose::Occluders {
-            self.draw_with(purpose, surfaces);
-        }
     }
 }
 

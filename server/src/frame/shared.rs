@@ -1,70 +1,69 @@
-//! Turns that were taken for one client, and do for others.
+//! Looks that were taken for one client, and do for others.
 //!
-//! A look at what a client lacks takes more than views of the scene: the copy is drawn and compared, edits are made. All that depends on what was done for the
+//! A look at what a client lacks takes more than views of the scene: the copy is drawn and compared, edits are made. All that depends on what looks did for the
 //! client before ([`Past`]), on where its viewer stands, and on what it asks for. So a client that comes to where another one began is done for as that one was: the same
 //! edits, at its own times, under its own digest. Once its viewer moves its past is its own.
 
 use std::sync::Arc;
 
+use protocol::{Edit, PatchId};
 use scene::Snapshot;
 
 use super::{Client, LightWork, Made, Stage, StageError, free, stands};
 use crate::account::{Past, Surroundings};
 use crate::imager::Occasion;
 use crate::look_times::{Part, timed};
-use crate::pool::{Images, LookRequest, Looked, Pool, Request, Settings, Subject, Work};
-use crate::rest;
+use crate::plan::{Coverage, Plan};
+use crate::pool::{Images, LookRequest, Looked, Pool, Request, Settings, Subject};
 use crate::viewer::Viewer;
 
 impl Stage {
-    /// Takes a turn, or does what was done when it was taken for another client.
-    pub(super) fn shared(
+    /// Looks at what a client lacks, or does what was done when that was looked at for another client.
+    pub(super) fn look_once(
         &mut self,
-        work: &Work,
+        plan: &Plan,
         snapshot: &Arc<Snapshot>,
         now: &Surroundings<'_>,
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
-        let Some((pool, request)) = self.request(work, now, client, viewer) else {
-            return self.work(work, snapshot, now, client, viewer);
+        let Some((pool, request)) = self.request(plan, client, viewer) else {
+            return self.look(plan, snapshot, now, client, viewer);
         };
         let mut own = None;
         let images = pool.images(request, Occasion::Standing, || {
-            let made = self.work(work, snapshot, now, client, viewer)?;
+            let rows = client.rest.patches().to_vec();
+            let made = self.look(plan, snapshot, now, client, viewer)?;
             let past = pool.new_past();
             client.account.name_past(past);
             own = Some(made.clone());
+            let made = made.map(|made| without_rows(made, &rows));
             Ok::<_, StageError>(Images::Look(Box::new(Looked { past, served: client.served(), made })))
         })?;
         match (own, &*images) {
             (Some(made), _) => Ok(made),
-            (None, Images::Look(looked)) => timed(Part::Keep, || self.repeat(looked, now, client, viewer)),
+            (None, Images::Look(looked)) => timed(Part::Keep, || self.repeat((plan, looked), now, client, viewer)),
             (None, _) => unreachable!("equal requests have answers of one kind"),
         }
     }
 
-    /// What a turn depends on, where others may take the same one.
-    fn request(
-        &self,
-        work: &Work,
-        now: &Surroundings<'_>,
-        client: &Client,
-        viewer: &Viewer,
-    ) -> Option<(Arc<Pool>, Request)> {
-        let is_common = match work {
-            Work::Look(plan) => stands(plan, viewer),
-            Work::Rest(_) => true,
-        };
-        let pool = self.pool.clone().filter(|_| is_common && client.account.past() != Past::Own)?;
+    /// Whether a client's look was taken for another one, or is being taken.
+    pub(super) fn is_done(&self, plan: &Plan, client: &Client, viewer: &Viewer) -> bool {
+        self.request(plan, client, viewer).is_some_and(|(pool, request)| pool.holds(&request))
+    }
+
+    /// What a look depends on, where others may want the same one.
+    fn request(&self, plan: &Plan, client: &Client, viewer: &Viewer) -> Option<(Arc<Pool>, Request)> {
+        let past = client.account.past();
+        let pool = self.pool.clone().filter(|_| stands(plan, viewer) && past != Past::Own)?;
         let look = LookRequest {
-            past: client.account.past(),
-            work: without_time(work),
+            past,
+            // A still scene is the same at any time.
+            plan: Plan { coverage: Coverage { scene_time_s: 0.0, ..plan.coverage }, ..plan.clone() },
             view: viewer.view,
             draws: client.draws,
             budget_bytes: client.budget_bytes,
-            begins_coarsely: self.begins_coarsely(client),
-            drops_rest: rest::is_outdated(&self.rules, client, viewer, now.time_s),
+            begins_coarsely: client.begins_coarsely,
             // While another thread judges a shape, what is shown by reliefs is about to change.
             judged_shapes: free(&self.reliefs)?.judged_shapes(),
         };
@@ -74,30 +73,41 @@ impl Stage {
     /// Does what a look did for another client.
     fn repeat(
         &self,
-        looked: &Looked,
+        (plan, looked): (&Plan, &Looked),
         now: &Surroundings<'_>,
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
+        client.account.begin_draft();
+        self.drop_rest(now, client, viewer)?;
+        let account = &mut client.account;
+        let dropped = account.edits();
         let edits = looked.made.as_ref().map_or(&[][..], |made| &made.update.edits);
-        client.account.repeat(edits, &looked.served.known, now, || self.imager.new_surfaces())?;
+        account.repeat(edits, &looked.served.known, now, || self.imager.new_surfaces())?;
+        account.name_past(looked.past);
         client.serve_as(&looked.served);
-        client.account.name_past(looked.past);
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
-        Ok(update.zip(looked.made.as_ref()).map(|(update, made)| {
-            let &Made { reason, counts, pixels, .. } = made;
-            let lights = LightWork { edits: made.lights.edits.clone(), ..LightWork::default() };
-            Made { reason, update, coding, counts, pixels, lights }
+        let Some(update) = update else { return Ok(None) };
+        let made = looked.made.as_ref();
+        let of_lights = made.map_or(0..0, |made| made.lights.edits.start + dropped..made.lights.edits.end + dropped);
+        Ok(Some(Made {
+            reason: plan.reason,
+            update,
+            coding,
+            counts: made.map(|made| made.counts).unwrap_or_default(),
+            pixels: plan.pixels(),
+            lights: LightWork { edits: of_lights, ..LightWork::default() },
         }))
     }
 }
 
-/// The same at any time: a still scene does not change.
-fn without_time(work: &Work) -> Work {
-    let mut work = work.clone();
-    if let Work::Look(plan) = &mut work {
-        plan.coverage.scene_time_s = 0.0;
-    }
-    work
+/// What a look made, but for rows at rest that it took back: those are each client's own.
+fn without_rows(mut made: Made, rows: &[PatchId]) -> Made {
+    let before = made.update.edits.len();
+    made.update.edits.retain(|edit| !matches!(edit, Edit::Remove(id) if rows.contains(id)));
+    let dropped = before - made.update.edits.len();
+    let edits = &mut made.lights.edits;
+    *edits = edits.start.saturating_sub(dropped)..edits.end.saturating_sub(dropped);
+    made
 }

@@ -14,5 +14,5 @@ mod request;
 mod store;
 
 pub use imager::SharingImager;
-pub use request::{Images, LookRequest, Looked, Request, Settings, Subject, Work};
+pub use request::{Images, LookRequest, Looked, Request, Settings, Subject};
 pub use store::{Caps, Pool};

@@ -14,7 +14,6 @@ use crate::impostors::Drawn;
 use crate::made::Made;
 use crate::plan::Plan;
 use crate::render::{Blended, Faces};
-use crate::rest::Strip;
 
 /// What an imager was told of how to draw, until it is told otherwise.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -67,8 +66,8 @@ pub enum Subject {
 pub struct LookRequest {
     /// What was done for the client before.
     pub past: Past,
-    /// What is to be done.
-    pub work: Work,
+    /// Where to look.
+    pub plan: Plan,
     /// Its viewer's output.
     pub view: ViewSize,
     /// What it draws.
@@ -77,19 +76,8 @@ pub struct LookRequest {
     pub budget_bytes: u64,
     /// Whether it gets a coarse image first.
     pub begins_coarsely: bool,
-    /// Whether it holds a view at rest that its viewer has left.
-    pub drops_rest: bool,
     /// Shapes that were judged, see [`crate::impostors::relief`].
     pub judged_shapes: usize,
-}
-
-/// What a turn is taken for.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Work {
-    /// A look at what lacks.
-    Look(Plan),
-    /// Rows of a view at rest.
-    Rest(Strip),
 }
 
 /// What an imager is asked for. Equal requests of a still scene have equal answers. Numbers are compared as they are: there are few requests, and
@@ -122,7 +110,7 @@ pub struct Looked {
     pub past: Past,
     /// What is known of them then.
     pub served: Served,
-    /// What was sent; its times are of the first of them. `None` where nothing was lacking.
+    /// What it did; its times are of the first of them. `None` where nothing was lacking.
     pub made: Option<Made>,
 }
 

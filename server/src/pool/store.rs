@@ -106,6 +106,11 @@ impl Pool {
         Ok(images)
     }
 
+    /// Whether a request was made before, and is kept or being drawn.
+    pub fn holds(&self, request: &Request) -> bool {
+        self.state().entries.iter().any(|entry| entry.request == *request)
+    }
+
     /// What is kept, or a claim to draw it; none where it is not to be kept.
     fn find(&self, request: Request, occasion: Occasion) -> Result<Arc<Images>, Option<Claim<'_>>> {
         let mut state = self.state();

@@ -13,7 +13,7 @@ pub struct Strip {
 }
 
 /// See the module.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct Kept {
     pub(super) camera: Option<Pinhole>,
     pub(super) rows: u32,
@@ -28,6 +28,11 @@ impl Kept {
         self.camera = Some(strip.view);
         self.rows += strip.camera.height_px;
         self.patches.extend(patches);
+    }
+
+    /// The patches of its rows.
+    pub fn patches(&self) -> &[PatchId] {
+        &self.patches
     }
 
     /// What the rows that were [`Kept::sent`] last came to.

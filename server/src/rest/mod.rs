@@ -68,11 +68,6 @@ pub fn outdated(rules: &Rules, client: &mut Client, viewer: &Viewer, now_s: f64)
     client.rest.drop_others(view.as_ref())
 }
 
-/// Whether there are any.
-pub fn is_outdated(rules: &Rules, client: &Client, viewer: &Viewer, now_s: f64) -> bool {
-    client.rest.camera.is_some() && client.rest.camera != wanted(rules, client, viewer, now_s)
-}
-
 #[cfg(test)]
 mod tests {
     use camera::{Motion, Rigid};
