@@ -356,7 +356,15 @@ impl Stage {
         client.focus = (!client.begins_coarsely).then_some(Focus { coverage: plan.coverage, settled, looks });
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
-        Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels, lights }))
+        Ok(update.map(|update| Made {
+            reason: plan.reason,
+            update,
+            coding,
+            counts,
+            pixels,
+            lights,
+            coded: Arc::default(),
+        }))
     }
 
     /// Sends rows of a view at rest.
@@ -382,7 +390,15 @@ impl Stage {
         let coding = self.coding.coding(viewer.bytes_per_s);
         let pixels = u64::from(strip.camera.width_px) * u64::from(strip.camera.height_px);
         let lights = LightWork::default();
-        Ok(update.map(|update| Made { reason: Reason::Rest, update, coding, counts, pixels, lights }))
+        Ok(update.map(|update| Made {
+            reason: Reason::Rest,
+            update,
+            coding,
+            counts,
+            pixels,
+            lights,
+            coded: Arc::default(),
+        }))
     }
 
     /// Takes back what was sent of a view at rest that the viewer has left.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
-use protocol::wire::{self, EncodedUpdate};
+use protocol::wire::EncodedUpdate;
 use tokio::sync::{oneshot, watch};
 
 use crate::account::Counts;
@@ -211,8 +211,8 @@ fn make_update(
 fn encode_updates(queue: &mpsc::Receiver<Unencoded>, stats: &Stats) {
     while let Ok(Unencoded { made, look, mut client, reply }) = queue.recv() {
         let started = Instant::now();
-        let frame::Made { reason, update, coding, counts, pixels, lights } = made;
-        let update = wire::encode_update(&update, coding);
+        let update = made.encoded();
+        let frame::Made { reason, counts, pixels, lights, .. } = made;
         stats.look_times.add(Part::Encode, started.elapsed());
         let light_bytes = update.bytes_of(lights.edits);
         stats.count_look(reason);

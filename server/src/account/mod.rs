@@ -125,7 +125,6 @@ impl Account {
 
     /// Begins an update with a look.
     pub fn begin(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
-        self.leave_ids_for_rest();
         self.past = Past::Own;
         self.known.look += 1;
         self.begin_rest(now)

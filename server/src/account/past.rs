@@ -7,6 +7,7 @@ use protocol::held::{Draft, Edit, HeldError};
 use protocol::{PatchId, Purpose};
 use surface::HeldSurfaces;
 
+use super::record::Record;
 use super::{Account, Counts, Known, Surroundings};
 
 /// Of patch ids each look has so many, with the rows at rest after it. Looks are of a few views, rows of a few turns; where that is not enough, the past is not
@@ -26,9 +27,10 @@ pub enum Past {
 }
 
 impl Known {
-    /// Memory that it takes at most.
+    /// Memory that it takes: what looks change, of all samples, and what they share, of those of the last look.
     pub fn bytes(&self) -> usize {
-        self.records.values().map(|record| record.bytes()).sum()
+        let of_last_look = |record: &Record| if record.added == self.look { record.shared_bytes() } else { 0 };
+        self.records.values().map(|record| record.copied_bytes() + of_last_look(record)).sum()
     }
 
     /// The last id that is left for patches until the next look.
@@ -53,10 +55,9 @@ impl Account {
         &self.known
     }
 
-    pub(super) fn leave_ids_for_rest(&mut self) {
-        if self.past() != Past::Own {
-            self.known.last_patch = self.known.last_id();
-        }
+    /// The next look's patches have ids that do not depend on the rows at rest since the last one.
+    pub fn leave_ids_for_rest(&mut self) {
+        self.known.last_patch = self.known.last_patch.max(self.known.last_id());
     }
 
     /// Begins an update that only repeats another account's.

@@ -79,7 +79,15 @@ impl Stage {
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         let lights = LightWork::default();
-        Ok(update.map(|update| Made { reason: Reason::Ahead, update, coding, counts, pixels, lights }))
+        Ok(update.map(|update| Made {
+            reason: Reason::Ahead,
+            update,
+            coding,
+            counts,
+            pixels,
+            lights,
+            coded: Arc::default(),
+        }))
     }
 
     /// What a viewer who stands still will turn about, or where he stands.

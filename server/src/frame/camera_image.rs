@@ -1,5 +1,7 @@
 //! The tick of a client that asked for a camera by its name.
 
+use std::sync::Arc;
+
 use protocol::Purpose;
 use protocol::codec::ColourSteps;
 
@@ -47,7 +49,15 @@ impl Stage {
             let coding = stage.coding.coding(viewer.bytes_per_s);
             let pixels = u64::from(width_px) * u64::from(height_px);
             let lights = LightWork::default();
-            Ok(update.map(|update| Made { reason: Reason::Camera, update, coding, counts, pixels, lights }))
+            Ok(update.map(|update| Made {
+                reason: Reason::Camera,
+                update,
+                coding,
+                counts,
+                pixels,
+                lights,
+                coded: Arc::default(),
+            }))
         })
     }
 }

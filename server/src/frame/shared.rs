@@ -33,9 +33,11 @@ impl Stage {
         let mut own = None;
         let images = pool.images(request, Occasion::Standing, || {
             let rows = client.rest.patches().to_vec();
+            client.account.leave_ids_for_rest();
             let made = self.look(plan, snapshot, now, client, viewer)?;
             let past = pool.new_past();
             client.account.name_past(past);
+            tracing::debug!(reason = plan.reason.name(), past = ?past, "looked for all who come");
             own = Some(made.clone());
             let made = made.map(|made| without_rows(made, &rows));
             Ok::<_, StageError>(Images::Look(Box::new(Looked { past, served: client.served(), made })))
@@ -98,6 +100,7 @@ impl Stage {
             counts: made.map(|made| made.counts).unwrap_or_default(),
             pixels: plan.pixels(),
             lights: LightWork { edits: of_lights, ..LightWork::default() },
+            coded: made.map(|made| made.coded.clone()).unwrap_or_default(),
         }))
     }
 }

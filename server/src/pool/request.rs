@@ -150,7 +150,8 @@ impl Looked {
     fn bytes(&self) -> usize {
         let image_bytes_of = |edit: &Edit| if let Edit::Add(patch) = edit { image_bytes(&patch.image) } else { 0 };
         let edits = self.made.iter().flat_map(|made| &made.update.edits);
-        self.served.known.bytes() + edits.map(image_bytes_of).sum::<usize>()
+        // As they are, and coded once they were sent.
+        self.served.known.bytes() + 2 * edits.map(image_bytes_of).sum::<usize>()
     }
 }
 
