@@ -206,3 +206,6 @@ impl Imager for SharingImager {
         self.inner.copy_view(account, purpose, view)
     }
 }
+
+#[cfg(test)]
+mod tests;

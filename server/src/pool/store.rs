@@ -204,3 +204,6 @@ impl State {
         });
     }
 }
+
+#[cfg(test)]
+mod tests;
