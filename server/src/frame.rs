@@ -8,6 +8,7 @@ mod next;
 mod shared;
 
 use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use camera::Pinhole;
@@ -32,7 +33,7 @@ use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::pool::{Pool, SharingImager};
+use crate::pool::Pool;
 use crate::render::{Blended, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::revise::{Revision, revise};
@@ -67,15 +68,12 @@ pub struct Stage {
     needs: Needs,
     /// Of all stages of a server.
     reliefs: Arc<Mutex<Reliefs>>,
+    /// How many of their shapes were judged, to be read while another thread judges one.
+    judged_shapes: Arc<AtomicUsize>,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
     /// Of all stages of a server, where they share what they do.
     pool: Option<Arc<Pool>>,
-}
-
-/// Whether a plan is of a viewer who stands, so that others may stand there.
-fn stands(plan: &Plan, viewer: &Viewer) -> bool {
-    !plan.reason.is_passing() && viewer.motion.is_still()
 }
 
 /// What of reliefs is known, where no other thread is about to add to it. Verdicts and images are made one after the other, so what a panic leaves is
@@ -100,6 +98,7 @@ impl Stage {
             first_triangles: if deforms { triangle_bases(&scene).into() } else { Arc::default() },
             needs: if imager.sky().is_some() { Needs::under_sky(&scene) } else { Needs::new(&scene) },
             reliefs: Arc::default(),
+            judged_shapes: Arc::default(),
             scene,
             rules,
             account_rules,
@@ -133,6 +132,7 @@ impl Stage {
             densest: self.densest,
             needs: self.needs.clone(),
             reliefs: self.reliefs.clone(),
+            judged_shapes: self.judged_shapes.clone(),
             still: self.still.clone(),
             pool: self.pool.clone(),
         })
@@ -174,13 +174,6 @@ impl Stage {
         Stage { coding, ..self }
     }
 
-    /// The same, which does nothing for viewers of a scene that never changes that is kept in a pool.
-    pub fn sharing(self, pool: Arc<Pool>) -> Stage {
-        let Some(still) = self.still.clone() else { return self };
-        let imager = Box::new(SharingImager::new(self.imager, pool.clone(), still));
-        Stage { imager, pool: Some(pool), ..self }
-    }
-
     /// Does a piece of work that looks asked for and need not wait for; whether there was any.
     pub fn work_aside(&mut self) -> Result<bool, StageError> {
         let reliefs = self.reliefs.clone();
@@ -189,7 +182,9 @@ impl Stage {
         let snapshot = self.snapshot(0.0);
         self.imager.draw_for(Occasion::Passing);
         self.imager.leave_out(BTreeSet::new());
-        Ok(reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?)
+        let has_worked = reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?;
+        self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
+        Ok(has_worked)
     }
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
@@ -301,7 +296,7 @@ impl Stage {
         let pixels = plan.pixels();
         let denser = self.denser(snapshot, viewer);
         let plan = &Plan { views: plan.views.iter().map(denser).collect(), ..plan.clone() };
-        self.imager.draw_for(if stands(plan, viewer) { Occasion::Standing } else { Occasion::Passing });
+        self.imager.draw_for(if Stage::stands(plan, viewer) { Occasion::Standing } else { Occasion::Passing });
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.drop_rest(now, client, viewer)?;

@@ -120,8 +120,11 @@ fn whoever_draws_or_sees_something_else_shares_no_look() {
     ticks(&mut session, 1);
     assert_eq!(pool.looks_shared(), 0, "who begins anew clears what it held");
     arrive(&mut session, Draws::default());
+    session.now_s = 7.0;
     ticks(&mut session, 1);
     assert_eq!(pool.looks_shared(), 1);
+    let taken_s = session.held.patches.values().map(|held| held.patch.capture_time_s);
+    assert!(taken_s.clone().count() > 0 && taken_s.clone().all(|time_s| time_s == 7.0), "at its own time");
 }
 
 #[test]

@@ -64,9 +64,12 @@ impl Stage {
                 client.ahead.ended(viewer);
                 break;
             };
-            let mut captures = self.imager.captures(snapshot, &[part.camera], Discretization::Conventional)?;
-            for capture in &mut captures {
-                revise(&mut *self.imager, &mut client.account, capture, &revision, now)?;
+            // Others are sent other rows of the same view.
+            let is_whole = self.pool.is_some();
+            let view = if is_whole { part.view } else { part.camera };
+            for capture in self.imager.captures(snapshot, &[view], Discretization::Conventional)? {
+                let mut capture = if is_whole { part.rows_of(capture) } else { capture };
+                revise(&mut *self.imager, &mut client.account, &mut capture, &revision, now)?;
             }
             client.ahead.looked(&part);
             pixels += u64::from(part.camera.width_px) * u64::from(part.camera.height_px);

@@ -1,6 +1,7 @@
 //! What a look sends beside the samples that the eye is shown: reliefs, impostors, what lights see, occluders.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -49,6 +50,7 @@ impl Stage {
         let eye = (!client.begins_coarsely).then_some(Eye { eye_world, focal_px });
         let held = (&mut client.account, &mut client.reliefs);
         relief::serve(&mut reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
+        self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         self.imager.leave_out(client.account.shown_by_reliefs());
         Ok(())
     }

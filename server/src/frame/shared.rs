@@ -5,19 +5,32 @@
 //! edits, at its own times, under its own digest. Once its viewer moves its past is its own.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use protocol::{Edit, PatchId};
 use scene::Snapshot;
 
-use super::{Client, LightWork, Made, Stage, StageError, free, stands};
+use super::{Client, LightWork, Made, Stage, StageError};
 use crate::account::{Past, Surroundings};
 use crate::imager::Occasion;
 use crate::look_times::{Part, timed};
 use crate::plan::{Coverage, Plan};
-use crate::pool::{Images, LookRequest, Looked, Pool, Request, Settings, Subject};
+use crate::pool::{Images, LookRequest, Looked, Pool, Request, Settings, SharingImager, Subject};
 use crate::viewer::Viewer;
 
 impl Stage {
+    /// The same, which does nothing for viewers of a scene that never changes that is kept in a pool.
+    pub fn sharing(self, pool: Arc<Pool>) -> Stage {
+        let Some(still) = self.still.clone() else { return self };
+        let imager = Box::new(SharingImager::new(self.imager, pool.clone(), still));
+        Stage { imager, pool: Some(pool), ..self }
+    }
+
+    /// Whether a plan is of a viewer who stands, so that others may stand there.
+    pub(super) fn stands(plan: &Plan, viewer: &Viewer) -> bool {
+        !plan.reason.is_passing() && viewer.motion.is_still()
+    }
+
     /// Looks at what a client lacks, or does what was done when that was looked at for another client.
     pub(super) fn look_once(
         &mut self,
@@ -57,7 +70,7 @@ impl Stage {
     /// What a look depends on, where others may want the same one.
     fn request(&self, plan: &Plan, client: &Client, viewer: &Viewer) -> Option<(Arc<Pool>, Request)> {
         let past = client.account.past();
-        let pool = self.pool.clone().filter(|_| stands(plan, viewer) && past != Past::Own)?;
+        let pool = self.pool.clone().filter(|_| Stage::stands(plan, viewer) && past != Past::Own)?;
         let look = LookRequest {
             past,
             // A still scene is the same at any time.
@@ -66,8 +79,7 @@ impl Stage {
             draws: client.draws,
             budget_bytes: client.budget_bytes,
             begins_coarsely: client.begins_coarsely,
-            // While another thread judges a shape, what is shown by reliefs is about to change.
-            judged_shapes: free(&self.reliefs)?.judged_shapes(),
+            judged_shapes: self.judged_shapes.load(Ordering::Relaxed),
         };
         Some((pool, Request { settings: Settings::default(), subject: Subject::Look(Box::new(look)) }))
     }

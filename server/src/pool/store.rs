@@ -20,9 +20,9 @@ pub struct Caps {
 }
 
 impl Default for Caps {
-    /// A first picture of a walker, four views of 512 x 512 and what makes it whole, takes 50 MB: there is room for those of a few places, and for the views
-    /// at rest there. A ring of views ahead alone takes 80 MB, and five of them are looked at in order: they may fill half of it, so that they never
-    /// drive out what whoever comes next begins with. It is less than what four viewers cost whose budgets are full. Who was sent a link opens it within minutes.
+    /// All that looks from one place among `pillars` come to, at 512 x 512 pixels a view, takes 100 MB until nothing lacks any more; the coarse image, the first set
+    /// and the rows at rest of it take 40. So there is room for a few places. A ring of views ahead alone takes 80 MB, and five of them are looked at in order:
+    /// they may fill half of it, so that they never drive out what whoever comes next begins with. Whoever was sent a link opens it within minutes.
     fn default() -> Caps {
         Caps { bytes: 256 << 20, ahead_bytes: 128 << 20, unasked: Duration::from_secs(300) }
     }
