@@ -15,7 +15,7 @@ use crate::account::{Past, Surroundings};
 use crate::imager::Occasion;
 use crate::look_times::{Part, timed};
 use crate::plan::{Coverage, Plan};
-use crate::pool::{Images, LookRequest, Looked, Pool, Request, Settings, SharingImager, Subject};
+use crate::pool::{Answer, LookRequest, Looked, Pool, Request, Settings, SharingImager, Subject};
 use crate::viewer::Viewer;
 
 impl Stage {
@@ -44,7 +44,7 @@ impl Stage {
             return self.look(plan, snapshot, now, client, viewer);
         };
         let mut own = None;
-        let images = pool.images(request, Occasion::Standing, || {
+        let answer = pool.answer(request, Occasion::Standing, || {
             let rows = client.rest.patches().to_vec();
             client.account.leave_ids_for_rest();
             let made = self.look(plan, snapshot, now, client, viewer)?;
@@ -53,11 +53,11 @@ impl Stage {
             tracing::debug!(reason = plan.reason.name(), past = ?past, "looked for all who come");
             own = Some(made.clone());
             let made = made.map(|made| without_rows(made, &rows));
-            Ok::<_, StageError>(Images::Look(Box::new(Looked { past, served: client.served(), made })))
+            Ok::<_, StageError>(Answer::Look(Box::new(Looked { past, served: client.served(), made })))
         })?;
-        match (own, &*images) {
+        match (own, &*answer) {
             (Some(made), _) => Ok(made),
-            (None, Images::Look(looked)) => timed(Part::Keep, || self.repeat((plan, looked), now, client, viewer)),
+            (None, Answer::Look(looked)) => timed(Part::Keep, || self.repeat((plan, looked), now, client, viewer)),
             (None, _) => unreachable!("equal requests have answers of one kind"),
         }
     }

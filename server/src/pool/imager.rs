@@ -9,7 +9,7 @@ use protocol::{DepthImage, Lighting, Mask, Material, Purpose, Sky};
 use scene::Snapshot;
 use surface::{AddressView, HeldSurfaces};
 
-use super::request::{Images, Request, Settings, Subject};
+use super::request::{Answer, Request, Settings, Subject};
 use super::store::Pool;
 use crate::account::Account;
 use crate::discretize::{Capture, DepthPrecision, Discretization};
@@ -38,14 +38,14 @@ impl SharingImager {
     }
 
     /// What is kept of a subject as it would be drawn now, or else what the imager draws.
-    fn images(
+    fn answer(
         &mut self,
         subject: Subject,
-        draw: impl FnOnce(&mut dyn Imager) -> Result<Images, ImagerError>,
-    ) -> Result<Images, ImagerError> {
+        draw: impl FnOnce(&mut dyn Imager) -> Result<Answer, ImagerError>,
+    ) -> Result<Answer, ImagerError> {
         let request = Request { settings: self.settings.clone(), subject };
-        let images = self.pool.images(request, self.occasion, || draw(&mut *self.inner))?;
-        Ok(Arc::unwrap_or_clone(images))
+        let answer = self.pool.answer(request, self.occasion, || draw(&mut *self.inner))?;
+        Ok(Arc::unwrap_or_clone(answer))
     }
 
     fn depth_images(
@@ -53,8 +53,8 @@ impl SharingImager {
         subject: Subject,
         draw: impl FnOnce(&mut dyn Imager) -> Result<Vec<DepthImage>, ImagerError>,
     ) -> Result<Vec<DepthImage>, ImagerError> {
-        match self.images(subject, |inner| draw(inner).map(Images::Depth))? {
-            Images::Depth(images) => Ok(images),
+        match self.answer(subject, |inner| draw(inner).map(Answer::Depth))? {
+            Answer::Depth(images) => Ok(images),
             _ => unreachable!("equal requests have answers of one kind"),
         }
     }
@@ -103,14 +103,16 @@ impl Imager for SharingImager {
     ) -> Result<Vec<Capture>, ImagerError> {
         self.set = Some((views.to_vec(), method));
         let subject = Subject::Set(views.to_vec(), method);
-        match self.images(subject, |inner| inner.captures(snapshot, views, method).map(Images::Captures))? {
-            Images::Captures(captures) => Ok(captures),
+        match self.answer(subject, |inner| inner.captures(snapshot, views, method).map(Answer::Captures))? {
+            Answer::Captures(captures) => Ok(captures),
             _ => unreachable!("equal requests have answers of one kind"),
         }
     }
 
     fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, detail: Detail) -> Result<Vec<Capture>, ImagerError> {
-        // Too large to keep: what is made of it is kept.
+        // As drawing it does. It is too large to keep: what is made of it is kept.
+        self.leave_out(BTreeSet::new());
+        self.blend(Blended::LeftOut);
         self.inner.own_view(snapshot, view, detail)
     }
 
@@ -144,13 +146,13 @@ impl Imager for SharingImager {
         };
         let still = self.still.clone();
         let subject = Subject::Ends { views, method, camera: capture.camera, mask: mask.clone() };
-        let told = self.images(subject, |inner| {
+        let told = self.answer(subject, |inner| {
             inner.place(&still, capture.camera.world_from_eye.translation)?;
             inner.tell_ends(capture, mask)?;
-            Ok(Images::Ends(capture.ends.clone()))
+            Ok(Answer::Ends(capture.ends.clone()))
         })?;
         match told {
-            Images::Ends(ends) => capture.ends = ends,
+            Answer::Ends(ends) => capture.ends = ends,
             _ => unreachable!("equal requests have answers of one kind"),
         }
         Ok(())

@@ -92,7 +92,7 @@ pub struct Request {
 
 /// What came of a request.
 #[derive(Debug, Clone)]
-pub enum Images {
+pub enum Answer {
     /// Of a set.
     Captures(Vec<Capture>),
     /// Of a capture's samples.
@@ -124,24 +124,24 @@ impl Request {
     }
 }
 
-impl Images {
+impl Answer {
     /// How many.
     pub fn count(&self) -> usize {
         match self {
-            Images::Captures(captures) => captures.len(),
-            Images::Ends(_) => 1,
-            Images::Depth(images) => images.len(),
-            Images::Look(_) => 0,
+            Answer::Captures(captures) => captures.len(),
+            Answer::Ends(_) => 1,
+            Answer::Depth(images) => images.len(),
+            Answer::Look(_) => 0,
         }
     }
 
     /// Memory that they take.
     pub fn bytes(&self) -> usize {
         match self {
-            Images::Captures(captures) => captures.iter().map(capture_bytes).sum(),
-            Images::Ends(ends) => size_of_val(&ends[..]),
-            Images::Depth(images) => images.iter().map(image_bytes).sum(),
-            Images::Look(looked) => looked.bytes(),
+            Answer::Captures(captures) => captures.iter().map(capture_bytes).sum(),
+            Answer::Ends(ends) => size_of_val(&ends[..]),
+            Answer::Depth(images) => images.iter().map(image_bytes).sum(),
+            Answer::Look(looked) => looked.bytes(),
         }
     }
 }

@@ -1,10 +1,10 @@
-//! Where images are kept: as many as fit, those that were asked for last.
+//! Where answers are kept: as many as fit, those that were asked for last.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::request::{Images, Request};
+use super::request::{Answer, Request};
 use crate::account::Past;
 use crate::imager::Occasion;
 
@@ -58,8 +58,8 @@ struct Entry {
     request: Request,
     occasion: Occasion,
     asked_at: Instant,
-    /// `None` while they are being drawn.
-    images: Option<Arc<Images>>,
+    /// `None` while it is being drawn.
+    answer: Option<Arc<Answer>>,
     bytes: usize,
 }
 
@@ -71,7 +71,7 @@ struct Claim<'a> {
 
 impl Drop for Claim<'_> {
     fn drop(&mut self) {
-        self.pool.state().entries.retain(|entry| entry.number != self.number || entry.images.is_some());
+        self.pool.state().entries.retain(|entry| entry.number != self.number || entry.answer.is_some());
         self.pool.changed.notify_all();
     }
 }
@@ -83,27 +83,27 @@ impl Pool {
     }
 
     /// What is kept of a request, or else what is drawn; that is kept where others may ask for the same. Who asks for what another thread is drawing waits
-    /// for that thread. Nobody waits in a circle: a look asks for images meanwhile, but for no look, and an image for nothing.
-    pub fn images<E>(
+    /// for that thread. Nobody waits in a circle: a look asks for images meanwhile, but for no look, and what draws an image for nothing.
+    pub fn answer<E>(
         &self,
         request: Request,
         occasion: Occasion,
-        draw: impl FnOnce() -> Result<Images, E>,
-    ) -> Result<Arc<Images>, E> {
+        draw: impl FnOnce() -> Result<Answer, E>,
+    ) -> Result<Arc<Answer>, E> {
         let claim = match self.find(request, occasion) {
-            Ok(images) => {
-                self.shared.fetch_add(images.count() as u64, Ordering::Relaxed);
-                self.looks_shared.fetch_add(matches!(&*images, Images::Look(_)).into(), Ordering::Relaxed);
-                return Ok(images);
+            Ok(answer) => {
+                self.shared.fetch_add(answer.count() as u64, Ordering::Relaxed);
+                self.looks_shared.fetch_add(matches!(&*answer, Answer::Look(_)).into(), Ordering::Relaxed);
+                return Ok(answer);
             }
             Err(claim) => claim,
         };
-        let images = Arc::new(draw()?);
-        self.drawn.fetch_add(images.count() as u64, Ordering::Relaxed);
+        let answer = Arc::new(draw()?);
+        self.drawn.fetch_add(answer.count() as u64, Ordering::Relaxed);
         if let Some(claim) = claim {
-            self.keep(claim.number, &images);
+            self.keep(claim.number, &answer);
         }
-        Ok(images)
+        Ok(answer)
     }
 
     /// Whether a request was made before, and is kept or being drawn.
@@ -112,13 +112,13 @@ impl Pool {
     }
 
     /// What is kept, or a claim to draw it; none where it is not to be kept.
-    fn find(&self, request: Request, occasion: Occasion) -> Result<Arc<Images>, Option<Claim<'_>>> {
+    fn find(&self, request: Request, occasion: Occasion) -> Result<Arc<Answer>, Option<Claim<'_>>> {
         let mut state = self.state();
         while let Some(place) = state.entries.iter().rposition(|entry| entry.request == request) {
-            if let Some(images) = state.entries[place].images.clone() {
+            if let Some(answer) = state.entries[place].answer.clone() {
                 let entry = state.entries.remove(place);
                 state.entries.push(Entry { asked_at: Instant::now(), ..entry });
-                return Ok(images);
+                return Ok(answer);
             }
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
@@ -128,20 +128,20 @@ impl Pool {
         state.number += 1;
         let number = state.number;
         let bytes = LEAST_BYTES.max(request.bytes());
-        state.entries.push(Entry { number, request, occasion, asked_at: Instant::now(), images: None, bytes });
+        state.entries.push(Entry { number, request, occasion, asked_at: Instant::now(), answer: None, bytes });
         Err(Some(Claim { pool: self, number }))
     }
 
     /// Keeps what was claimed, in place of what was not asked for the longest.
-    fn keep(&self, number: u64, images: &Arc<Images>) {
+    fn keep(&self, number: u64, answer: &Arc<Answer>) {
         let mut state = self.state();
         let Some(entry) = state.entries.iter_mut().find(|entry| entry.number == number) else { return };
-        let bytes = LEAST_BYTES.max(entry.request.bytes() + images.bytes());
+        let bytes = LEAST_BYTES.max(entry.request.bytes() + answer.bytes());
         let is_ahead = entry.occasion == Occasion::Ahead;
         if bytes > if is_ahead { self.caps.ahead_bytes } else { self.caps.bytes } {
             return;
         }
-        (entry.bytes, entry.images) = (bytes, Some(images.clone()));
+        (entry.bytes, entry.answer) = (bytes, Some(answer.clone()));
         if is_ahead {
             state.evict(self.caps.ahead_bytes, |entry| entry.occasion == Occasion::Ahead);
         }
@@ -153,7 +153,7 @@ impl Pool {
         let mut state = self.state();
         let before = state.entries.len();
         let is_asked = |entry: &Entry| now.saturating_duration_since(entry.asked_at) < self.caps.unasked;
-        state.entries.retain(|entry| entry.images.is_none() || is_asked(entry));
+        state.entries.retain(|entry| entry.answer.is_none() || is_asked(entry));
         state.entries.len() < before
     }
 
@@ -179,7 +179,7 @@ impl Pool {
 
     /// Memory that is taken now.
     pub fn bytes(&self) -> usize {
-        self.state().entries.iter().filter(|entry| entry.images.is_some()).map(|entry| entry.bytes).sum()
+        self.state().entries.iter().filter(|entry| entry.answer.is_some()).map(|entry| entry.bytes).sum()
     }
 
     pub(crate) fn json(&self) -> serde_json::Value {
@@ -193,9 +193,9 @@ impl Pool {
 }
 
 impl State {
-    /// Forgets images of some entries, those first that were not asked for the longest, until they take no more than `most_bytes`.
+    /// Forgets answers of some entries, those first that were not asked for the longest, until they take no more than `most_bytes`.
     fn evict(&mut self, most_bytes: usize, is_meant: impl Fn(&Entry) -> bool) {
-        let is_meant = |entry: &Entry| entry.images.is_some() && is_meant(entry);
+        let is_meant = |entry: &Entry| entry.answer.is_some() && is_meant(entry);
         let mut bytes: usize = self.entries.iter().filter(|entry| is_meant(entry)).map(|entry| entry.bytes).sum();
         self.entries.retain(|entry| {
             let goes = bytes > most_bytes && is_meant(entry);

@@ -17,8 +17,8 @@ fn request(aside_m: f64) -> Request {
     Request { settings: Settings::default(), subject: Subject::CameraImage(camera) }
 }
 
-fn images() -> Images {
-    Images::Ends(vec![0; BYTES / 2])
+fn images() -> Answer {
+    Answer::Ends(vec![0; BYTES / 2])
 }
 
 /// Asks for something; whether it had to be drawn.
@@ -28,7 +28,7 @@ fn is_drawn(pool: &Pool, aside_m: f64, occasion: Occasion) -> bool {
         drawn = true;
         Ok::<_, Infallible>(images())
     };
-    pool.images(request(aside_m), occasion, draw).expect("it is drawn");
+    pool.answer(request(aside_m), occasion, draw).expect("it is drawn");
     drawn
 }
 
@@ -56,8 +56,8 @@ fn what_was_not_asked_for_the_longest_goes_first() {
 fn what_is_larger_than_a_pool_drives_nothing_out() {
     let pool = pool(2, 2);
     stands(&pool, 1.0);
-    let large = || Ok::<_, Infallible>(Images::Ends(vec![0; 2 * BYTES]));
-    pool.images(request(9.0), Occasion::Standing, large).expect("it is drawn");
+    let large = || Ok::<_, Infallible>(Answer::Ends(vec![0; 2 * BYTES]));
+    pool.answer(request(9.0), Occasion::Standing, large).expect("it is drawn");
     assert!(!stands(&pool, 1.0) && stands(&pool, 9.0));
 }
 
@@ -96,7 +96,7 @@ fn who_asks_for_what_is_being_drawn_waits_for_it() {
     let (pool, begun) = (pool(4, 4), Barrier::new(2));
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            pool.images(request(1.0), Occasion::Standing, || {
+            pool.answer(request(1.0), Occasion::Standing, || {
                 begun.wait();
                 std::thread::sleep(Duration::from_millis(20));
                 Ok::<_, Infallible>(images())
@@ -111,16 +111,16 @@ fn who_asks_for_what_is_being_drawn_waits_for_it() {
 #[test]
 fn nobody_waits_for_who_fails_or_panics() {
     let (pool, begun) = (pool(4, 4), Barrier::new(2));
-    assert!(pool.images(request(1.0), Occasion::Standing, || Err("lost")).is_err());
+    assert!(pool.answer(request(1.0), Occasion::Standing, || Err("lost")).is_err());
     assert!(stands(&pool, 1.0));
     std::thread::scope(|scope| {
         let panicking = scope.spawn(|| {
-            let draw = || -> Result<Images, Infallible> {
+            let draw = || -> Result<Answer, Infallible> {
                 begun.wait();
                 std::thread::sleep(Duration::from_millis(20));
                 panic!("a fault that a test asked for")
             };
-            pool.images(request(2.0), Occasion::Standing, draw)
+            pool.answer(request(2.0), Occasion::Standing, draw)
         });
         begun.wait();
         assert!(stands(&pool, 2.0), "drawn by who waited");
