@@ -137,6 +137,7 @@ fn twins_share_and_who_moves_leaves_nothing() {
     let (drawn, bytes) = (pool.drawn(), pool.bytes());
     assert!(ticks(&mut session, 2) == first);
     assert_eq!((pool.drawn(), pool.bytes()), (drawn, bytes));
+    assert_eq!(pool.looks_shared(), first.len() as u64);
     let start = session.viewer.world_from_eye;
     session.walk_to(Rigid { translation: start.translation + DVec3::X, ..start }, 1);
     session.hear(start, DVec3::X);
