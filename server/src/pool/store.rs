@@ -142,9 +142,10 @@ impl Pool {
             return;
         }
         (entry.bytes, entry.answer) = (bytes, Some(answer.clone()));
-        if is_ahead {
-            state.evict(self.caps.ahead_bytes, |entry| entry.occasion == Occasion::Ahead);
-        }
+        // What was drawn ahead goes before what others begin with.
+        let is_ahead = |entry: &Entry| entry.occasion == Occasion::Ahead;
+        let left_bytes = self.caps.bytes.saturating_sub(state.bytes(|entry| !is_ahead(entry)));
+        state.evict(self.caps.ahead_bytes.min(left_bytes), is_ahead);
         state.evict(self.caps.bytes, |_| true);
     }
 
@@ -179,7 +180,7 @@ impl Pool {
 
     /// Memory that is taken now.
     pub fn bytes(&self) -> usize {
-        self.state().entries.iter().filter(|entry| entry.answer.is_some()).map(|entry| entry.bytes).sum()
+        self.state().bytes(|_| true)
     }
 
     pub(crate) fn json(&self) -> serde_json::Value {
@@ -193,12 +194,17 @@ impl Pool {
 }
 
 impl State {
+    /// What some entries take that are kept.
+    fn bytes(&self, is_meant: impl Fn(&Entry) -> bool) -> usize {
+        let kept = self.entries.iter().filter(|entry| entry.answer.is_some() && is_meant(entry));
+        kept.map(|entry| entry.bytes).sum()
+    }
+
     /// Forgets answers of some entries, those first that were not asked for the longest, until they take no more than `most_bytes`.
     fn evict(&mut self, most_bytes: usize, is_meant: impl Fn(&Entry) -> bool) {
-        let is_meant = |entry: &Entry| entry.answer.is_some() && is_meant(entry);
-        let mut bytes: usize = self.entries.iter().filter(|entry| is_meant(entry)).map(|entry| entry.bytes).sum();
+        let mut bytes = self.bytes(&is_meant);
         self.entries.retain(|entry| {
-            let goes = bytes > most_bytes && is_meant(entry);
+            let goes = bytes > most_bytes && entry.answer.is_some() && is_meant(entry);
             bytes -= if goes { entry.bytes } else { 0 };
             !goes
         });

@@ -70,6 +70,9 @@ fn what_is_drawn_ahead_drives_out_nothing_but_its_like() {
     }
     assert!(!stands(&pool, 1.0));
     assert!(!is_drawn(&pool, 15.0, Occasion::Ahead) && is_drawn(&pool, 11.0, Occasion::Ahead));
+    assert!([2.0, 3.0].map(|aside_m| stands(&pool, aside_m)) == [true; 2]);
+    assert!(!is_drawn(&pool, 11.0, Occasion::Ahead) && is_drawn(&pool, 15.0, Occasion::Ahead), "one has room left");
+    assert_eq!([1.0, 2.0, 3.0].map(|aside_m| stands(&pool, aside_m)), [false; 3]);
 }
 
 #[test]
