@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::bytes::{EndsEarly, Reader, Writer};
-use crate::codec::{self, CodecError, Coding, Packer, Unpacker};
+use crate::codec::{self, CodecError, CodedSamples, Coding, Packer, Unpacker};
 use crate::held::{Edit, PatchId, Update};
 use crate::limits::Limits;
 use crate::message::{ClientMessage, ServerMessage, Welcome};
@@ -336,6 +336,11 @@ const JOIN: u8 = 11;
 
 /// The bytes of an update, before they are split; colours must be settled by `coding`. Pure: it may run on any thread.
 pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
+    encode_update_with(update, &CodedSamples::of(&update.edits, coding))
+}
+
+/// The same of an update whose samples are coded already.
+pub fn encode_update_with(update: &Update, samples: &CodedSamples) -> EncodedUpdate {
     let mut out = Writer { bytes: Vec::with_capacity(UpdateHead::BYTES) };
     let clears = matches!(update.edits.first(), Some(Edit::Clear));
     let edits = &update.edits[usize::from(clears)..];
@@ -346,14 +351,14 @@ pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
     out.u8(clears.into());
     out.u32(u32::try_from(edits.len()).expect("fewer than 2^32 edits"));
     let mut packer = Packer::new();
-    let mut coded = encode_patches(edits, coding).into_iter();
+    let mut coded = samples.patches();
     // Clearing is said by the head.
     let mut ends = if clears { vec![out.bytes.len()] } else { Vec::new() };
     for edit in edits {
         match edit {
-            Edit::Add(_) => {
+            Edit::Add(patch) => {
                 out.u8(ADD);
-                out.block(&coded.next().expect("one for each added patch"));
+                out.block(&codec::patch_bytes(patch, coded.next().expect("samples of each added patch")));
             }
             edit => write_edit(edit, &mut packer, &mut out),
         }
@@ -361,21 +366,6 @@ pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
     }
     codec::write_next(&update.next, &mut out);
     EncodedUpdate { bytes: out.bytes, number: update.number, digest: update.digest, clears, ends }
-}
-
-/// The bytes of each added patch, in order. They are nearly all of the work, and coded side by side where there are threads.
-fn encode_patches(edits: &[Edit], coding: Coding) -> Vec<Vec<u8>> {
-    let added = |edit: &Edit| match edit {
-        Edit::Add(patch) => Some(codec::encode_patch(patch, coding)),
-        _ => None,
-    };
-    #[cfg(not(target_arch = "wasm32"))]
-    use rayon::prelude::*;
-    #[cfg(not(target_arch = "wasm32"))]
-    let edits = edits.par_iter();
-    #[cfg(target_arch = "wasm32")]
-    let edits = edits.iter();
-    edits.filter_map(added).collect()
 }
 
 /// The update of [`encode_update`]'s bytes. Pure: it may run on any thread, away from the one that draws.
@@ -412,7 +402,7 @@ fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {
     };
     match edit {
         Edit::Clear => unreachable!("only the first edit clears, and the head says so"),
-        Edit::Add(_) => unreachable!("patches are coded side by side, see encode_patches"),
+        Edit::Add(_) => unreachable!("patches are coded side by side, see CodedSamples"),
         Edit::Remove(id) => {
             out.u8(REMOVE);
             out.u32(id.0);

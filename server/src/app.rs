@@ -105,6 +105,7 @@ pub async fn serve(config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -
         }
     });
     let give_back = tokio::spawn(memory::give_back_after(shared.ended.clone()));
+    let forget = tokio::spawn(memory::give_back_unasked(stats.pool.clone()));
     let task = tokio::spawn(async move {
         let service = router.into_make_service_with_connect_info::<SocketAddr>();
         let mut stopped = stopped;
@@ -113,6 +114,7 @@ pub async fn serve(config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -
             tracing::error!("the server went down: {error}");
         }
         give_back.abort();
+        forget.abort();
     });
     Ok(Running { addr, stats, stop, shared, task })
 }

@@ -3,7 +3,7 @@
 use protocol::message::Draws;
 use protocol::session::DEFAULT_BUDGET_BYTES;
 
-use crate::account::Account;
+use crate::account::{Account, Known};
 use crate::asked::Asked;
 use crate::impostors::relief::KeptReliefs;
 use crate::impostors::{Choices, Kept};
@@ -36,12 +36,28 @@ pub struct Client {
     pub rest: rest::Kept,
     /// What it was looked ahead for.
     pub ahead: anticipate::Kept,
+    /// Whether its next look is at one coarse image.
+    pub begins_coarsely: bool,
     /// The camera that it asked for, in place of views of its own.
     pub asked: Option<Asked>,
     /// What it draws, and so has a use for.
     pub draws: Draws,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
+}
+
+/// What is known of a client beside what it holds, as far as that follows from looks for it.
+#[derive(Debug, Clone)]
+pub struct Served {
+    /// By its account.
+    pub known: Known,
+    focus: Option<Focus>,
+    choices: Choices,
+    impostors: Kept,
+    reliefs: KeptReliefs,
+    lights: lights::Kept,
+    occluders: occluders::Kept,
+    ahead: anticipate::Kept,
 }
 
 impl Default for Client {
@@ -58,6 +74,7 @@ impl Default for Client {
             occluders: occluders::Kept::default(),
             rest: rest::Kept::default(),
             ahead: anticipate::Kept::default(),
+            begins_coarsely: false,
             asked: None,
             draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
@@ -66,6 +83,31 @@ impl Default for Client {
 }
 
 impl Client {
+    /// What is known of it now.
+    pub fn served(&self) -> Served {
+        Served {
+            known: self.account.known().clone(),
+            focus: self.focus,
+            choices: self.choices.clone(),
+            impostors: self.impostors.clone(),
+            reliefs: self.reliefs.clone(),
+            lights: self.lights.clone(),
+            occluders: self.occluders.clone(),
+            ahead: self.ahead.clone(),
+        }
+    }
+
+    /// The same is known of it as of another client, whose account its own has followed.
+    pub fn serve_as(&mut self, served: &Served) {
+        self.focus = served.focus;
+        self.choices = served.choices.clone();
+        self.impostors = served.impostors.clone();
+        self.reliefs = served.reliefs.clone();
+        self.lights = served.lights.clone();
+        self.occluders = served.occluders.clone();
+        self.ahead = served.ahead.clone();
+    }
+
     /// What it draws from now on. Where that is something else, the server looks again at what it lacks for it.
     pub fn set_draws(&mut self, draws: Draws) {
         if std::mem::replace(&mut self.draws, draws) != draws {

@@ -5,36 +5,37 @@ mod beside_eye;
 mod camera_image;
 mod layers;
 mod next;
+mod shared;
 mod views;
 
 use std::collections::BTreeSet;
-use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
-use std::time::Duration;
 
 use camera::Pinhole;
-use protocol::codec::Coding;
-use protocol::held::{ObjectPose, Update};
+use protocol::held::ObjectPose;
 use protocol::{Material, Purpose, Viewpoint};
 use scene::{Bounds, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
-use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Counts, Deforming, Surroundings};
+use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Deforming, Surroundings};
 use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::density;
 use crate::discretize::Discretization;
 use crate::discretize::placement::{self, Budget, Placement};
-use crate::imager::{Imager, ImagerError};
+use crate::imager::{Imager, ImagerError, Occasion};
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
 use crate::look_times::{Part, timed};
+pub use crate::made::{LightWork, Made};
 use crate::pace::Load;
 use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
-use crate::render::{Blended, Detail, RenderError, triangle_bases};
+use crate::pool::Pool;
+use crate::render::{Blended, RenderError, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::stage_error::StageError;
 use crate::viewer::Viewer;
@@ -67,25 +68,12 @@ pub struct Stage {
     needs: Needs,
     /// Of all stages of a server.
     reliefs: Arc<Mutex<Reliefs>>,
+    /// How many of their shapes were judged, to be read while another thread judges one.
+    judged_shapes: Arc<AtomicUsize>,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
-}
-
-/// An update that was made, not yet coded.
-#[derive(Debug, Clone)]
-pub struct Made {
-    /// Why it was made.
-    pub reason: Reason,
-    /// What it says.
-    pub update: Update,
-    /// How to code it.
-    pub coding: Coding,
-    /// What it did.
-    pub counts: Counts,
-    /// Pixels of the views that it was made from.
-    pub pixels: u64,
-    /// What of it is for lights.
-    pub lights: LightWork,
+    /// Of all stages of a server, where they share what they do.
+    pool: Option<Arc<Pool>>,
 }
 
 /// What of reliefs is known, where no other thread is about to add to it. Verdicts and images are made one after the other, so what a panic leaves is
@@ -96,15 +84,6 @@ fn free(reliefs: &Mutex<Reliefs>) -> Option<MutexGuard<'_, Reliefs>> {
         Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
         Err(TryLockError::WouldBlock) => None,
     }
-}
-
-/// What of an update is for lights.
-#[derive(Debug, Clone, Default)]
-pub struct LightWork {
-    /// Which of the edits.
-    pub edits: Range<usize>,
-    /// Wall time for them.
-    pub took: Duration,
 }
 
 impl Stage {
@@ -119,6 +98,7 @@ impl Stage {
             first_triangles: if deforms { triangle_bases(&scene).into() } else { Arc::default() },
             needs: if imager.sky().is_some() { Needs::under_sky(&scene) } else { Needs::new(&scene) },
             reliefs: Arc::default(),
+            judged_shapes: Arc::default(),
             scene,
             rules,
             account_rules,
@@ -131,6 +111,7 @@ impl Stage {
             materials,
             densest,
             still,
+            pool: None,
         }
     }
 
@@ -151,7 +132,9 @@ impl Stage {
             densest: self.densest,
             needs: self.needs.clone(),
             reliefs: self.reliefs.clone(),
+            judged_shapes: self.judged_shapes.clone(),
             still: self.still.clone(),
+            pool: self.pool.clone(),
         })
     }
 
@@ -202,8 +185,11 @@ impl Stage {
         let Some(mut reliefs) = free(&reliefs).filter(|reliefs| reliefs.is_asked()) else { return Ok(false) };
         // Shapes are rigid: they look the same at any time.
         let snapshot = self.snapshot(0.0);
+        self.imager.draw_for(Occasion::Passing);
         self.imager.leave_out(BTreeSet::new());
-        Ok(reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?)
+        let has_worked = reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?;
+        self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
+        Ok(has_worked)
     }
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
@@ -213,6 +199,7 @@ impl Stage {
         }
         // Who stands still sees his own view before anything that he does not see.
         let strip = rest::lacking(&self.rules, client, viewer, now_s);
+        client.begins_coarsely = self.begins_coarsely(client, viewer, now_s);
         let plan = if strip.is_none() { self.plan(viewer, client, now_s) } else { None };
         if strip.is_none() && plan.is_none() {
             return Ok(None);
@@ -220,7 +207,7 @@ impl Stage {
         let time_s = self.scene_time_s(viewer, client, now_s);
         let made = self.with_surroundings(time_s, |stage, snapshot, now| match (strip, plan) {
             (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
-            (None, Some(plan)) => stage.look(&plan, snapshot, now, client, viewer),
+            (None, Some(plan)) => stage.look_once(&plan, snapshot, now, client, viewer),
             (None, None) => Ok(None),
         })?;
         client.picture_sent_at_s.get_or_insert(now_s);
@@ -262,21 +249,19 @@ impl Stage {
 
     /// Where to look, with images as large as the client's memory and its path are.
     fn plan(&self, viewer: &Viewer, client: &Client, now_s: f64) -> Option<Plan> {
-        let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
-        let planned = |rules: Rules| plan(&rules, viewer, now_s, client.focus.as_ref());
-        let smaller = |share: f64| (f64::from(rules.image_size_px) * share).round() as u32;
-        let whole = planned(rules)?;
-        if self.begins_coarsely(client) {
-            return planned(Rules { images: 1, image_size_px: smaller(COARSE_SIDE), ..rules });
+        if client.begins_coarsely {
+            return self.planned(viewer, client, now_s, (1, COARSE_SIDE));
         }
-        let by_path = client.pace.side_share(whole.pixels(), viewer, rules.update_interval_s);
+        let whole = self.planned(viewer, client, now_s, (self.rules.images, 1.0))?;
+        let by_path = client.pace.side_share(whole.pixels(), viewer, self.rules.update_interval_s);
         let load = self.load(client);
         let share = by_path.min(load.side_share);
-        // A first set may as well be for many who come at once.
-        let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && load.is_heavy();
+        // A first set may as well be for many who come at once, unless they all come to where somebody stood.
+        let is_dear = || load.is_heavy() && !self.is_done(&whole, client, viewer);
+        let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && is_dear();
         if shrinks && (share < 1.0 || load.is_for_one) {
-            let images = if load.is_for_one { 1 } else { rules.images };
-            let coarse = planned(Rules { image_size_px: smaller(share), images, ..rules })?;
+            let images = if load.is_for_one { 1 } else { self.rules.images };
+            let coarse = self.planned(viewer, client, now_s, (images, share))?;
             // A path that carries less is used at every tick.
             let coverage = Coverage { way: None, ..coarse.coverage };
             Some(Plan { is_coarse: true, coverage, ..coarse })
@@ -285,10 +270,20 @@ impl Stage {
         }
     }
 
-    /// Under load a first set is as quick as a coarse image before it would be.
-    fn begins_coarsely(&self, client: &Client) -> bool {
+    /// The same in so many images, whose sides are a share of the largest.
+    fn planned(&self, viewer: &Viewer, client: &Client, now_s: f64, (images, share): (usize, f64)) -> Option<Plan> {
+        let image_size_px = (f64::from(self.image_size_px(client)) * share).round() as u32;
+        plan(&Rules { images, image_size_px, ..self.rules }, viewer, now_s, client.focus.as_ref())
+    }
+
+    /// Under load a first set is as quick as a coarse image before it would be, unless another client got that.
+    fn begins_coarsely(&self, client: &mut Client, viewer: &Viewer, now_s: f64) -> bool {
         let has_nothing = client.focus.is_none() && client.picture_sent_at_s.is_none();
-        self.coarse_first && has_nothing && !self.load(client).is_heavy()
+        client.begins_coarsely = self.coarse_first && has_nothing;
+        let is_done = |client: &Client| {
+            self.plan(viewer, client, now_s).is_some_and(|coarse| self.is_done(&coarse, client, viewer))
+        };
+        client.begins_coarsely && (!self.load(client).is_heavy() || is_done(client))
     }
 
     /// What waiting says that there is time for.
@@ -307,6 +302,7 @@ impl Stage {
         let pixels = plan.pixels();
         let denser = self.denser(snapshot, viewer);
         let plan = &Plan { views: plan.views.iter().map(denser).collect(), ..plan.clone() };
+        self.imager.draw_for(if Stage::stands(plan, viewer) { Occasion::Standing } else { Occasion::Passing });
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.drop_rest(now, client, viewer)?;
@@ -331,7 +327,7 @@ impl Stage {
             self.look_from_all(plan, snapshot, now, account)?;
         }
         self.send_layers(plan, snapshot, now, client)?;
-        if !self.begins_coarsely(client) {
+        if !client.begins_coarsely {
             self.send_impostors(plan, snapshot, now, client)?;
         }
         let lights = self.send_lights(
@@ -355,10 +351,18 @@ impl Stage {
         let found_nothing = counts.is_still() && !plan.is_coarse;
         let settled = found_nothing || is_full || self.method == Discretization::Conventional;
         // After a coarse picture the first set is still to come.
-        client.focus = (!self.begins_coarsely(client)).then_some(Focus { coverage: plan.coverage, settled, looks });
+        client.focus = (!client.begins_coarsely).then_some(Focus { coverage: plan.coverage, settled, looks });
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
-        Ok(update.map(|update| Made { reason: plan.reason, update, coding, counts, pixels, lights }))
+        Ok(update.map(|update| Made {
+            reason: plan.reason,
+            update,
+            coding,
+            counts,
+            pixels,
+            lights,
+            coded: Arc::default(),
+        }))
     }
 
     /// Sends rows of a view at rest.
@@ -370,28 +374,29 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
-        client.account.begin(now)?;
+        client.account.begin_rest(now)?;
         self.drop_rest(now, client, viewer)?;
         let precision = precision_within(&self.rules, viewer.view, 0.0);
         let fine = rest::parts::fine(&strip.camera);
         let in_parts = client.draws.antialiased && fine.width_px <= self.imager.largest_side_px();
-        let camera = if in_parts { fine } else { strip.camera };
-        let detail = if in_parts { Detail::Parts } else { Detail::Fine };
-        for capture in self.imager.own_view(snapshot, &camera, detail)? {
-            let layers = if in_parts {
-                rest::parts::layers(&strip.camera, &capture, &self.imager.kinds(), precision)
-            } else {
-                vec![capture.depth_image(precision)]
-            };
-            let patches = layers.into_iter().map(|image| client.account.add_rest(image, now));
-            client.rest.sent(strip, &patches.collect::<Result<Vec<_>, _>>()?);
-        }
+        self.imager.draw_for(Occasion::Standing);
+        let images = self.imager.view_at_rest(snapshot, &strip.camera, in_parts, precision)?;
+        let patches = images.into_iter().map(|image| client.account.add_rest(image, now));
+        client.rest.sent(strip, &patches.collect::<Result<Vec<_>, _>>()?);
         let counts = client.account.counts();
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         let pixels = u64::from(strip.camera.width_px) * u64::from(strip.camera.height_px);
         let lights = LightWork::default();
-        Ok(update.map(|update| Made { reason: Reason::Rest, update, coding, counts, pixels, lights }))
+        Ok(update.map(|update| Made {
+            reason: Reason::Rest,
+            update,
+            coding,
+            counts,
+            pixels,
+            lights,
+            coded: Arc::default(),
+        }))
     }
 
     /// Takes back what was sent of a view at rest that the viewer has left.

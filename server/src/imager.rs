@@ -19,6 +19,7 @@ use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
 use crate::render::{Blended, Detail, Faces, Kinds, Layer, RenderError, SceneRenderer};
+use crate::rest::parts;
 
 /// Why no images could be made.
 #[derive(Debug, Error)]
@@ -44,6 +45,18 @@ pub trait Comparer {
 
     /// What a view lacks, and more; see [`BesidePass::compare`].
     fn compare(&mut self, account: &Account, view: &KeptView, asked: &Asked<'_>) -> Result<Option<Found>, ImagerError>;
+}
+
+/// What images are drawn for: whether anybody else may ask for the same.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Occasion {
+    /// A viewer on the move: nobody else will be just there.
+    #[default]
+    Passing,
+    /// A viewer who stands, where others may: where the scene begins, above all.
+    Standing,
+    /// The same one, of whom it is not known yet where it will go.
+    Ahead,
 }
 
 /// Sees one scene, and what clients hold of it. One thread owns it.
@@ -77,6 +90,9 @@ pub trait Imager: Send {
         None
     }
 
+    /// Says what is drawn from now on for.
+    fn draw_for(&mut self, _: Occasion) {}
+
     /// What each view sees of the scene, in order, less what the method leaves out.
     fn captures(
         &mut self,
@@ -90,9 +106,35 @@ pub trait Imager: Send {
         self.captures(snapshot, &[*view], Discretization::Conventional)
     }
 
+    /// The images of rows of a view at rest: one, or in parts as many as pixels have.
+    fn view_at_rest(
+        &mut self,
+        snapshot: &Snapshot,
+        view: &Pinhole,
+        in_parts: bool,
+        precision: DepthPrecision,
+    ) -> Result<Vec<DepthImage>, ImagerError> {
+        let (camera, detail) = if in_parts { (parts::fine(view), Detail::Parts) } else { (*view, Detail::Fine) };
+        let captures = self.own_view(snapshot, &camera, detail)?;
+        let kinds = self.kinds();
+        let images = |capture: &Capture| {
+            if in_parts {
+                parts::layers(view, capture, &kinds, precision)
+            } else {
+                vec![capture.depth_image(precision)]
+            }
+        };
+        Ok(captures.iter().flat_map(images).collect())
+    }
+
     /// The longest side that a view may have: at least what WebGPU promises.
     fn largest_side_px(&self) -> u32 {
         8192
+    }
+
+    /// Gets ready to tell of captures from about here that another imager drew.
+    fn place(&mut self, _: &Snapshot, _eye_world: DVec3) -> Result<(), ImagerError> {
+        Ok(())
     }
 
     /// Tells of the samples of a mask of a capture's where their surfaces end within a pixel, with everything as it was at the last
@@ -177,17 +219,6 @@ impl GpuImager {
         let beside = if on_gpu { Some(BesidePass::new(gpu)?) } else { None };
         let addresses = if on_gpu { AddressPass::on_gpu(gpu)? } else { AddressPass::new(gpu)? };
         Ok(GpuImager { renderer, discretizer, ends, addresses, beside, look, adapter, impostors: None, placed: None })
-    }
-
-    fn place(&mut self, snapshot: &Snapshot, eye_world: DVec3) -> Result<(), ImagerError> {
-        let near = |&(time_s, anchor): &(f64, DVec3)| {
-            time_s == snapshot.time_s && anchor.distance(eye_world) < MAX_ANCHOR_DISTANCE_M
-        };
-        if !self.placed.as_ref().is_some_and(near) {
-            self.renderer.update(snapshot, eye_world)?;
-            self.placed = Some((snapshot.time_s, eye_world));
-        }
-        Ok(())
     }
 }
 
@@ -278,6 +309,17 @@ impl Imager for GpuImager {
 
     fn largest_side_px(&self) -> u32 {
         self.renderer.gpu().device.limits().max_texture_dimension_2d
+    }
+
+    fn place(&mut self, snapshot: &Snapshot, eye_world: DVec3) -> Result<(), ImagerError> {
+        let near = |&(time_s, anchor): &(f64, DVec3)| {
+            time_s == snapshot.time_s && anchor.distance(eye_world) < MAX_ANCHOR_DISTANCE_M
+        };
+        if !self.placed.as_ref().is_some_and(near) {
+            self.renderer.update(snapshot, eye_world)?;
+            self.placed = Some((snapshot.time_s, eye_world));
+        }
+        Ok(())
     }
 
     fn tell_ends(&mut self, capture: &mut Capture, mask: &Mask) -> Result<(), ImagerError> {

@@ -3,8 +3,9 @@
 //! - [`app`]: one port with the web client, the websocket and `/healthz`; [`session`]: one client's connection, on either
 //!   clock; [`audience`]: clients that follow another.
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
-//!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick, from scene time to edits;
-//!   [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU.
+//!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick,
+//!   from scene time to edits; [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU;
+//!   [`pool`]: what was drawn for one viewer, kept for others.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
 //!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them; `sky`:
@@ -36,11 +37,13 @@ pub mod impostors;
 pub mod lights;
 pub mod look;
 pub mod look_times;
+pub mod made;
 mod memory;
 pub mod occluders;
 pub mod options;
 pub mod pace;
 pub mod plan;
+pub mod pool;
 mod queue;
 pub mod render;
 pub mod rest;

@@ -1,15 +1,19 @@
-//! What sessions leave goes back to the system.
+//! What sessions leave goes back to the system, and what is kept for others once nobody comes.
 //!
 //! glibc's allocator keeps what is freed for the next time, in an arena for every few threads: of 506 MiB, sixteen walkers left 361 with the process, of which
 //! a trim gives back 288. Other allocators and systems are left alone.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::sync::Notify;
 
+use crate::pool::Pool;
+
 /// After a session ends, others that end with it are waited for.
 const SETTLES_AFTER: Duration = Duration::from_secs(2);
+/// Little beside the minutes for which anything is kept.
+const LOOKS_EVERY: Duration = Duration::from_secs(20);
 
 /// Gives memory back after sessions have ended, as long as it is told of them.
 pub async fn give_back_after(ended: Arc<Notify>) {
@@ -18,6 +22,17 @@ pub async fn give_back_after(ended: Arc<Notify>) {
         tokio::time::sleep(SETTLES_AFTER).await;
         // Arenas are locked one by one meanwhile, for milliseconds.
         if tokio::task::spawn_blocking(trim).await.is_err() {
+            return;
+        }
+    }
+}
+
+/// Gives back what a pool keeps that nobody asked for lately.
+pub async fn give_back_unasked(pool: Arc<Pool>) {
+    let mut looks = tokio::time::interval(LOOKS_EVERY);
+    loop {
+        looks.tick().await;
+        if pool.forget_unasked(Instant::now()) && tokio::task::spawn_blocking(trim).await.is_err() {
             return;
         }
     }

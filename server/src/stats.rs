@@ -1,11 +1,13 @@
 //! What a running server counts. Shared by all sessions; read by `/healthz` and tests.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::account::LightCounts;
 use crate::look_times::LookTimes;
 use crate::plan::Reason;
+use crate::pool::Pool;
 
 /// Counters since the server started.
 #[derive(Debug, Default)]
@@ -26,6 +28,8 @@ pub struct Stats {
     pub ahead: AheadStats,
     /// Where the time of looks goes.
     pub look_times: LookTimes,
+    /// What was drawn, and what did not have to be.
+    pub pool: Arc<Pool>,
     looks: [AtomicU64; Reason::ALL.len()],
 }
 
@@ -52,6 +56,7 @@ impl Stats {
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
             "looks": looks,
             "look_times": self.look_times.json(),
+            "pool": self.pool.json(),
             "lights": self.lights.json(),
             "ahead": { "samples": self.ahead.samples.load(Ordering::Relaxed), "bytes": self.ahead.bytes.load(Ordering::Relaxed) },
             "resident_bytes": resident_bytes(),

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
-use protocol::wire::{self, EncodedUpdate};
+use protocol::wire::EncodedUpdate;
 use tokio::sync::{oneshot, watch};
 
 use crate::account::Counts;
@@ -224,8 +224,8 @@ fn next_to_encode(queue: &Mutex<mpsc::Receiver<Unencoded>>) -> Option<Unencoded>
 fn encode_updates(queue: &Mutex<mpsc::Receiver<Unencoded>>, stats: &Stats) {
     while let Some(Unencoded { made, look, mut client, reply }) = next_to_encode(queue) {
         let started = Instant::now();
-        let frame::Made { reason, update, coding, counts, pixels, lights } = made;
-        let update = wire::encode_update(&update, coding);
+        let update = made.encoded();
+        let frame::Made { reason, counts, pixels, lights, .. } = made;
         stats.look_times.add(Part::Encode, started.elapsed());
         let light_bytes = update.bytes_of(lights.edits);
         stats.count_look(reason);

@@ -14,7 +14,7 @@ use vantage_bench::load::{self, Limits, Load, Report, Script};
 #[command(
     name = "vantage-load",
     version,
-    after_help = "Behaviours: walk (made paths or traces), orbit (a round in 10 s), idle (stands still), reconnect (all leave without a word every 5 s \
+    after_help = "Behaviours: walk (made paths or traces), orbit (a round in 10 s), idle (stands still, each elsewhere), arrive (stands where the scene begins), reconnect (all leave without a word every 5 s \
                   and come back within half a second), stall (reads nothing in the last 3 s of every 8 s).\n\n\
                   Exit codes: 0 all clients got updates and every limit was kept; 1 a client ended by an error or got nothing, or a limit was passed; \
                   2 wrong usage."

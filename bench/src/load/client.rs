@@ -81,6 +81,9 @@ pub struct ClientReport {
     /// From the server's stamp of an update to its last byte here, by the clock that pings agree on; on the wall clock.
     #[serde(skip)]
     pub lags: Vec<Timed>,
+    /// From the open connection to the first update held, one value a visit.
+    #[serde(skip)]
+    pub first_updates: Vec<Timed>,
     /// Between updates, the first one's of a visit excepted.
     #[serde(skip)]
     pub intervals: Vec<Timed>,

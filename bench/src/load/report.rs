@@ -30,6 +30,8 @@ pub struct Report {
     pub updates: u64,
     /// Bytes received, by all clients.
     pub bytes: u64,
+    /// From an open connection to the first update held, of all visits but those of clients that stall.
+    pub first_update_ms: Percentiles,
     /// From sending a pose to having decoded the update that answers it, of all clients but those that stall.
     pub latency_ms: Percentiles,
     /// From the server's stamp of an update to its last byte at the client, of the same; on the wall clock.
@@ -87,6 +89,7 @@ impl Report {
         Report {
             updates: sum(|client| client.updates),
             bytes: sum(|client| client.bytes),
+            first_update_ms: Percentiles::of(values(|client| &client.first_updates)),
             latency_ms: Percentiles::of(values(|client| &client.latencies)),
             lag_ms: Percentiles::of(values(|client| &client.lags)),
             interval_ms: Percentiles::of(values(|client| &client.intervals)),

@@ -15,8 +15,10 @@ pub enum Behaviour {
     Walk,
     /// Goes round what it looks at, once in 10 s.
     Orbit,
-    /// Stands still.
+    /// Stands still, each client elsewhere.
     Idle,
+    /// Stands where the scene begins, as whoever opens a link does.
+    Arrive,
     /// Walks; leaves without a word every 5 s, together with all of its kind, and is back within half a second.
     Reconnect,
     /// Walks, and reads nothing in the last 3 s of every 8 s.
@@ -31,8 +33,8 @@ const STALL_S: f64 = 3.0;
 
 impl Behaviour {
     /// All there are.
-    pub const ALL: [Behaviour; 5] =
-        [Behaviour::Walk, Behaviour::Orbit, Behaviour::Idle, Behaviour::Reconnect, Behaviour::Stall];
+    pub const ALL: [Behaviour; 6] =
+        [Behaviour::Walk, Behaviour::Orbit, Behaviour::Idle, Behaviour::Arrive, Behaviour::Reconnect, Behaviour::Stall];
 
     /// What people type.
     pub fn name(self) -> &'static str {
@@ -40,9 +42,15 @@ impl Behaviour {
             Behaviour::Walk => "walk",
             Behaviour::Orbit => "orbit",
             Behaviour::Idle => "idle",
+            Behaviour::Arrive => "arrive",
             Behaviour::Reconnect => "reconnect",
             Behaviour::Stall => "stall",
         }
+    }
+
+    /// Whether it stays where it is.
+    pub fn is_still(self) -> bool {
+        matches!(self, Behaviour::Idle | Behaviour::Arrive)
     }
 
     /// Whether it goes by seconds of real time, which a virtual clock has none of.
@@ -149,7 +157,7 @@ mod tests {
     #[test]
     fn what_is_no_script_is_named() {
         assert_eq!(error("walk,run:2"), ScriptError::Unknown("run".to_owned()));
-        assert!(error("run").to_string().ends_with("walk, orbit, idle, reconnect, stall"));
+        assert!(error("run").to_string().ends_with("walk, orbit, idle, arrive, reconnect, stall"));
         for text in ["", "walk,", " walk"] {
             assert!(matches!(error(text), ScriptError::Unknown(_)), "{text}");
         }

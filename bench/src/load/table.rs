@@ -27,6 +27,7 @@ pub(super) fn figures(report: &Report) -> Table {
     let per_client = report.updates as f64 / report.seconds / report.clients.len().max(1) as f64;
     line("updates", format!("{}, {per_client:.2} a second a client", report.updates));
     line("bytes", format!("{}, {:.2} Mbit/s in all", report.bytes, report.bytes as f64 * 8e-6 / report.seconds));
+    line("connected to first update", spread(report.first_update_ms));
     line("pose to its update", spread(report.latency_ms));
     line("sent to received", spread(report.lag_ms));
     line("between two updates", spread(report.interval_ms));

@@ -156,7 +156,7 @@ impl<'a> Visit<'a> {
 
     /// Whether there is something to do at every pose; who stands still sleeps until the session wants something.
     fn is_on_the_move(&self) -> bool {
-        self.client.behaviour != Behaviour::Idle || self.keeps_moments()
+        !self.client.behaviour.is_still() || self.keeps_moments()
     }
 
     fn until_due(&self, next_pose_s: f64) -> Duration {
@@ -209,6 +209,7 @@ impl<'a> Visit<'a> {
         match self.client.behaviour {
             Behaviour::Orbit => Path::orbit(welcome, index),
             Behaviour::Idle => Path::Still(walked().at(0.0)),
+            Behaviour::Arrive => Path::Still(welcome.start_world_from_eye),
             Behaviour::Walk | Behaviour::Reconnect | Behaviour::Stall => walked(),
         }
     }
@@ -253,8 +254,9 @@ impl<'a> Visit<'a> {
         self.session.applied(head.number, head.digest, now_s);
         self.seen.updates += 1;
         self.shared.counters.updates.fetch_add(1, Ordering::Relaxed);
-        if let Some(before_s) = self.updated_at_s.replace(now_s) {
-            self.seen.intervals.push(Timed { at_s, ms: (now_s - before_s) * 1e3 });
+        match self.updated_at_s.replace(now_s) {
+            Some(before_s) => self.seen.intervals.push(Timed { at_s, ms: (now_s - before_s) * 1e3 }),
+            None => self.seen.first_updates.push(Timed { at_s, ms: (now_s - self.connected_at_s) * 1e3 }),
         }
         while let Some((seq, sent_at_s)) = self.sent.pop_front_if(|(seq, _)| *seq <= head.pose_seq) {
             if seq == head.pose_seq {

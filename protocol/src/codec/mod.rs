@@ -2,6 +2,7 @@
 
 mod addresses;
 mod bits;
+mod coded;
 mod coding;
 mod colour;
 mod dense;
@@ -23,6 +24,8 @@ mod segments;
 mod sky;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
+pub use coded::CodedSamples;
+pub(crate) use coded::patch_bytes;
 pub use coding::{Coding, Profile};
 pub use colour::ColourSteps;
 pub use error::CodecError;

@@ -1,6 +1,7 @@
 //! What draws the copy: a store of surfaces for each purpose, and which of its patches are out of date.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use glam::DAffine3;
 use gpu::{Gpu, ReadbackError};
@@ -48,7 +49,7 @@ impl Drawn {
     pub fn settle_facts(
         &mut self,
         held: &Held,
-        records: &mut BTreeMap<PatchId, Record>,
+        records: &mut BTreeMap<PatchId, Arc<Record>>,
         wants_seen: bool,
     ) -> Result<(), ReadbackError> {
         self.facts.as_mut().map_or(Ok(()), |facts| facts.settle(held, records, wants_seen))
@@ -103,7 +104,7 @@ impl Drawn {
     }
 
     /// Brings the stores up to date.
-    pub fn refresh(&mut self, held: &Held, records: &BTreeMap<PatchId, Record>) {
+    pub fn refresh(&mut self, held: &Held, records: &BTreeMap<PatchId, Arc<Record>>) {
         self.facts.iter_mut().for_each(|facts| facts.refresh(held, records));
         let (changed, trimmed) = (std::mem::take(&mut self.changed), std::mem::take(&mut self.trimmed));
         for (id, pixels) in trimmed.iter().filter(|(id, _)| !changed.contains(id)) {

@@ -5,6 +5,7 @@
 //! together.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use gpu::{Gpu, Readback, ReadbackError};
@@ -107,7 +108,7 @@ impl Facts {
     }
 
     /// Follows what changed.
-    pub(super) fn refresh(&mut self, held: &Held, records: &BTreeMap<PatchId, Record>) {
+    pub(super) fn refresh(&mut self, held: &Held, records: &BTreeMap<PatchId, Arc<Record>>) {
         for id in std::mem::take(&mut self.changed) {
             if self.is_full {
                 return;
@@ -136,7 +137,7 @@ impl Facts {
         }
         self.words.push(&self.gpu, &words);
         self.samples.push(&self.gpu, &samples);
-        let seen: Vec<u32> = record.samples().iter().map(|sample| sample.seen).collect();
+        let seen: Vec<u32> = record.last_looks().collect();
         self.seen.push(&self.gpu, &seen);
         let (words, slots, width_px) = (words.len() as u32, samples.len() as u32, record.mask().size_px().0);
         self.places.insert(id, Place { first_word, words, first_slot, slots, width_px });
@@ -146,7 +147,7 @@ impl Facts {
     pub(super) fn settle(
         &mut self,
         held: &Held,
-        records: &mut BTreeMap<PatchId, Record>,
+        records: &mut BTreeMap<PatchId, Arc<Record>>,
         wants_seen: bool,
     ) -> Result<(), ReadbackError> {
         let in_use: u32 = self.places.values().map(|place| place.slots).sum();
@@ -163,7 +164,7 @@ impl Facts {
         Ok(())
     }
 
-    fn tell_seen(&self, records: &mut BTreeMap<PatchId, Record>) -> Result<(), ReadbackError> {
+    fn tell_seen(&self, records: &mut BTreeMap<PatchId, Arc<Record>>) -> Result<(), ReadbackError> {
         if self.slots() == 0 {
             return Ok(());
         }
@@ -174,7 +175,7 @@ impl Facts {
         self.gpu.queue.submit([encoder.finish()]);
         let seen: Vec<u32> = encoded.map().wait(&self.gpu)?.values(slot);
         for (id, place) in &self.places {
-            if let Some(record) = records.get_mut(id) {
+            if let Some(record) = records.get_mut(id).map(Arc::make_mut) {
                 let of_patch = &seen[place.first_slot as usize..(place.first_slot + place.slots) as usize];
                 record.seen_too(of_patch);
             }

@@ -17,6 +17,7 @@ mod deforming;
 mod drawn;
 pub mod facts;
 pub mod findings;
+mod past;
 mod record;
 mod room;
 mod rules;
@@ -25,6 +26,7 @@ mod superseded;
 
 pub use counts::{Counts, LightCounts, OccluderCounts};
 pub use deforming::Deforming;
+pub use past::Past;
 pub use rules::AccountRules;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -55,15 +57,23 @@ pub struct Account {
     held: Held,
     /// Draws the copy; nothing before the first update, and with an imager that has no GPU.
     drawn: Drawn,
-    records: BTreeMap<PatchId, Record>,
-    last_patch: u32,
+    known: Known,
     draft: Draft,
+    broken: bool,
+    counts: Counts,
+    past: Past,
+}
+
+/// What an account knows beside what is held.
+#[derive(Debug, Clone, Default)]
+pub struct Known {
+    /// Accounts that came to the same share them.
+    records: BTreeMap<PatchId, Arc<Record>>,
+    last_patch: u32,
     /// Counts updates in the making: what the copy showed when.
     look: u32,
     /// The one that sent the first set.
     first_look: u32,
-    broken: bool,
-    counts: Counts,
 }
 
 /// What the scene is at the time of an update, beside its surfaces.
@@ -117,22 +127,28 @@ impl Account {
     pub fn after(number: u64) -> Account {
         let mut held = Held::default();
         held.number = number;
-        Account { held, broken: true, ..Account::default() }
+        Account { held, broken: true, past: Past::Own, ..Account::default() }
     }
 
     /// The client's copy is broken: the next update starts anew. The old picture stays on its screen until then.
     pub fn start_anew(&mut self) {
         self.broken = true;
+        self.past = Past::Own;
+    }
+
+    /// Begins an update with a look.
+    pub fn begin(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
+        self.past = Past::Own;
+        self.known.look += 1;
+        self.begin_rest(now)
     }
 
     /// Begins an update: tables, lights and moved objects where they changed. What the eye is shown of deforming objects goes where it moved.
-    pub fn begin(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
-        self.look += 1;
-        self.counts = Counts::default();
-        self.draft = Draft::default();
+    pub fn begin_rest(&mut self, now: &Surroundings<'_>) -> Result<(), HeldError> {
+        self.begin_draft();
         if std::mem::take(&mut self.broken) {
             self.held.edit(Edit::Clear, &mut self.draft)?;
-            self.records.clear();
+            self.known.records.clear();
             self.drawn.clear();
         }
         if self.held.materials != now.materials {
@@ -158,7 +174,7 @@ impl Account {
     /// Removes everything but what lights see, what only occludes and what a viewer at rest is shown, to be sent anew.
     pub fn forget(&mut self) -> Result<(), HeldError> {
         self.withdraw(self.shown_by_reliefs().into_iter().collect())?;
-        self.first_look = self.look;
+        self.known.first_look = self.known.look;
         self.remove_where(|purpose| !matches!(purpose, Purpose::Light(_) | Purpose::Occluders | Purpose::Rest))
     }
 
@@ -167,7 +183,7 @@ impl Account {
         let meant = self.held.patches.iter().filter(|(_, held)| is_meant(held.patch.purpose));
         for id in meant.map(|(id, _)| *id).collect::<Vec<_>>() {
             self.held.edit(Edit::Remove(id), &mut self.draft)?;
-            self.records.remove(&id);
+            self.known.records.remove(&id);
             self.drawn.remove(id);
         }
         Ok(())
@@ -177,9 +193,9 @@ impl Account {
     pub fn retract(&mut self, purpose: Purpose, false_cover: &[Address]) -> Result<bool, HeldError> {
         let mut trims: BTreeMap<PatchId, Vec<(u16, u16, u8)>> = BTreeMap::new();
         for &(patch, x, y) in false_cover {
-            let Some(record) = self.records.get_mut(&patch) else { continue };
+            let Some(record) = self.known.records.get_mut(&patch).map(Arc::make_mut) else { continue };
             // Once an update: a sample that two views of one plan see covering falsely shrinks by one step.
-            if let Some(extent) = record.trim(x, y, self.look) {
+            if let Some(extent) = record.trim(x, y, self.known.look) {
                 trims.entry(patch).or_default().push((x, y, extent));
             }
         }
@@ -211,12 +227,12 @@ impl Account {
             without_look(&mut image);
         }
         now.colour.settle_all(&mut image.colour);
-        self.last_patch += 1;
-        let id = PatchId(self.last_patch);
+        self.known.last_patch += 1;
+        let id = PatchId(self.known.last_patch);
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects: objects_in(&image, now.moving), image };
         let triangles = mask.occupied().map(|(x, y)| cropped.triangle_at(x as i32, y as i32)).collect();
-        let record = Record::new(&patch.image, &cropped.camera, triangles, self.look, now.deforming);
-        self.records.insert(id, record);
+        let record = Record::new(&patch.image, &cropped.camera, triangles, self.known.look, now.deforming);
+        self.known.records.insert(id, Arc::new(record));
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)?;
         self.drawn.change(id);
         Ok(())
@@ -224,8 +240,8 @@ impl Account {
 
     /// Says that a light casts nothing: by a patch of it without a sample.
     pub fn add_nothing(&mut self, light: u16, now: &Surroundings<'_>) -> Result<(), HeldError> {
-        self.last_patch += 1;
-        let (id, purpose, objects) = (PatchId(self.last_patch), Purpose::Light(light), Vec::new());
+        self.known.last_patch += 1;
+        let (id, purpose, objects) = (PatchId(self.known.last_patch), Purpose::Light(light), Vec::new());
         let image = DepthImage::without_samples();
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects, image };
         self.held.edit(Edit::Add(Box::new(patch)), &mut self.draft)
@@ -286,8 +302,8 @@ impl Account {
         now: &Surroundings<'_>,
     ) -> Result<PatchId, HeldError> {
         now.colour.settle_all(&mut image.colour);
-        self.last_patch += 1;
-        let id = PatchId(self.last_patch);
+        self.known.last_patch += 1;
+        let id = PatchId(self.known.last_patch);
         *if purpose == Purpose::Rest { &mut self.counts.rest } else { &mut self.counts.impostor } +=
             image.sample_count();
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects, image };
@@ -316,7 +332,8 @@ impl Account {
     /// The patches that were captured by some views, beside those of the first set.
     pub fn captured_by(&self, views: &[Pinhole]) -> BTreeSet<PatchId> {
         let is_of = |camera: &Camera| views.iter().any(|view| cut_from(view, camera).is_some());
-        let is_later = |id: &PatchId| self.records.get(id).is_some_and(|record| record.added > self.first_look);
+        let is_later =
+            |id: &PatchId| self.known.records.get(id).is_some_and(|record| record.added > self.known.first_look);
         let patches = self.held.patches.iter().filter(|(id, held)| is_later(id) && is_of(&held.patch.image.camera));
         patches.map(|(id, _)| *id).collect()
     }
@@ -326,19 +343,20 @@ impl Account {
         let mut last: Option<(PatchId, &mut Record)> = None;
         for (patch, x, y) in view.texels.iter().filter_map(surface::AddressTexel::address) {
             if last.as_ref().is_none_or(|(id, _)| *id != patch) {
-                last = self.records.get_mut(&patch).map(|record| (patch, record));
+                last = self.known.records.get_mut(&patch).map(|record| (patch, Arc::make_mut(record)));
             }
             if let Some((_, record)) = &mut last {
-                record.see(x, y, self.look);
+                record.see(x, y, self.known.look);
             }
         }
     }
 
     /// Marks what this update added last as never seen.
     pub fn mark_added_unseen(&mut self) {
-        let look = self.look;
-        if let Some(record) = self.records.get_mut(&PatchId(self.last_patch)).filter(|record| record.added == look) {
-            record.forget_seen();
+        let look = self.known.look;
+        let last = self.known.records.get_mut(&PatchId(self.known.last_patch));
+        if let Some(record) = last.filter(|record| record.added == look) {
+            Arc::make_mut(record).forget_seen();
         }
     }
 
@@ -354,7 +372,7 @@ impl Account {
 
     /// Updates that were begun.
     pub fn looks(&self) -> usize {
-        self.look as usize
+        self.known.look as usize
     }
 
     /// What the edits of the update did so far.
@@ -385,7 +403,7 @@ impl Account {
             let Some(held) = self.held.patches.get(&id) else { continue };
             if held.patch.image.sample_count() == of_patch.len() {
                 self.held.edit(Edit::Remove(id), &mut self.draft)?;
-                self.records.remove(&id);
+                self.known.records.remove(&id);
                 self.drawn.change(id);
             } else {
                 let pixels: Vec<(u16, u16)> = of_patch.iter().map(|&(_, x, y)| (x, y)).collect();
@@ -398,17 +416,17 @@ impl Account {
 
     /// Brings what draws the copy up to date; call it before the copy is drawn.
     pub fn refresh(&mut self) {
-        self.drawn.refresh(&self.held, &self.records);
+        self.drawn.refresh(&self.held, &self.known.records);
     }
 }
 
 impl Samples for Account {
     fn captured(&self, (patch, x, y): Address) -> Captured {
-        self.records.get(&patch).and_then(|record| record.captured(x, y)).unwrap_or(Captured::UNKNOWN)
+        self.known.records.get(&patch).and_then(|record| record.captured(x, y)).unwrap_or(Captured::UNKNOWN)
     }
 
     fn centre_world(&self, (patch, x, y): Address, object: u16) -> Option<DVec3> {
-        let w = self.records.get(&patch)?.w(x, y)?;
+        let w = self.known.records.get(&patch)?.w(x, y)?;
         let held = &self.held.patches.get(&patch)?.patch;
         let point = ImagePoint { u: f64::from(x) + 0.5, v: f64::from(y) + 0.5, w: w.into() };
         let captured = held.image.camera.world_from_image(point);
@@ -420,7 +438,7 @@ impl Samples for Account {
     fn sent_by(&self, camera: &Pinhole, purpose: Purpose) -> Vec<u32> {
         let mut triangles = vec![0; camera.width_px as usize * camera.height_px as usize];
         for (id, held) in self.held.patches.iter().filter(|(_, held)| held.patch.purpose == purpose) {
-            let (patch, Some(record)) = (&held.patch, self.records.get(id)) else { continue };
+            let (patch, Some(record)) = (&held.patch, self.known.records.get(id)) else { continue };
             let Some(origin) = cut_from(camera, &patch.image.camera) else { continue };
             let carried = |pose: &&ObjectPose| self.held.poses_now.get(&pose.object) != Some(&pose.world_from_object);
             let carried: Vec<u16> = patch.objects.iter().filter(carried).map(|pose| pose.object).collect();

@@ -42,7 +42,7 @@ impl Account {
     /// Brings what is known on the GPU home where it is asked for next, or takes up too much there: before [`Account::evict`].
     pub fn settle_facts(&mut self, budget_samples: usize) -> Result<(), ReadbackError> {
         let is_full = self.held.sample_count() > budget_samples;
-        self.drawn.settle_facts(&self.held, &mut self.records, is_full)
+        self.drawn.settle_facts(&self.held, &mut self.known.records, is_full)
     }
 
     /// The same of what is held for one purpose, by itself.
@@ -70,11 +70,11 @@ impl Account {
             }
         }
         let mut sum = 0;
-        let enough = by_look.iter().take_while(|&(&look, _)| look < self.look).find_map(|(&look, &count)| {
+        let enough = by_look.iter().take_while(|&(&look, _)| look < self.known.look).find_map(|(&look, &count)| {
             sum += count;
             (sum >= excess).then_some(look)
         });
-        let last = enough.or_else(|| self.look.checked_sub(1));
+        let last = enough.or_else(|| self.known.look.checked_sub(1));
         last.map_or_else(Vec::new, |last| self.last_seen_by(purpose, last))
     }
 
@@ -90,6 +90,6 @@ impl Account {
 
     fn surfaces_of(&self, purpose: Purpose) -> impl Iterator<Item = (PatchId, &HeldPatch, &Record)> {
         let patches = self.held.patches.iter().filter(move |(_, held)| held.patch.purpose == purpose);
-        patches.filter_map(|(id, held)| Some((*id, held, self.records.get(id)?)))
+        patches.filter_map(|(id, held)| Some((*id, held, &**self.known.records.get(id)?)))
     }
 }

@@ -51,7 +51,7 @@ impl Account {
         let is_in_view = |id: &PatchId| self.surfaces(Purpose::Eye).is_some_and(|s| s.may_show(*id, view.camera()));
         let patches: Vec<_> = self.held.patches.iter().filter(|(id, _)| is_in_view(id)).collect();
         let of_patch = |(id, held): (&PatchId, &HeldPatch)| {
-            let record = self.records.get(id);
+            let record = self.known.records.get(id);
             record.map(|record| self.superseded_of(*id, held, record, view, &shown)).unwrap_or_default()
         };
         patches.into_par_iter().flat_map_iter(of_patch).filter(|address| !lacking.replaces(*address)).collect()

@@ -2,6 +2,7 @@
 
 use camera::{Pinhole, Rigid};
 
+use crate::discretize::Capture;
 use crate::viewer::Viewer;
 
 /// A view that shows nothing new says little of the next one: what is expected falls by no more than this share from view to view.
@@ -59,4 +60,14 @@ pub struct Part {
     /// These rows of it, from the same eye.
     pub camera: Pinhole,
     pub(super) first_row: u32,
+}
+
+impl Part {
+    /// Its rows of a capture of the whole view.
+    pub fn rows_of(&self, whole: Capture) -> Capture {
+        if self.camera == self.view {
+            return whole;
+        }
+        whole.cropped((0, self.first_row), (self.camera.width_px, self.camera.height_px))
+    }
 }

@@ -7,12 +7,13 @@ use protocol::Purpose;
 use scene::Snapshot;
 
 use super::{Client, LightWork, Made, Stage, StageError};
-use crate::account::{AccountRules, Surroundings};
-use crate::anticipate::{self, Around};
+use crate::account::{Account, AccountRules, Surroundings};
+use crate::anticipate::{self, Around, Part};
 use crate::discretize::Discretization;
+use crate::imager::Occasion;
 use crate::plan::{Reason, Rules, own_view, precision_within};
 use crate::render::Blended;
-use crate::revise::Revision;
+use crate::revise::{Revision, revise};
 use crate::viewer::Viewer;
 
 /// Views that are looked at ahead in a turn at most, while none of them shows anything new: other sessions may be waiting by then.
@@ -40,6 +41,7 @@ impl Stage {
     ) -> Result<Option<Made>, StageError> {
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
+        self.imager.draw_for(Occasion::Ahead);
         self.imager.leave_out(client.account.shown_by_reliefs());
         self.imager.blend(Blended::LeftOut);
         let around = self.around(viewer, own, snapshot)?;
@@ -62,7 +64,7 @@ impl Stage {
                 client.ahead.ended(viewer);
                 break;
             };
-            self.look_beside(&[part.camera], snapshot, now, &mut client.account, |_, _| revision)?;
+            self.look_ahead_from(&part, snapshot, now, &mut client.account, &revision)?;
             client.ahead.looked(&part);
             pixels += u64::from(part.camera.width_px) * u64::from(part.camera.height_px);
             if !client.account.counts().is_still() {
@@ -74,7 +76,33 @@ impl Stage {
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         let lights = LightWork::default();
-        Ok(update.map(|update| Made { reason: Reason::Ahead, update, coding, counts, pixels, lights }))
+        Ok(update.map(|update| Made {
+            reason: Reason::Ahead,
+            update,
+            coding,
+            counts,
+            pixels,
+            lights,
+            coded: Arc::default(),
+        }))
+    }
+
+    /// Brings the copy up to date by a view ahead. Others are sent other rows of the same view, so all of it is drawn where that can be kept.
+    fn look_ahead_from(
+        &mut self,
+        part: &Part,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        account: &mut Account,
+        revision: &Revision<'_>,
+    ) -> Result<(), StageError> {
+        if self.pool.is_none() || self.imager.comparer().is_some() {
+            return self.look_beside(&[part.camera], snapshot, now, account, |_, _| *revision);
+        }
+        for capture in self.imager.captures(snapshot, &[part.view], Discretization::Conventional)? {
+            revise(&mut *self.imager, account, &mut part.rows_of(capture), revision, now)?;
+        }
+        Ok(())
     }
 
     /// What a viewer who stands still will turn about, or where he stands.

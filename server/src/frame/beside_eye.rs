@@ -1,6 +1,7 @@
 //! What a look sends beside the samples that the eye is shown: reliefs, impostors, what lights see, occluders.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -46,9 +47,10 @@ impl Stage {
         let eye_world = plan.coverage.world_from_eye.translation;
         let focal_px = f64::from(viewer.view.height_px) / 2.0 / (viewer.view.fov_y_rad / 2.0).tan();
         // One coarse image is there sooner than reliefs.
-        let eye = (!self.begins_coarsely(client)).then_some(Eye { eye_world, focal_px });
+        let eye = (!client.begins_coarsely).then_some(Eye { eye_world, focal_px });
         let held = (&mut client.account, &mut client.reliefs);
         relief::serve(&mut reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
+        self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         self.imager.leave_out(client.account.shown_by_reliefs());
         Ok(())
     }
@@ -91,7 +93,7 @@ impl Stage {
         viewer: Viewpoint,
     ) -> Result<LightWork, StageError> {
         let shadows = client.draws.shadows;
-        if shadows == Shadows::None || self.begins_coarsely(client) {
+        if shadows == Shadows::None || client.begins_coarsely {
             return Ok(LightWork::default());
         }
         let (started, first) = (Instant::now(), client.account.edits());
@@ -119,7 +121,7 @@ impl Stage {
         eye_world: DVec3,
     ) -> Result<(), StageError> {
         let reach_m = client.draws.occlusion_reach_m;
-        if !(reach_m > 0.0 && reach_m.is_finite()) || self.begins_coarsely(client) {
+        if !(reach_m > 0.0 && reach_m.is_finite()) || client.begins_coarsely {
             return Ok(());
         }
         let serving = occluders::Serving {

@@ -1,11 +1,14 @@
 //! The tick of a client that asked for a camera by its name.
 
+use std::sync::Arc;
+
 use protocol::Purpose;
 use protocol::codec::ColourSteps;
 
 use super::{LightWork, Made, Stage};
 use crate::account::Surroundings;
 use crate::client::Client;
+use crate::imager::Occasion;
 use crate::plan::Reason;
 use crate::stage_error::StageError;
 use crate::viewer::Viewer;
@@ -25,6 +28,8 @@ impl Stage {
             let now = &Surroundings { moving: &[], ..*now };
             let Some(asked) = &mut client.asked else { return Ok(None) };
             client.account.begin(now)?;
+            // It is the same for all who ask for it.
+            stage.imager.draw_for(Occasion::Standing);
             let Some(mut image) = stage.imager.camera_image(snapshot, &asked.camera)? else { return Ok(None) };
             now.colour.settle_all(&mut image.colour);
             if now.colour != ColourSteps::Lossless {
@@ -44,7 +49,15 @@ impl Stage {
             let coding = stage.coding.coding(viewer.bytes_per_s);
             let pixels = u64::from(width_px) * u64::from(height_px);
             let lights = LightWork::default();
-            Ok(update.map(|update| Made { reason: Reason::Camera, update, coding, counts, pixels, lights }))
+            Ok(update.map(|update| Made {
+                reason: Reason::Camera,
+                update,
+                coding,
+                counts,
+                pixels,
+                lights,
+                coded: Arc::default(),
+            }))
         })
     }
 }

@@ -11,7 +11,7 @@ use super::places::Places;
 use crate::whereabouts;
 
 /// What a client was sent of lights.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Kept {
     pub(super) lights: BTreeMap<u16, KeptLight>,
     /// The scene as it was looked at last, and a box around it.
@@ -20,7 +20,7 @@ pub struct Kept {
 }
 
 /// A light that was looked from.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct KeptLight {
     /// From which points, of a lamp.
     pub places: Places,

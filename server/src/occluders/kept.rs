@@ -8,7 +8,7 @@ use scene::{Scene, Snapshot};
 use crate::whereabouts;
 
 /// What a client was sent of occluders.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Kept {
     /// What was looked at last, and how far occluders reached.
     pub(super) around: Option<(Ball, f64)>,

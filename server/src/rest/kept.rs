@@ -30,6 +30,11 @@ impl Kept {
         self.patches.extend(patches);
     }
 
+    /// The patches of its rows.
+    pub fn patches(&self) -> &[PatchId] {
+        &self.patches
+    }
+
     /// What the rows that were [`Kept::sent`] last came to.
     pub fn coded(&mut self, bytes: usize) {
         self.bytes += bytes;

@@ -109,7 +109,9 @@ impl Shared {
             .coarse_first(config.clock == Clock::Wall)
             .shed_load(config.clock == Clock::Wall);
         let judged = if config.clock == Clock::Wall { Judged::Aside } else { Judged::AtOnce };
-        let mut stage = if config.relief { stage.with_reliefs(judged) } else { stage };
+        let stage = if config.relief { stage.with_reliefs(judged) } else { stage };
+        // Nor does it matter there what was drawn before.
+        let mut stage = if config.clock == Clock::Wall { stage.sharing(stats.pool.clone()) } else { stage };
         // On the virtual clock every run is the same, whatever the machine.
         let threads = if stage.compares_on_hardware() { COMPARING_ON_GPU } else { COMPARING_HERE };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -19,6 +19,7 @@ use vantage_server::frame::{Made, Stage};
 use vantage_server::imager::GpuImager;
 use vantage_server::impostors::relief::Judged;
 use vantage_server::plan::{PARALLAX_ERROR_PX, Reason, Rules};
+use vantage_server::pool::Pool;
 use vantage_server::start::{near_m, start_pose};
 use vantage_server::viewer::Viewer;
 
@@ -142,6 +143,11 @@ impl Session {
     /// The same, whose shapes are judged at a time.
     pub fn with_reliefs_judged(self, judged: Judged) -> Session {
         Session { stage: self.stage.with_reliefs(judged), ..self }
+    }
+
+    /// The same by a server that shares what it does.
+    pub fn sharing(self, pool: Arc<Pool>) -> Session {
+        Session { stage: self.stage.sharing(pool), ..self }
     }
 
     /// A pause in which nobody waits; whether there was work to do.

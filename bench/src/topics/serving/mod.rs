@@ -13,7 +13,8 @@ use gpu::Gpu;
 use protocol::message::Clock;
 use server::config::ComparesOn;
 use server::imager::GpuImager;
-use server::look_times::{LookTimes, Part};
+use server::look_times::Part;
+use server::stats::Stats;
 
 use crate::load::{self, Behaviour, ClientReport, Limits, Load, Script, Timed};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
@@ -170,7 +171,7 @@ fn served(
     sockets.block_on(running.stop());
     let found = found?;
     anyhow::ensure!(found.errors == 0, "{} of {clients} clients ended by an error", found.errors);
-    Ok(measured(&label, &found, is_audience, (spent, &stats.look_times)))
+    Ok(measured(&label, &found, is_audience, (spent, &stats)))
 }
 
 /// The figures of a run; the presenter of an audience is not counted.
@@ -178,7 +179,7 @@ fn measured(
     label: &str,
     found: &load::Report,
     is_audience: bool,
-    (spent, look_times): (Option<Spent<2>>, &LookTimes),
+    (spent, stats): (Option<Spent<2>>, &Stats),
 ) -> Served {
     let counted: Vec<&ClientReport> = found.clients.iter().skip(usize::from(is_audience)).collect();
     let method =
@@ -204,6 +205,10 @@ fn measured(
         row.counts.set("looks_cores", (all_s - on_sockets_s - on_load_s) / found.seconds);
         row.counts.set("mb_per_core_s", bytes as f64 / 1e6 / on_sockets_s);
     }
+    let (look_times, pool) = (&stats.look_times, &stats.pool);
+    row.counts.set("images_drawn", pool.drawn() as f64);
+    row.counts.set("images_shared", pool.shared() as f64);
+    row.counts.set("looks_shared", pool.looks_shared() as f64);
     row.counts.set("looks_per_s", look_times.looks() as f64 / found.seconds);
     for part in Part::ALL {
         row.counts.set(format!("look_{}_ms", part.name()), look_times.mean_ms(part));

@@ -152,6 +152,11 @@ impl Reliefs {
         self.shapes.is_empty()
     }
 
+    /// How many shapes were judged. What a viewer should be shown changes with it.
+    pub fn judged_shapes(&self) -> usize {
+        self.shapes.values().filter(|shape| shape.verdict.is_some()).count()
+    }
+
     /// What a viewer should be shown by which images; `shown` says what it is shown by now. A shape that comes into reach for the first
     /// time is judged, or asked for, and what was found is said in the log; one a call, for it takes a software renderer a second.
     pub fn wanted(
