@@ -18,6 +18,7 @@ mod drawn;
 pub mod findings;
 mod past;
 mod record;
+mod repeat;
 mod room;
 mod rules;
 pub mod samples;
