@@ -19,6 +19,7 @@ pub mod facts;
 pub mod findings;
 mod past;
 mod record;
+mod repeat;
 mod room;
 mod rules;
 pub mod samples;
