@@ -259,9 +259,8 @@ impl Stage {
         // A first set may as well be for many who come at once, unless they all come to where somebody stood.
         let is_dear = || load.is_heavy() && !self.is_done(&whole, client, viewer);
         let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && is_dear();
-        if shrinks && (share < 1.0 || load.is_for_one) {
-            let images = if load.is_for_one { 1 } else { self.rules.images };
-            let coarse = self.planned(viewer, client, now_s, (images, share))?;
+        if shrinks && share < 1.0 {
+            let coarse = self.planned(viewer, client, now_s, (load.images(self.rules.images), share))?;
             // A path that carries less is used at every tick.
             let coverage = Coverage { way: None, ..coarse.coverage };
             Some(Plan { is_coarse: true, coverage, ..coarse })

@@ -10,9 +10,7 @@ const SIDE_SHARES: [f64; 4] = [1.0, std::f64::consts::FRAC_1_SQRT_2, 0.5, 0.25];
 /// Who is sent little is delivered little, whatever the path could carry. So the next update may be so many times as large as the throughput
 /// says where the last one took less than an interval over this longer than the fastest one did: it then takes an interval at most.
 const GROWTH: f64 = 2.0;
-/// Who waits for his turn longer than so many intervals gets one image instead of several at the next one, ...
-const WAIT_INTERVALS: f64 = 1.0;
-/// ... longer than so many, a smaller one, and larger ones and more where he hardly waits at all.
+/// Who waits for his turn longer than so many intervals gets smaller images at the next one, and larger ones where he hardly waits at all.
 const LONG_WAIT_INTERVALS: f64 = 2.0;
 const SHORT_WAIT_INTERVALS: f64 = 0.5;
 /// How far images shrink under load, of [`SIDE_SHARES`]. Fifty walkers among `pillars` on two cores, images of 256 pixels at most and one a look, runs of 30
@@ -27,18 +25,21 @@ const SMOOTHING: f64 = 0.25;
 pub struct Load {
     /// The side of the next images as a share of the largest.
     pub side_share: f64,
-    /// Whether there is time for one image only, from where the viewer is expected. What it leaves out, the next one shows, and that comes the
-    /// sooner.
-    pub is_for_one: bool,
 }
 
 impl Load {
     /// No viewer waits for another.
-    pub const NONE: Load = Load { side_share: 1.0, is_for_one: false };
+    pub const NONE: Load = Load { side_share: 1.0 };
 
-    /// Whether images are smaller.
+    /// Whether less is to be done for each viewer.
     pub fn is_heavy(&self) -> bool {
         self.side_share < 1.0
+    }
+
+    /// How many images there is time for, of so many: then only one, from where the viewer is expected. What it leaves out, the next one shows, and that
+    /// comes the sooner.
+    pub fn images(&self, images: usize) -> usize {
+        if self.is_heavy() { 1 } else { images }
     }
 }
 
@@ -47,16 +48,15 @@ impl Load {
 pub struct Pace {
     /// Bytes of an update over the pixels of the views that it was made from; `None` before any.
     bytes_per_px: Option<f64>,
-    /// What the server has time for: whole looks, one image of them, and then ever smaller ones.
+    /// Which of [`SIDE_SHARES`] the server has time for.
     load_step: usize,
 }
 
 impl Pace {
     /// The client waited so long for its turn. All who wait for each other wait about as long, so images shrink for all of them.
     pub fn waited(&mut self, wait_s: f64, interval_s: f64) {
-        let long = if self.load_step == 0 { WAIT_INTERVALS } else { LONG_WAIT_INTERVALS };
-        if wait_s > long * interval_s {
-            self.load_step = (self.load_step + 1).min(1 + MOST_STEPS);
+        if wait_s > LONG_WAIT_INTERVALS * interval_s {
+            self.load_step = (self.load_step + 1).min(MOST_STEPS);
         } else if wait_s < SHORT_WAIT_INTERVALS * interval_s {
             self.load_step = self.load_step.saturating_sub(1);
         }
@@ -64,7 +64,7 @@ impl Pace {
 
     /// What there is time for, by what waiting said.
     pub fn load(&self) -> Load {
-        Load { side_share: SIDE_SHARES[self.load_step.saturating_sub(1)], is_for_one: self.load_step > 0 }
+        Load { side_share: SIDE_SHARES[self.load_step] }
     }
 
     /// An update for a viewer who moves was made from views of so many pixels together.
@@ -117,14 +117,12 @@ mod tests {
     #[test]
     fn who_waits_gets_smaller_images_until_he_does_not() {
         let mut pace = Pace::default();
-        let loads = [0.1, 0.11, 0.2, 0.3, 0.3, 0.3, 0.3, 0.1, 0.04, 0.04, 0.04, 0.04].map(|wait_s| {
+        let shares = [0.05, 0.3, 0.3, 0.3, 0.1, 0.04, 0.04, 0.04].map(|wait_s| {
             pace.waited(wait_s, 0.1);
-            (pace.load().is_for_one, pace.load().side_share)
+            pace.load().side_share
         });
         let [whole, less, half, least] = SIDE_SHARES;
-        let shrinking = [(false, whole), (true, whole), (true, whole), (true, less), (true, half), (true, least)];
-        let growing = [(true, least), (true, least), (true, half), (true, less), (true, whole), (false, whole)];
-        assert_eq!(loads, [shrinking, growing].concat()[..]);
+        assert_eq!(shares, [whole, less, half, least, least, half, less, whole]);
     }
 
     #[test]
