@@ -82,6 +82,17 @@ fn whoever_comes_second_costs_no_image_and_gets_the_same_bytes() {
 }
 
 #[test]
+fn whoever_comes_second_is_served_the_same_where_the_gpu_compares() {
+    let (mut session, pool) = sharing(Session::built_in("pillars").comparing_on_gpu());
+    let first = visit(&mut session, Draws::default());
+    let again = visit(&mut session, Draws::default());
+    assert!(again.0 == first.0 && pool.looks_shared() > 1, "{} looks", pool.looks_shared());
+    // What it was sent for another's sake is known on the GPU, too: what it lacks elsewhere is the same.
+    let (first, again) = (bytes(&first.1), bytes(&again.1));
+    assert!(first > 0 && again.abs_diff(first) <= first / 100, "{first} and {again} bytes");
+}
+
+#[test]
 fn rows_at_rest_that_come_at_other_times_change_no_look() {
     let (mut session, pool) = sharing(Session::resting("pillars"));
     let arrive = |session: &mut Session, bytes_per_s: Option<f64>| {

@@ -96,9 +96,10 @@ impl Facts {
         self.changed.insert(id);
     }
 
-    /// All was forgotten.
+    /// All was forgotten; what comes next may fit again.
     pub fn clear(&mut self) {
         self.changed.clear();
+        self.is_full = false;
         self.forget_all();
     }
 

@@ -54,7 +54,7 @@ impl Account {
     }
 
     /// Does what a look did to another one of the same past: the same edits, at a time of its own, with what that one then knew. What they add is drawn
-    /// with `surfaces` when the copy is looked at next.
+    /// with `surfaces` when the copy is looked at next. Where views are compared on the GPU, what was seen last is only as new as that one's records.
     pub fn repeat(
         &mut self,
         edits: &[Edit],
