@@ -21,7 +21,7 @@ use crate::viewer::Viewer;
 
 /// Updates that wait for an encoder at most: one, so that what an update shows is never older than one encoding.
 const ENCODER_QUEUE: usize = 1;
-/// Looking threads for each that encodes: that takes a sixth of a look's time, and a quarter where views are compared on the GPU.
+/// Looking threads for each that encodes: that takes a tenth of a look's time where views are compared on the GPU, and less where they are not.
 const LOOKING_AN_ENCODER: usize = 4;
 
 /// Work that nobody waits for takes one part in so many of the time at most, while there are turns to take.
