@@ -62,6 +62,7 @@ impl HeldSet {
             surfaces: &self.surfaces,
             held: &self.held,
             impostors,
+            bodies: None,
             lights: None,
             occluders: None,
             layers: None,

@@ -14,6 +14,7 @@ use glam::{DAffine3, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::body::Body;
 use crate::image::DepthImage;
 use crate::look::{Lighting, Material};
 use crate::sky::Sky;
@@ -48,6 +49,9 @@ pub enum Purpose {
     /// What the eye sees through, where it is blended: of layer `.0`, below [`Purpose::LAYERS`]. Samples say how much they hide ([`DepthImage::share`](crate::DepthImage::share)).
     /// Each layer is drawn by itself, from its front alone, and blended with what lies behind it.
     Layer(u8),
+    /// The colours and materials of a [`Body`], by texture coordinates: u to the right, v down. Pixels without a sample are cut out, or nothing shows them. Depth,
+    /// normals and objects say nothing.
+    Body,
 }
 
 impl Purpose {
@@ -101,7 +105,7 @@ pub struct NextSteps {
     pub objects: Vec<ObjectSteps>,
 }
 
-/// An object that is drawn by rays against reliefs, instead of from samples of its own.
+/// An object that is drawn by rays against reliefs or as a body, instead of from samples of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instance {
     /// Where the object is, as long as no [`Edit::Move`] says otherwise; the relief's own object has its pose at capture in
@@ -144,9 +148,11 @@ pub enum Edit {
     Trim(PatchId, Vec<(u16, u16, u8)>),
     /// Moves rigid objects to where they are now; ids ascend.
     Move(Vec<ObjectPose>),
-    /// Shows objects by a held relief from now on, beside others: of several the nearest surface shows. Ids ascend.
+    /// Gives a held patch of [`Purpose::Body`] its triangles, once.
+    Body(PatchId, Arc<Body>),
+    /// Shows objects by a held relief or body from now on, beside others: of several the nearest surface shows. Ids ascend.
     Place(PatchId, Vec<Instance>),
-    /// Shows objects by no relief any more.
+    /// Shows objects by no relief and no body any more.
     Withdraw(Vec<u16>),
     /// Replaces the material table.
     Materials(Vec<Material>),
@@ -218,7 +224,9 @@ pub struct Held {
     pub patches: BTreeMap<PatchId, HeldPatch>,
     /// Where the moving rigid objects are now.
     pub poses_now: BTreeMap<u16, DAffine3>,
-    /// The objects that are shown by reliefs, and which: patches of [`Purpose::Relief`], which may be forgotten by now.
+    /// The triangles of patches of [`Purpose::Body`].
+    pub bodies: BTreeMap<PatchId, Arc<Body>>,
+    /// The objects that are shown by reliefs and bodies, and which: patches of [`Purpose::Relief`] and [`Purpose::Body`], which may be forgotten by now.
     pub instances: BTreeMap<(u16, PatchId), HeldInstance>,
     /// Indexed by the samples.
     pub materials: Vec<Material>,
@@ -298,10 +306,16 @@ pub enum HeldError {
     #[error("{0:?} has a camera that does not fit its purpose")]
     CameraUnfit(PatchId),
     /// An object is to be shown by a patch that is none.
-    #[error("{0:?} is no relief")]
+    #[error("{0:?} is no relief and no body")]
     NoRelief(PatchId),
+    /// Triangles for a patch that has some, or is no body's.
+    #[error("{0:?} takes no triangles")]
+    NoBody(PatchId),
+    /// Triangles whose parts do not fit each other, or with numbers that are none.
+    #[error("the body of {0:?} is not whole")]
+    BodyNotWhole(PatchId),
     /// An object is to be withdrawn that no relief shows.
-    #[error("object {0} is shown by no relief")]
+    #[error("object {0} is shown by no relief and no body")]
     NoInstance(u16),
     /// A number that is infinite, not a number, or out of its range.
     #[error("{0} is not finite or out of range")]

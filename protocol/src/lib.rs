@@ -3,12 +3,14 @@
 //! - [`image`]: [`DepthImage`], what one camera captured, as plain values.
 //! - [`ends`]: where surfaces end within a pixel.
 //! - [`held`]: [`Patch`], [`Edit`], [`Update`], and [`Held`], the copy of the client that both ends keep.
+//! - [`body`]: objects as triangles, where samples of them would be more.
 //! - [`look`]: materials, lights and how colour is shown.
 //! - [`sky`]: light from far around. [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
 //!   samples. [`plain`]: an update where bytes are handed over within one machine.
 //! - [`session`]: the sans-IO state machines of both ends: bytes and the time go in, bytes, events and deadlines come out.
 //! - [`limits`]: caps on everything that comes from outside.
 
+pub mod body;
 mod bytes;
 pub mod codec;
 pub mod ends;
@@ -25,6 +27,7 @@ mod shadow_views;
 pub mod sky;
 pub mod wire;
 
+pub use body::Body;
 pub use held::{
     Edit, Held, HeldError, HeldInstance, Instance, NextSteps, ObjectPose, ObjectSteps, Patch, PatchId, Purpose, Step,
     Update,

@@ -23,6 +23,12 @@ pub struct Limits {
     pub held_pixels: usize,
     /// Patches of the held copy.
     pub held_patches: usize,
+    /// Vertices of all bodies of one update, and of all that are held.
+    pub body_vertices: usize,
+    /// Indices of the same.
+    pub body_indices: usize,
+    /// Numbers of what bones do, of the same.
+    pub body_clip_numbers: usize,
     /// Entries of the material table; samples name them by one byte.
     pub materials: usize,
 }
@@ -41,6 +47,9 @@ impl Default for Limits {
             held_samples: 1 << 26,
             held_pixels: 1 << 31,
             held_patches: 1 << 17,
+            body_vertices: 1 << 20,
+            body_indices: 3 << 20,
+            body_clip_numbers: 1 << 22,
             materials: 256,
         }
     }

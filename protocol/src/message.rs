@@ -11,7 +11,7 @@ use crate::held::Update;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 21;
+pub const VERSION: u16 = 22;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -27,6 +27,7 @@ const PLACE: u8 = 8;
 const WITHDRAW: u8 = 9;
 const SKY: u8 = 10;
 const JOIN: u8 = 11;
+const BODY: u8 = 12;
 
 /// Appends an update whose masks have the size of their cameras, as those that were decoded do.
 pub fn write_update(update: &Update, out: &mut Vec<u8>) {
@@ -110,6 +111,11 @@ fn write_edit(edit: &Edit, out: &mut Writer) {
             out.u8(SKY);
             codec::write_sky(sky, &mut Packer::new(), out);
         }
+        Edit::Body(id, body) => {
+            out.u8(BODY);
+            out.u32(id.0);
+            codec::write_body(body, &mut Packer::new(), out);
+        }
         Edit::Join(bits) => {
             out.u8(JOIN);
             out.u64(*bits);
@@ -142,6 +148,10 @@ fn read_edit(reader: &mut Reader) -> Result<Edit, WireError> {
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
         SKY => Edit::Sky(Arc::new(codec::read_sky(reader, &mut Unpacker::new())?)),
+        BODY => {
+            let id = PatchId(reader.u32()?);
+            Edit::Body(id, Arc::new(codec::read_body(reader, &mut Unpacker::new(), &mut Limits::default())?))
+        }
         JOIN => Edit::Join(reader.u64()?),
         _ => return Err(CodecError::Damaged("kind of edit").into()),
     })

@@ -333,6 +333,7 @@ const PLACE: u8 = 8;
 const WITHDRAW: u8 = 9;
 const SKY: u8 = 10;
 const JOIN: u8 = 11;
+const BODY: u8 = 12;
 
 /// The bytes of an update, before they are split; colours must be settled by `coding`. Pure: it may run on any thread.
 pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
@@ -436,11 +437,24 @@ fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {
             out.u8(SKY);
             codec::write_sky(sky, packer, out);
         }
+        Edit::Body(id, body) => {
+            out.u8(BODY);
+            out.u32(id.0);
+            // Once for a shape, not once a tick: it may take its time.
+            codec::write_body(body, &mut Packer::thorough(), out);
+        }
         Edit::Join(bits) => {
             out.u8(JOIN);
             out.u64(*bits);
         }
     }
+}
+
+/// The bytes of an edit that adds no patch, by itself.
+pub fn edit_bytes(edit: &Edit) -> Vec<u8> {
+    let mut out = Writer::default();
+    write_edit(edit, &mut Packer::new(), &mut out);
+    out.bytes
 }
 
 /// Reads an edit and takes its samples and pixels off `left`.
@@ -476,6 +490,7 @@ fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) ->
         MATERIALS => Edit::Materials(decode_table(reader.block()?)?),
         LIGHT => Edit::Light(Box::new(decode_table(reader.block()?)?)),
         SKY => Edit::Sky(Arc::new(codec::read_sky(reader, unpacker)?)),
+        BODY => Edit::Body(PatchId(reader.u32()?), Arc::new(codec::read_body(reader, unpacker, left)?)),
         JOIN => Edit::Join(reader.u64()?),
         _ => return Err(CodecError::Damaged("kind of edit").into()),
     };

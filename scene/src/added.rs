@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::model::Animation;
-use crate::{Instance, Material, Mesh, Scene, Snapshot};
+use crate::{Instance, Material, Mesh, Rig, Scene, Snapshot};
 
 impl Scene {
     /// The same with a thing that stands still, as its last instance. The mesh's own material number does not count.
@@ -42,5 +42,13 @@ impl Animation for Added {
         let mut places = self.before.places(scene, time_s);
         places.push(self.world_from_mesh);
         places
+    }
+
+    fn rigs(&self) -> Vec<Rig> {
+        self.before.rigs()
+    }
+
+    fn bones(&self, rig: &Rig, time_s: f64) -> Vec<DAffine3> {
+        self.before.bones(rig, time_s)
     }
 }

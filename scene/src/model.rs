@@ -7,6 +7,8 @@ use camera::CorridorMap;
 use camera::written::NamedCamera;
 use glam::{DAffine3, DVec3};
 
+use crate::rig::Rig;
+
 /// A vertex, in its mesh's own space. Meshes are centred by the loader, so f32 is relative to the mesh, never to the world.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -440,6 +442,16 @@ pub trait Animation: Send + Sync {
     /// See [`Scene::places`].
     fn places(&self, scene: &Scene, time_s: f64) -> Vec<DAffine3> {
         self.at(scene, time_s).world_from_mesh
+    }
+
+    /// The instances that bones alone bend, in the same way over and over.
+    fn rigs(&self) -> Vec<Rig> {
+        Vec::new()
+    }
+
+    /// `world_from_mesh` of each bone of a [rig](Animation::rigs), which takes [`Rig::unbent`] to where that bone alone would have it.
+    fn bones(&self, _rig: &Rig, _time_s: f64) -> Vec<DAffine3> {
+        Vec::new()
     }
 }
 

@@ -5,6 +5,7 @@ use protocol::session::DEFAULT_BUDGET_BYTES;
 
 use crate::account::{Account, Known};
 use crate::asked::Asked;
+use crate::bodies::KeptBodies;
 use crate::impostors::relief::KeptReliefs;
 use crate::impostors::{Choices, Kept};
 use crate::pace::Pace;
@@ -28,6 +29,8 @@ pub struct Client {
     pub impostors: Kept,
     /// The reliefs it was sent.
     pub reliefs: KeptReliefs,
+    /// The bodies it was sent.
+    pub bodies: KeptBodies,
     /// What it was sent of lights.
     pub lights: lights::Kept,
     /// What it was sent of what only occludes.
@@ -55,6 +58,7 @@ pub struct Served {
     choices: Choices,
     impostors: Kept,
     reliefs: KeptReliefs,
+    bodies: KeptBodies,
     lights: lights::Kept,
     occluders: occluders::Kept,
     ahead: anticipate::Kept,
@@ -70,6 +74,7 @@ impl Default for Client {
             choices: Choices::default(),
             impostors: Kept::default(),
             reliefs: KeptReliefs::default(),
+            bodies: KeptBodies::default(),
             lights: lights::Kept::default(),
             occluders: occluders::Kept::default(),
             rest: rest::Kept::default(),
@@ -91,6 +96,7 @@ impl Client {
             choices: self.choices.clone(),
             impostors: self.impostors.clone(),
             reliefs: self.reliefs.clone(),
+            bodies: self.bodies.clone(),
             lights: self.lights.clone(),
             occluders: self.occluders.clone(),
             ahead: self.ahead.clone(),
@@ -103,6 +109,7 @@ impl Client {
         self.choices = served.choices.clone();
         self.impostors = served.impostors.clone();
         self.reliefs = served.reliefs.clone();
+        self.bodies = served.bodies.clone();
         self.lights = served.lights.clone();
         self.occluders = served.occluders.clone();
         self.ahead = served.ahead.clone();

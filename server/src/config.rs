@@ -38,6 +38,8 @@ pub struct Config {
     pub placement: Placement,
     /// Whether objects that many share the shape of are shown by one image for all, see [`crate::impostors::relief`].
     pub relief: bool,
+    /// Whether what bones bend is sent as it is, see [`crate::bodies`].
+    pub bodies: bool,
     /// Whether a viewer who stands still in a still scene is sent his own view, see [`crate::rest`].
     pub rest: bool,
     /// Whether what a viewer will need next is sent while nobody needs anything, see [`crate::anticipate`].
@@ -85,6 +87,7 @@ impl Default for Config {
             discretization: Discretization::default(),
             placement: Placement::default(),
             relief: true,
+            bodies: true,
             rest: true,
             anticipation: true,
             images: 4,

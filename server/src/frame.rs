@@ -19,6 +19,7 @@ use scene::{Bounds, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Deforming, Surroundings};
+use crate::bodies::Bodies;
 use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
@@ -68,6 +69,10 @@ pub struct Stage {
     needs: Needs,
     /// Of all stages of a server.
     reliefs: Arc<Mutex<Reliefs>>,
+    /// Of all stages of a server.
+    bodies: Arc<Bodies>,
+    /// By material of the scene, see [`Imager::material_codes`].
+    material_codes: Arc<[Option<u8>]>,
     /// How many of their shapes were judged, to be read while another thread judges one.
     judged_shapes: Arc<AtomicUsize>,
     /// The one snapshot of a scene that never changes.
@@ -98,6 +103,8 @@ impl Stage {
             first_triangles: if deforms { triangle_bases(&scene).into() } else { Arc::default() },
             needs: if imager.sky().is_some() { Needs::under_sky(&scene) } else { Needs::new(&scene) },
             reliefs: Arc::default(),
+            bodies: Arc::default(),
+            material_codes: imager.material_codes().into(),
             judged_shapes: Arc::default(),
             scene,
             rules,
@@ -132,6 +139,8 @@ impl Stage {
             densest: self.densest,
             needs: self.needs.clone(),
             reliefs: self.reliefs.clone(),
+            bodies: self.bodies.clone(),
+            material_codes: self.material_codes.clone(),
             judged_shapes: self.judged_shapes.clone(),
             still: self.still.clone(),
             pool: self.pool.clone(),
@@ -172,6 +181,11 @@ impl Stage {
     pub fn with_reliefs(self, judged: Judged) -> Stage {
         let reliefs = if self.method.needs_rays() { Reliefs::default() } else { Reliefs::new(&self.scene) };
         Stage { reliefs: Arc::new(Mutex::new(reliefs.judged(judged))), ..self }
+    }
+
+    /// The same, which sends what is bent by bones as it is, see [`crate::bodies`].
+    pub fn with_bodies(self) -> Stage {
+        Stage { bodies: Arc::new(Bodies::new(&self.scene)), ..self }
     }
 
     /// The same, whose samples are coded by a rule.
@@ -311,6 +325,8 @@ impl Stage {
             client.account.forget()?;
         }
         self.send_reliefs(plan, snapshot, now, client, viewer)?;
+        self.send_bodies(plan, snapshot, now, client, viewer)?;
+        self.imager.leave_out(client.account.shown_otherwise());
         self.imager.blend(Blended::LeftOut);
         let account = &mut client.account;
         if anew {

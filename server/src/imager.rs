@@ -146,6 +146,11 @@ pub trait Imager: Send {
     /// Leaves normal maps out of [`Imager::captures`] from now on, or no longer.
     fn smooth(&mut self, _: bool) {}
 
+    /// By material of the scene, its index into [`Imager::materials`]; `None` where it, or its normal, is told place by place.
+    fn material_codes(&self) -> Vec<Option<u8>> {
+        Vec::new()
+    }
+
     /// Leaves objects out of [`Imager::captures`] from now on.
     fn leave_out(&mut self, _: BTreeSet<u16>) {}
 
@@ -328,6 +333,10 @@ impl Imager for GpuImager {
 
     fn smooth(&mut self, is_smooth: bool) {
         self.renderer.smooth(is_smooth);
+    }
+
+    fn material_codes(&self) -> Vec<Option<u8>> {
+        self.renderer.material_codes()
     }
 
     fn leave_out(&mut self, objects: BTreeSet<u16>) {

@@ -5,7 +5,7 @@
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
 //!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick,
 //!   from scene time to edits; [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU;
-//!   [`pool`]: what was drawn for one viewer, kept for others.
+//!   [`bodies`]: what is sent as triangles instead; [`pool`]: what was drawn for one viewer, kept for others.
 //! - [`render`]: the scene on the GPU; [`discretize`]: depth images of it; [`truth`]: the picture that a reconstruction is
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
 //!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them; `sky`:
@@ -25,6 +25,7 @@ pub mod app;
 pub mod asked;
 pub mod audience;
 pub mod beside;
+pub mod bodies;
 pub mod cameras;
 pub mod client;
 pub mod coding;

@@ -55,6 +55,9 @@ pub struct Options {
     /// Whether objects that many share the shape of are shown by one image for all
     #[arg(long, value_enum, default_value_t)]
     pub relief: ReliefName,
+    /// Whether what bones bend is sent as its triangles, once, instead of sampled at each update
+    #[arg(long, value_enum, default_value_t)]
+    pub bodies: BodiesName,
     /// Whether a viewer who stands still in a still scene is sent his own view, pixel by pixel
     #[arg(long, value_enum, default_value_t)]
     pub rest: RestName,
@@ -112,6 +115,16 @@ pub struct Options {
 
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
     Logging: RUST_LOG=debug also shows why each set of images is made.";
+
+/// `--bodies`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum BodiesName {
+    /// Where its triangles take less than a second of its samples.
+    #[default]
+    Auto,
+    /// Everything is sampled.
+    Off,
+}
 
 /// `--relief`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -275,6 +288,7 @@ impl Options {
             discretization: self.discretization,
             placement: self.placement,
             relief: self.relief == ReliefName::Auto,
+            bodies: self.bodies == BodiesName::Auto,
             rest: self.rest == RestName::Exact,
             anticipation: self.anticipation == AnticipationName::On,
             images: self.images as usize,

@@ -6,7 +6,7 @@ use camera::written::NamedCamera;
 use camera::{Camera, GraphCamera, Pinhole, Rigid, Spoc};
 use glam::{DAffine3, DVec3};
 use scene::model::{Animation, SceneCamera};
-use scene::{Scene, SceneLight, Snapshot};
+use scene::{Rig, Scene, SceneLight, Snapshot};
 
 /// The scene with every length times `scale`, which must be positive and finite. Point lights grow with it, so that it
 /// looks the same.
@@ -86,5 +86,15 @@ impl Animation for Scaled {
         let mut places = self.inner.places(scene, time_s);
         self.scale(&mut places);
         places
+    }
+
+    fn rigs(&self) -> Vec<Rig> {
+        self.inner.rigs()
+    }
+
+    fn bones(&self, rig: &Rig, time_s: f64) -> Vec<DAffine3> {
+        let mut bones = self.inner.bones(rig, time_s);
+        self.scale(&mut bones);
+        bones
     }
 }

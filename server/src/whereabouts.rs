@@ -21,7 +21,8 @@ pub fn bounds(scene: &Scene, snapshot: &Snapshot) -> Bounds {
     all.unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO })
 }
 
-fn bounds_of(scene: &Scene, snapshot: &Snapshot, id: u16) -> Option<Bounds> {
+/// A box around an object as it is at a time; `None` around nothing.
+pub fn bounds_of(scene: &Scene, snapshot: &Snapshot, id: u16) -> Option<Bounds> {
     let Some(deformed) = snapshot.deformed.iter().find(|deformed| deformed.instance == u32::from(id)) else {
         return scene.bounds_of(snapshot, id);
     };

@@ -108,8 +108,9 @@ impl HeldSurfaces {
                 }
                 Edit::Delete(id, pixels) => self.delete(*id, pixels),
                 Edit::Clear => self.clear(),
-                // Instances are drawn by rays.
+                // Instances are drawn by rays or as bodies.
                 Edit::Move(_)
+                | Edit::Body(..)
                 | Edit::Place(..)
                 | Edit::Withdraw(_)
                 | Edit::Materials(_)

@@ -405,7 +405,7 @@ impl App {
             self.drawn.uncovered = Some(share);
             self.viewer.set_uncovered_share(share);
         }
-        self.drawn.stale |= screen.picture.move_objects(&self.viewer.poses_at(now_s));
+        self.drawn.stale |= screen.picture.show_moment(&self.viewer.moment_at(now_s));
         let pose = self.controls.as_ref().map(Controls::pose);
         if let Some(welcome) = self.viewer.welcome() {
             screen.picture.fit_to(welcome);

@@ -7,26 +7,31 @@ use protocol::PatchId;
 use protocol::held::HeldInstance;
 use surface::{GBuffer, Slices, Smoothing, SurfaceError, SurfacePass};
 
+use crate::draw::bodies::{self, Bodies, BodyInputs, BodyPass};
+use crate::draw::fullscreen::EMBEDDED;
+use crate::draw::impostors::Impostors;
 use crate::draw::relief::{ReliefInputs, ReliefPass};
 use crate::draw::shown::Shown;
 
-/// Draws surfaces, and objects shown by reliefs, into a [`GBuffer`]; the nearest wins.
+/// Draws surfaces, and objects shown by reliefs and bodies, into a [`GBuffer`]; the nearest wins.
 #[derive(Debug)]
 pub(crate) struct HeldPass {
     gpu: Gpu,
     surface: SurfacePass,
     /// Made when a relief first shows something.
     relief: Option<ReliefPass>,
+    /// Made when a body first shows something.
+    body: Option<BodyPass>,
 }
 
 impl HeldPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::new(gpu)?, relief: None })
+        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::new(gpu)?, relief: None, body: None })
     }
 
     /// Draws what casts shadows, as seen from a light: see [`SurfacePass::casting`]; reliefs as views see them.
     pub(crate) fn casting(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::casting(gpu)?, relief: None })
+        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::casting(gpu)?, relief: None, body: None })
     }
 
     /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.
@@ -41,7 +46,7 @@ impl HeldPass {
         self.encode_slice(encoder, (shown, &mut Slices::default(), usize::MAX), camera, smoothing, target);
     }
 
-    /// The next slice of the same: see [`SurfacePass::encode_slice`]. The last one has the reliefs.
+    /// The next slice of the same: see [`SurfacePass::encode_slice`]. The last one has bodies and reliefs.
     pub(crate) fn encode_slice(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -50,15 +55,19 @@ impl HeldPass {
         smoothing: Smoothing,
         target: &GBuffer,
     ) {
-        let Shown { surfaces, held, impostors, .. } = shown;
+        let Shown { surfaces, held, impostors, bodies, .. } = shown;
         self.surface.encode_slice(encoder, (surfaces, slices, most_quads), camera, smoothing, target);
         if !slices.are_all() {
             return;
         }
-        let Some(impostors) = impostors.filter(|_| !held.instances.is_empty()) else { return };
-        let embedded = "the shaders are embedded, and tests compose each of them";
-        let relief = self.relief.get_or_insert_with(|| ReliefPass::new(&self.gpu).expect(embedded));
-        relief.encode(encoder, &ReliefInputs { impostors, held, poses_now: surfaces.poses_now(), camera }, target);
+        let poses_now = surfaces.poses_now();
+        if let Some(bodies) = bodies.filter(|bodies| !bodies.is_empty()) {
+            let body = self.body.get_or_insert_with(|| BodyPass::new(&self.gpu).expect(EMBEDDED));
+            body.encode(encoder, &BodyInputs { bodies, held, poses_now, camera }, target);
+        }
+        let Some(impostors) = impostors.filter(|impostors| impostors.has_reliefs()) else { return };
+        let relief = self.relief.get_or_insert_with(|| ReliefPass::new(&self.gpu).expect(EMBEDDED));
+        relief.encode(encoder, &ReliefInputs { impostors, held, poses_now, camera }, target);
     }
 
     /// Whether a relief ever showed something, and so a pipeline for it exists.
@@ -67,8 +76,8 @@ impl HeldPass {
     }
 }
 
-/// A box around all that is drawn, as it was captured, but objects shown by reliefs where they are now; `None` where nothing is.
-pub(crate) fn bounds_world(Shown { surfaces, held, impostors, .. }: Shown<'_>) -> Option<Bounds> {
+/// A box around all that is drawn, as it was captured, but objects shown by reliefs and bodies where they are now; `None` where nothing is.
+pub(crate) fn bounds_world(Shown { surfaces, held, impostors, bodies, .. }: Shown<'_>) -> Option<Bounds> {
     let of_instance = |(&(object, relief), instance): (&(u16, PatchId), &HeldInstance)| {
         let relief = impostors?.relief(relief.0)?;
         let capture_from_object = relief.pose.map_or(DAffine3::IDENTITY, |(_, at_capture)| at_capture);
@@ -78,10 +87,16 @@ pub(crate) fn bounds_world(Shown { surfaces, held, impostors, .. }: Shown<'_>) -
         let bounds = Bounds::around(relief.bounds_anchor().corners().map(|p| world_from_anchor.transform_point3(p)))?;
         (bounds.min.is_finite() && bounds.max.is_finite()).then_some(bounds)
     };
-    surfaces.bounds_world().into_iter().chain(held.instances.iter().filter_map(of_instance)).reduce(Bounds::union)
+    let of_bodies = bodies.and_then(|bodies| bodies::bounds_world(bodies, held, surfaces.poses_now()));
+    let of_reliefs = held.instances.iter().filter_map(of_instance);
+    surfaces.bounds_world().into_iter().chain(of_bodies).chain(of_reliefs).reduce(Bounds::union)
 }
 
-/// Two numbers that are equal only where the same is drawn: where reliefs show something, every update counts as a change.
-pub(crate) fn revision(Shown { surfaces, held, .. }: Shown<'_>) -> (u64, u64) {
-    (surfaces.revision(), if held.instances.is_empty() { 0 } else { held.number })
+/// See [`revision`].
+pub(crate) type Revision = (u64, u64, u64);
+
+/// Three numbers that are equal only where the same is drawn: where reliefs show something, every update counts as a change.
+pub(crate) fn revision(Shown { surfaces, held, impostors, bodies, .. }: Shown<'_>) -> Revision {
+    let has_reliefs = impostors.is_some_and(Impostors::has_reliefs) && !held.instances.is_empty();
+    (surfaces.revision(), if has_reliefs { held.number } else { 0 }, bodies.map_or(0, Bodies::revision))
 }

@@ -2,6 +2,7 @@
 //!
 //! - [`picture`]: the picture of what is held. [`frame`]: how one frame is drawn. [`shown`]: what it shows.
 //! - [`impostors`]: images that rays are intersected with. [`reflect`]: mirrors and glass by them. [`relief`]: objects by them.
+//! - [`bodies`]: objects as their triangles.
 //! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
 //!   [`light_images`]: what casts soft shadows.
 //! - [`effects`]: which of both are drawn, by how long frames take.
@@ -12,6 +13,7 @@
 //! - [`rest`]: what a viewer who stands still sees, pixel by pixel.
 
 pub mod antialiasing;
+pub mod bodies;
 pub mod camera_image;
 mod coverage;
 mod device_times;

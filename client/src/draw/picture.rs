@@ -1,9 +1,6 @@
 //! The picture of what is held: surfaces and the frame that is drawn from them, as windows, pages and headless runs use it.
 
-use std::collections::BTreeMap;
-
 use camera::Pinhole;
-use glam::DAffine3;
 use gpu::Gpu;
 use protocol::message::{self, Draws, Welcome};
 use protocol::{Held, Update};
@@ -11,6 +8,7 @@ use surface::{Build, BuiltSurfaces, CornerRules, Corners, HeldSurfaces, SurfaceE
 use thiserror::Error;
 use web_time::Instant;
 
+use crate::draw::bodies::Bodies;
 use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
 use crate::draw::effects::{Drawn, Effects, InTime};
 use crate::draw::frame::{self, FrameRenderer};
@@ -24,6 +22,7 @@ use crate::draw::shadow::{self, SoftProgress};
 use crate::draw::shown::Shown;
 use crate::draw::steady::{self, FrameRate, Resolution, Steady};
 use crate::receive::follow::Follow;
+use crate::receive::moment::Moment;
 
 /// How pictures are drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -90,6 +89,7 @@ pub struct Picture {
     gpu: Gpu,
     surfaces: HeldSurfaces,
     impostors: Impostors,
+    bodies: Bodies,
     /// `None` where no shadows are drawn.
     lights: Option<LightImages>,
     /// `None` where what the eye never saw occludes nothing.
@@ -128,6 +128,7 @@ impl Picture {
             gpu: gpu.clone(),
             surfaces: HeldSurfaces::with_corners(gpu, options.corners, CornerRules::default()),
             impostors: Impostors::new(gpu),
+            bodies: Bodies::new(gpu),
             lights: (draws.shadows != message::Shadows::None).then(|| LightImages::new(gpu, options.corners)),
             occluders: (draws.occlusion_reach_m > 0.0).then(|| occlusion::occluders(gpu, options.corners)),
             layers: Layers::new(gpu, options.corners),
@@ -150,18 +151,20 @@ impl Picture {
         &mut self.options.frame
     }
 
-    /// Puts rigid objects where they are when the next picture is seen, as soon as what is being drawn is; whether that changes it. Where updates leave them they
+    /// Puts what moves where it is when the next picture is seen, as soon as what is being drawn is; whether that changes it. Where updates leave them they
     /// are put by each of these.
-    pub fn move_objects(&mut self, world_from_objects: &BTreeMap<u16, DAffine3>) -> bool {
+    pub fn show_moment(&mut self, moment: &Moment) -> bool {
+        let Moment { scene_time_s, world_from_objects } = moment;
         if !self.is_ready() {
-            return self.surfaces.poses_now() != world_from_objects;
+            return self.surfaces.poses_now() != world_from_objects || self.bodies.is_other_at(*scene_time_s);
         }
         let before = self.surfaces.revision();
         self.surfaces.set_poses(world_from_objects);
         self.lights.iter_mut().for_each(|lights| lights.move_objects(world_from_objects));
         self.occluders.iter_mut().for_each(|occluders| occluders.set_poses(world_from_objects));
         let layers_moved = self.layers.move_objects(world_from_objects);
-        let moved = layers_moved || self.surfaces.revision() != before;
+        let bodies_moved = self.bodies.show_at(*scene_time_s);
+        let moved = layers_moved || bodies_moved || self.surfaces.revision() != before;
         if moved {
             self.moved = Some(Instant::now());
         }
@@ -174,9 +177,9 @@ impl Picture {
             return self.draw_camera_image(held, (camera.width_px, camera.height_px), output);
         }
         self.follow_effects(held);
-        let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
+        let (impostors, bodies, lights) = (Some(&self.impostors), Some(&self.bodies), self.lights.as_ref());
         let (occluders, layers, rest) = (self.occluders.as_ref(), Some(&self.layers), Some(&self.rest));
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, layers, rest };
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, bodies, lights, occluders, layers, rest };
         let options = frame::Options { strengths: self.effects.strengths(), ..self.options.frame };
         if let Some(steady) = &mut self.steady {
             let has_effects = self.drawn != InTime::default();
@@ -257,9 +260,9 @@ impl Picture {
         let encoder = || self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let begin = Instant::now();
         let mut first = encoder();
-        let (impostors, lights) = (Some(&self.impostors), self.lights.as_ref());
+        let (impostors, bodies, lights) = (Some(&self.impostors), Some(&self.bodies), self.lights.as_ref());
         let (occluders, layers, rest) = (self.occluders.as_ref(), Some(&self.layers), Some(&self.rest));
-        let shown = Shown { surfaces: &self.surfaces, held, impostors, lights, occluders, layers, rest };
+        let shown = Shown { surfaces: &self.surfaces, held, impostors, bodies, lights, occluders, layers, rest };
         self.renderer.draw_surfaces(&mut first, shown, camera, self.options.frame);
         self.gpu.queue.submit([first.finish()]);
         self.gpu.wait_idle()?;
@@ -293,6 +296,7 @@ impl Picture {
     pub fn rebuild(&mut self, held: &Held) {
         self.surfaces.rebuild(held);
         self.impostors.rebuild(held);
+        self.bodies.rebuild(held);
         self.lights.iter_mut().for_each(|lights| lights.rebuild(held));
         self.occluders.iter_mut().for_each(|occluders| occluders.rebuild(held));
         self.layers.rebuild(held);
@@ -341,6 +345,7 @@ impl Follow for Picture {
         let begin = Instant::now();
         self.surfaces.follow(held, update, anew, built);
         self.impostors.follow(held, update, anew, built);
+        self.bodies.follow(held, update, anew, built);
         self.lights.iter_mut().for_each(|lights| lights.follow(held, update, anew, built));
         self.occluders.iter_mut().for_each(|occluders| occluders.follow(held, update, anew, built));
         self.layers.follow(held, update, anew, built);

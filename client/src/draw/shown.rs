@@ -4,6 +4,7 @@ use camera::Pinhole;
 use protocol::Held;
 use surface::HeldSurfaces;
 
+use crate::draw::bodies::Bodies;
 use crate::draw::impostors::Impostors;
 use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
@@ -19,6 +20,8 @@ pub struct Shown<'a> {
     /// What mirrors and glass show, and what objects are drawn by; without, mirrors and glass are plain surfaces, and objects
     /// that reliefs show are missing.
     pub impostors: Option<&'a Impostors>,
+    /// What is held as its triangles; without, it is missing.
+    pub bodies: Option<&'a Bodies>,
     /// What lights see; without, everything held casts their shadows.
     pub lights: Option<&'a LightImages>,
     /// What occludes, beside all that is held as surfaces.
@@ -43,6 +46,6 @@ impl<'a> Shown<'a> {
 
 impl<'a> From<(&'a HeldSurfaces, &'a Held)> for Shown<'a> {
     fn from((surfaces, held): (&'a HeldSurfaces, &'a Held)) -> Shown<'a> {
-        Shown { surfaces, held, impostors: None, lights: None, occluders: None, layers: None, rest: None }
+        Shown { surfaces, held, impostors: None, bodies: None, lights: None, occluders: None, layers: None, rest: None }
     }
 }

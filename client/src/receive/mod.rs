@@ -2,6 +2,7 @@
 //!
 //! - [`viewer`]: everything between the socket and the picture, without either. [`follow`]: what follows the held copy.
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
+//! - [`moment`]: what of the scene is shown at once.
 //! - [`stats`]: figures about the last second.
 //! - [`address`]: a server's address as people type it.
 //! - Natively: `socket`, the websocket, and `pump`, its loop; `traffic`, what crosses it.
@@ -9,6 +10,7 @@
 pub mod address;
 pub mod connection;
 pub mod follow;
+pub mod moment;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod pump;
 #[cfg(not(target_arch = "wasm32"))]

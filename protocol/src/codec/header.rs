@@ -41,6 +41,7 @@ pub(crate) fn write(patch: &Patch, out: &mut Writer) {
         Purpose::Camera => (7, 0),
         Purpose::Occluders => (8, 0),
         Purpose::Layer(layer) => (9, layer.into()),
+        Purpose::Body => (10, 0),
     };
     out.u8(tag);
     out.u16(index);
@@ -85,6 +86,7 @@ pub(crate) fn read(bytes: &mut Reader, limits: &Limits) -> Result<Header, CodecE
         7 => Purpose::Camera,
         8 => Purpose::Occluders,
         9 if index < Purpose::LAYERS.into() => Purpose::Layer(index as u8),
+        10 => Purpose::Body,
         _ => return Err(CodecError::Damaged("purpose")),
     };
     let capture_time_s = bytes.f64()?;

@@ -2,6 +2,7 @@
 
 mod addresses;
 mod bits;
+mod body;
 mod coded;
 mod coding;
 mod colour;
@@ -24,6 +25,7 @@ mod segments;
 mod sky;
 
 pub(crate) use addresses::{read_addresses, write_addresses};
+pub(crate) use body::{read_body, write_body};
 pub use coded::CodedSamples;
 pub(crate) use coded::patch_bytes;
 pub use coding::{Coding, Profile};

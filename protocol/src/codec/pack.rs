@@ -11,6 +11,8 @@ use crate::bytes::{Reader, Writer};
 
 /// zstd's fastest ordinary level: the fast profile.
 const LEVEL: i32 = 1;
+/// Its strongest ordinary level, some fifty times slower.
+const THOROUGH_LEVEL: i32 = 19;
 /// A zstd block of 4 bytes or more makes at most 128 KiB (RFC 8878, 3.1.1.2.3), so no honest section unpacks to more than this
 /// many times its size; the check keeps allocations in proportion to bytes that really came.
 const MAX_EXPANSION: usize = 128 * 1024 / 4;
@@ -20,7 +22,16 @@ pub(crate) struct Packer(Compressor<'static>);
 
 impl Packer {
     pub fn new() -> Packer {
-        let mut compressor = Compressor::new(LEVEL).expect("zstd has its fastest level");
+        Packer::at(LEVEL)
+    }
+
+    /// For what is sent once.
+    pub fn thorough() -> Packer {
+        Packer::at(THOROUGH_LEVEL)
+    }
+
+    fn at(level: i32) -> Packer {
+        let mut compressor = Compressor::new(level).expect("zstd has its ordinary levels");
         compressor.set_parameter(CParameter::ContentSizeFlag(false)).expect("zstd can leave the size out");
         Packer(compressor)
     }

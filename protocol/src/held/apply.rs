@@ -10,6 +10,7 @@ use super::{
     Draft, Edit, Held, HeldError, HeldInstance, HeldPatch, Instance, NextSteps, ObjectPose, Patch, PatchId, Purpose,
     Update,
 };
+use crate::body::Body;
 use crate::image::{DepthImage, Mask, Ranks, retain};
 use crate::limits::Limits;
 use crate::sky::Sky;
@@ -24,6 +25,8 @@ struct Staged<'a> {
     /// Patches that differ from `base`; `None` where one was removed.
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
     poses: Vec<ObjectPose>,
+    /// Bodies that are new.
+    bodies: BTreeMap<PatchId, Arc<Body>>,
     /// Instances that differ from `base`; `None` where one was withdrawn.
     instances: BTreeMap<(u16, PatchId), Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
@@ -106,6 +109,7 @@ impl Held {
             cleared: staged.cleared,
             patches: staged.patches,
             poses: staged.poses,
+            bodies: staged.bodies,
             instances: staged.instances,
             materials: staged.materials,
             lighting: staged.lighting,
@@ -127,6 +131,9 @@ impl Held {
                 None => self.patches.remove(&id),
             };
         }
+        self.bodies.extend(changes.bodies);
+        let patches = &self.patches;
+        self.bodies.retain(|id, _| patches.contains_key(id));
         self.poses_now.extend(changes.poses.iter().map(|pose| (pose.object, pose.world_from_object)));
         for (key, instance) in changes.instances {
             match instance {
@@ -178,6 +185,7 @@ struct Changes {
     cleared: bool,
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
     poses: Vec<ObjectPose>,
+    bodies: BTreeMap<PatchId, Arc<Body>>,
     instances: BTreeMap<(u16, PatchId), Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
     lighting: Option<crate::look::Lighting>,
@@ -196,6 +204,7 @@ impl<'a> Staged<'a> {
             cleared: false,
             patches: BTreeMap::new(),
             poses: Vec::new(),
+            bodies: BTreeMap::new(),
             instances: BTreeMap::new(),
             materials: None,
             lighting: None,
@@ -214,12 +223,14 @@ impl<'a> Staged<'a> {
                 self.cleared = true;
                 (self.count, self.samples, self.pixels) = (0, 0, 0);
                 self.last_patch = None;
+                self.bodies.clear();
             }
             Edit::Add(patch) => self.add(patch)?,
             Edit::Remove(id) => {
                 let held = self.held(*id).ok_or(HeldError::UnknownPatch(*id))?;
                 let (samples, pixels) = (held.patch.image.sample_count(), pixels(&held.patch.image.mask));
                 self.patches.insert(*id, None);
+                self.bodies.remove(id);
                 self.count -= 1;
                 self.samples -= samples;
                 self.pixels -= pixels;
@@ -238,6 +249,7 @@ impl<'a> Staged<'a> {
                 check_poses(poses)?;
                 self.poses.extend_from_slice(poses);
             }
+            Edit::Body(id, body) => self.body(*id, body)?,
             Edit::Place(relief, instances) => self.place(*relief, instances)?,
             Edit::Withdraw(objects) => {
                 for &object in objects {
@@ -295,9 +307,30 @@ impl<'a> Staged<'a> {
         Ok(())
     }
 
+    fn body(&mut self, id: PatchId, body: &Arc<Body>) -> Result<(), HeldError> {
+        let held = self.held(id).ok_or(HeldError::UnknownPatch(id))?;
+        let has_some = self.bodies.contains_key(&id) || !self.cleared && self.base.bodies.contains_key(&id);
+        if held.patch.purpose != Purpose::Body || has_some {
+            return Err(HeldError::NoBody(id));
+        }
+        if !body.is_whole() {
+            return Err(HeldError::BodyNotWhole(id));
+        }
+        self.bodies.insert(id, body.clone());
+        // Those that this update removes still count.
+        let before = self.base.bodies.values().filter(|_| !self.cleared);
+        let vertices = before.chain(self.bodies.values()).map(|body| body.positions.len()).sum::<usize>();
+        if vertices > self.limits.body_vertices {
+            return Err(HeldError::TooMuch("vertices of bodies"));
+        }
+        Ok(())
+    }
+
     fn place(&mut self, relief: PatchId, instances: &[Instance]) -> Result<(), HeldError> {
         let held = self.held(relief).ok_or(HeldError::UnknownPatch(relief))?;
-        let Purpose::Relief(_) = held.patch.purpose else { return Err(HeldError::NoRelief(relief)) };
+        if !matches!(held.patch.purpose, Purpose::Relief(_) | Purpose::Body) {
+            return Err(HeldError::NoRelief(relief));
+        }
         let poses: Vec<ObjectPose> = instances.iter().map(|instance| instance.pose).collect();
         check_poses(&poses)?;
         // Rays go into the object's space.

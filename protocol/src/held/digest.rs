@@ -8,6 +8,7 @@
 //! bits, Knuth, TAOCP 3, 6.4), so every step is a bijection of the state and a single different value can never cancel out.
 
 use super::{Edit, Instance, ObjectPose, Patch, Purpose};
+use crate::body::Body;
 
 /// The digest of an empty copy.
 pub(super) const EMPTY: u64 = 0x5641_4e54_4147_4501;
@@ -88,6 +89,10 @@ impl Digest {
                     self.number(u64::from(pose.object) | u64::from(tint) << 16);
                 }
             }
+            Edit::Body(id, body) => {
+                self.number(11 | u64::from(id.0) << 8);
+                self.body(body);
+            }
             Edit::Withdraw(objects) => {
                 self.number(9);
                 self.shorts(objects);
@@ -117,6 +122,7 @@ impl Digest {
             Purpose::Camera => 7,
             Purpose::Occluders => 8,
             Purpose::Layer(layer) => 9 | u64::from(layer) << 8,
+            Purpose::Body => 10,
         });
         self.objects(&patch.objects);
         let image = &patch.image;
@@ -134,6 +140,20 @@ impl Digest {
         self.bytes(image.colour.as_flattened());
         self.shorts(&image.object);
         self.bytes(&image.material);
+    }
+
+    fn body(&mut self, body: &Body) {
+        self.shorts(body.positions.as_flattened());
+        self.shorts(body.normals.as_flattened());
+        self.shorts(body.uvs.as_flattened());
+        self.bytes(body.colours.as_flattened());
+        self.number(body.indices.len() as u64);
+        body.indices.iter().for_each(|&index| self.number(index.into()));
+        let Some(skin) = &body.skin else { return };
+        self.bytes(skin.bones.as_flattened());
+        self.shorts(skin.shares.as_flattened());
+        self.number(skin.clip.codes.len() as u64 | u64::from(skin.clip.bones) << 32);
+        skin.clip.codes.iter().for_each(|&code| self.number(code as u32 as u64));
     }
 
     fn objects(&mut self, poses: &[ObjectPose]) {

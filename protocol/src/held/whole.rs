@@ -51,6 +51,7 @@ impl Held {
             return edits.push(Edit::Add(Box::new(Patch { id, purpose, capture_time_s, objects, image })));
         };
         edits.push(Edit::Add(Box::new(held.patch.clone())));
+        edits.extend(self.bodies.get(&id).map(|body| Edit::Body(id, body.clone())));
         let trimmed = held.patch.image.mask.occupied().zip(&held.trims).filter(|(_, extent)| **extent > 0);
         let trims: Vec<(u16, u16, u8)> = trimmed.map(|((x, y), extent)| (x as u16, y as u16, *extent)).collect();
         if !trims.is_empty() {

@@ -38,7 +38,7 @@ use glam::DVec3;
 use gpu::Gpu;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
-use protocol::{DepthImage, Instance, Lighting, Mask, Material, Sky};
+use protocol::{Body, DepthImage, Instance, Lighting, Mask, Material, Sky};
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
@@ -174,7 +174,7 @@ impl Account {
 
     /// Removes everything but what lights see, what only occludes and what a viewer at rest is shown, to be sent anew.
     pub fn forget(&mut self) -> Result<(), HeldError> {
-        self.withdraw(self.shown_by_reliefs().into_iter().collect())?;
+        self.withdraw(self.shown_otherwise().into_iter().collect())?;
         self.known.first_look = self.known.look;
         self.remove_where(|purpose| !matches!(purpose, Purpose::Light(_) | Purpose::Occluders | Purpose::Rest))
     }
@@ -269,12 +269,24 @@ impl Account {
         self.add_whole(image, Purpose::Relief(pose.object), vec![pose], now)
     }
 
-    /// The objects that reliefs show.
-    pub fn shown_by_reliefs(&self) -> BTreeSet<u16> {
+    /// Adds a body; it shows nothing until objects are [placed](Account::place).
+    pub fn add_body(
+        &mut self,
+        atlas: DepthImage,
+        body: Arc<Body>,
+        now: &Surroundings<'_>,
+    ) -> Result<PatchId, HeldError> {
+        let id = self.add_whole(atlas, Purpose::Body, Vec::new(), now)?;
+        self.held.edit(Edit::Body(id, body), &mut self.draft)?;
+        Ok(id)
+    }
+
+    /// The objects that reliefs and bodies show.
+    pub fn shown_otherwise(&self) -> BTreeSet<u16> {
         self.held.instances.keys().map(|(object, _)| *object).collect()
     }
 
-    /// Shows objects by a relief from now on, and deletes their samples; ids ascend.
+    /// Shows objects by a relief or a body from now on, and deletes their samples; ids ascend.
     pub fn place(&mut self, relief: PatchId, instances: Vec<Instance>) -> Result<(), HeldError> {
         let is_placed = |object: &u16| instances.binary_search_by_key(object, |instance| instance.pose.object).is_ok();
         let mut replaced = Vec::new();
@@ -289,7 +301,7 @@ impl Account {
         self.held.edit(Edit::Place(relief, instances), &mut self.draft)
     }
 
-    /// Shows objects by no relief any more; they are sampled as everything else.
+    /// Shows objects by no relief and no body any more; they are sampled as everything else.
     pub fn withdraw(&mut self, objects: Vec<u16>) -> Result<(), HeldError> {
         if objects.is_empty() { Ok(()) } else { self.held.edit(Edit::Withdraw(objects), &mut self.draft) }
     }

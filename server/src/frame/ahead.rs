@@ -42,7 +42,7 @@ impl Stage {
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.imager.draw_for(Occasion::Ahead);
-        self.imager.leave_out(client.account.shown_by_reliefs());
+        self.imager.leave_out(client.account.shown_otherwise());
         self.imager.blend(Blended::LeftOut);
         let around = self.around(viewer, own, snapshot)?;
         let revision = Revision {

@@ -11,11 +11,12 @@ use scene::Snapshot;
 
 use super::{BYTES_PER_SAMPLE, Client, LightWork, Stage, StageError, free};
 use crate::account::Surroundings;
+use crate::bodies;
 use crate::impostors::Shot;
 use crate::impostors::relief::{self, Eye};
 use crate::lights::{self, Serving};
 use crate::occluders;
-use crate::plan::Plan;
+use crate::plan::{Plan, output_focal_px};
 use crate::viewer::Viewer;
 
 /// Lights' first sets may take this part of a client's budget together.
@@ -38,7 +39,6 @@ impl Stage {
         let reliefs = self.reliefs.clone();
         let Some(mut reliefs) = free(&reliefs) else {
             // Another thread judges a shape or draws one: nothing is changed meanwhile.
-            self.imager.leave_out(client.account.shown_by_reliefs());
             return Ok(());
         };
         if reliefs.is_nothing() {
@@ -51,8 +51,30 @@ impl Stage {
         let held = (&mut client.account, &mut client.reliefs);
         relief::serve(&mut reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
         self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
-        self.imager.leave_out(client.account.shown_by_reliefs());
         Ok(())
+    }
+
+    /// Decides which objects a client is sent as bodies, before it is looked at what it lacks of all others.
+    pub(super) fn send_bodies(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Snapshot,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: &Viewer,
+    ) -> Result<(), StageError> {
+        // One coarse image is there sooner than bodies.
+        if self.bodies.is_nothing() || client.begins_coarsely {
+            return Ok(());
+        }
+        let eye = bodies::Eye {
+            eye_world: plan.coverage.world_from_eye.translation,
+            focal_px: output_focal_px(viewer.view),
+            most_px: f64::from(viewer.view.width_px) * f64::from(viewer.view.height_px),
+            update_hz: 1.0 / self.rules.update_interval_s,
+        };
+        let held = (&mut client.account, &mut client.bodies);
+        bodies::serve(&self.bodies, (&self.scene, snapshot), &self.material_codes, &eye, now, held)
     }
 
     /// Sends the impostors that a client needs and does not hold as they are now.

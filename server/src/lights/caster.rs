@@ -29,6 +29,11 @@ impl<'a> Caster<'a> {
         Caster { light, lamp: Lamp::of(light).filter(|_| shadows == Shadows::Soft) }
     }
 
+    /// Whether it casts from all of an area.
+    pub fn is_lamp(&self) -> bool {
+        self.lamp.is_some()
+    }
+
     /// Its views of what of a box it may reach. A row is the places of a lamp, the frames of a light from afar, or one face.
     pub fn views(&self, all: Bounds, viewer: Viewpoint, places: &Places, side_px: u32) -> Views {
         let Some(bounds) = self.lit_part(all) else { return Views::default() };

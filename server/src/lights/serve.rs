@@ -13,6 +13,7 @@ use super::kept::{Kept, KeptLight, Set};
 use super::places::{self, Places};
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
+use crate::bodies::shown_as_bodies;
 use crate::discretize::{DepthPrecision, Discretization};
 use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
@@ -70,8 +71,6 @@ pub fn serve(mut serving: Serving<'_>, kept: &mut Kept) -> Result<(), StageError
         _ => whereabouts::bounds(serving.scene, serving.snapshot),
     };
     kept.scene = Some((serving.snapshot.clone(), all));
-    // What reliefs show to the eye casts like everything else.
-    serving.imager.leave_out(BTreeSet::new());
     serving.imager.blend(Blended::CutOut);
     serving.imager.smooth(true);
     let served = wanted.into_iter().try_for_each(|light| {
@@ -94,6 +93,8 @@ impl Serving<'_> {
         moved: bool,
         kept: &mut Kept,
     ) -> Result<(), StageError> {
+        // What reliefs show to the eye casts like everything else. Bodies cast as they are, but for soft shadows, which are cast by samples.
+        self.imager.leave_out(if caster.is_lamp() { BTreeSet::new() } else { shown_as_bodies(self.account) });
         let Some(known) = kept.lights.get_mut(&light) else {
             kept.lights.insert(light, self.begin(light, (caster, all), false)?);
             return Ok(());

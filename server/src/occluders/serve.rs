@@ -1,6 +1,5 @@
 //! Sends what occludes, and keeps it as it is now.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use protocol::{Ball, Purpose};
@@ -10,6 +9,7 @@ use super::kept::Kept;
 use super::near::{Covered, Point, Receivers, points_of};
 use crate::account::findings::Lacking;
 use crate::account::{Account, Surroundings};
+use crate::bodies::shown_as_bodies;
 use crate::discretize::{Capture, DepthPrecision, Discretization};
 use crate::imager::Imager;
 use crate::render::Blended;
@@ -74,8 +74,8 @@ impl Serving<'_> {
         let side_px = (2.0 * REACH_PX * ball.radius_m / self.reach_m).ceil() as u32;
         let side_px = side_px.clamp(LEAST_PX.min(self.side_px), self.side_px);
         let all = ball.views(side_px);
-        // What reliefs show to the eye occludes like everything else.
-        self.imager.leave_out(BTreeSet::new());
+        // What reliefs show to the eye occludes like everything else; bodies occlude as they are.
+        self.imager.leave_out(shown_as_bodies(self.account));
         self.imager.blend(Blended::CutOut);
         let mut captures: Vec<Capture> = Vec::new();
         for &view in views {

@@ -163,6 +163,10 @@ impl Imager for SharingImager {
         Ok(())
     }
 
+    fn material_codes(&self) -> Vec<Option<u8>> {
+        self.inner.material_codes()
+    }
+
     fn smooth(&mut self, is_smooth: bool) {
         self.settings.is_smooth = is_smooth;
         self.inner.smooth(is_smooth);

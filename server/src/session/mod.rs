@@ -110,6 +110,7 @@ impl Shared {
             .shed_load(config.clock == Clock::Wall);
         let judged = if config.clock == Clock::Wall { Judged::Aside } else { Judged::AtOnce };
         let stage = if config.relief { stage.with_reliefs(judged) } else { stage };
+        let stage = if config.bodies { stage.with_bodies() } else { stage };
         // Nor does it matter there what was drawn before.
         let mut stage = if config.clock == Clock::Wall { stage.sharing(stats.pool.clone()) } else { stage };
         // On the virtual clock every run is the same, whatever the machine.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use network::Link;
-use server::options::AnticipationName;
+use server::options::{AnticipationName, BodiesName};
 
 use crate::motion::Motion;
 use crate::options;
@@ -45,6 +45,9 @@ pub(super) struct Arguments {
     /// Whether the server sends what a viewer will need next while nobody needs anything. Under a protocol both are shown unless this is off.
     #[arg(long, value_enum, default_value_t)]
     pub(super) anticipation: AnticipationName,
+    /// Whether what bones bend is sent as its triangles, once, instead of sampled at each update.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) bodies: BodiesName,
     /// No video beside it.
     #[arg(long)]
     pub(super) no_video: bool,

@@ -2,7 +2,7 @@
 
 use gpu::Gpu;
 use protocol::message::Clock;
-use server::options::AnticipationName;
+use server::options::{AnticipationName, BodiesName};
 
 use super::arguments::{Arguments, ClockName, Protocol};
 use super::live::{Drawn, Operation};
@@ -60,6 +60,7 @@ impl<'a> Bench<'a> {
             drawn,
             scored,
             antialias: self.arguments.antialias,
+            bodies: self.arguments.bodies == BodiesName::Auto,
             anticipates: self.arguments.anticipation == AnticipationName::On,
         }
     }

@@ -43,6 +43,8 @@ pub struct Operation {
     pub scored: Drawn,
     /// Whether what a viewer will need next is sent while nobody needs anything.
     pub anticipates: bool,
+    /// Whether what bones bend is sent as it is.
+    pub bodies: bool,
     /// Whether pictures are to be antialiased.
     pub antialias: bool,
 }
@@ -85,6 +87,7 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
         image_size_px: operation.image_px,
         update_hz: SERVER_HZ,
         anticipation: operation.anticipates,
+        bodies: operation.bodies,
         // Coding takes no time on the virtual clock: there error is judged against bytes.
         coding: CodingRule {
             profile: (operation.clock == Clock::Virtual).then_some(Profile::Dense),

@@ -24,7 +24,8 @@ impl ImpostorImage {
             | Purpose::Rest
             | Purpose::Camera
             | Purpose::Occluders
-            | Purpose::Layer(_) => return None,
+            | Purpose::Layer(_)
+            | Purpose::Body => return None,
         };
         let image = &patch.image;
         let (width, height) = image.mask.size_px();
@@ -53,7 +54,13 @@ impl Impostors {
     fn hold(&mut self, patch: &Patch) {
         if matches!(
             patch.purpose,
-            Purpose::Eye | Purpose::Light(_) | Purpose::Rest | Purpose::Camera | Purpose::Occluders | Purpose::Layer(_)
+            Purpose::Eye
+                | Purpose::Light(_)
+                | Purpose::Rest
+                | Purpose::Camera
+                | Purpose::Occluders
+                | Purpose::Layer(_)
+                | Purpose::Body
         ) {
             return;
         }
@@ -95,7 +102,12 @@ impl Follow for Impostors {
                 Edit::Add(patch) => self.hold(patch),
                 Edit::Remove(id) => self.remove(id.0),
                 // Where objects are, and which are shown by reliefs, is read as they are drawn.
-                Edit::Move(_) | Edit::Place(..) | Edit::Withdraw(_) | Edit::Delete(..) | Edit::Trim(..) => {}
+                Edit::Move(_)
+                | Edit::Body(..)
+                | Edit::Place(..)
+                | Edit::Withdraw(_)
+                | Edit::Delete(..)
+                | Edit::Trim(..) => {}
                 Edit::Materials(_) | Edit::Light(_) | Edit::Sky(_) | Edit::Join(_) => {}
             }
         }

@@ -52,7 +52,7 @@ impl InstanceVertex {
 }
 
 /// Whether a box, moved and bent into eye space, may lie in the view, and is as wide as a pixel.
-fn may_show(view: &Pinhole, eye_from_anchor: &DAffine3, bounds_anchor: &Bounds) -> bool {
+pub(crate) fn may_show(view: &Pinhole, eye_from_anchor: &DAffine3, bounds_anchor: &Bounds) -> bool {
     let centre_eye = eye_from_anchor.transform_point3(bounds_anchor.middle());
     let half = (bounds_anchor.max - bounds_anchor.min) / 2.0;
     // An affine map leaves the corners of a box furthest from its middle; opposite ones are equally far.

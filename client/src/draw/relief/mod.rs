@@ -27,4 +27,5 @@
 mod instances;
 mod pass;
 
-pub(crate) use pass::{ReliefInputs, ReliefPass};
+pub(crate) use instances::may_show;
+pub(crate) use pass::{ReliefInputs, ReliefPass, onto};

@@ -63,7 +63,7 @@ impl ReliefPass {
         }
         let view = PinholeUniform::new(inputs.camera, inputs.camera.world_from_eye.translation);
         let view = uniform(&self.gpu, "view", bytemuck::bytes_of(&view));
-        let mut pass = begin(encoder, target);
+        let mut pass = onto(encoder, target, "reliefs");
         pass.set_pipeline(&self.pipeline);
         for (relief, instances) in &shown {
             self.draw(&mut pass, &view, relief, instances);
@@ -93,15 +93,15 @@ impl ReliefPass {
     }
 }
 
-/// Onto what is there.
-fn begin<'a>(encoder: &'a mut wgpu::CommandEncoder, target: &GBuffer) -> wgpu::RenderPass<'a> {
+/// A pass onto what is there.
+pub(crate) fn onto<'a>(encoder: &'a mut wgpu::CommandEncoder, target: &GBuffer, label: &str) -> wgpu::RenderPass<'a> {
     let views = &target.views;
     let attachment = |view| {
         let ops = Operations { load: LoadOp::Load, store: StoreOp::Store };
         Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
     };
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("reliefs"),
+        label: Some(label),
         color_attachments: &[&views.colour, &views.normal_ids, &views.w].map(attachment),
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: &views.depth,

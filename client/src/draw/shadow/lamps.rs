@@ -55,7 +55,7 @@ struct LampsUniform {
 }
 
 /// Of the surfaces that shadows fall on, of those that cast, and of a view at rest that is shown in their place.
-type Revision = ((u64, u64), u64, u64);
+type Revision = (held_pass::Revision, u64, u64);
 
 /// A lamp that casts.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -164,7 +164,7 @@ struct ShadowMap {
     /// Light and view.
     of: (usize, Pinhole),
     /// Of what it shows.
-    revision: (u64, u64),
+    revision: held_pass::Revision,
 }
 
 impl ShadowRenderer {

@@ -14,10 +14,7 @@ mod round_trips;
 mod tests;
 mod tracks;
 
-use std::collections::BTreeMap;
-
 use camera::{Motion, Rigid};
-use glam::DAffine3;
 use protocol::message::{Clock, Draws, Role, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SceneClock, SessionError};
 use protocol::{Held, Limits};
@@ -25,6 +22,7 @@ use surface::Build;
 
 use crate::receive::connection::{Command, Connection, Ended};
 use crate::receive::follow::Follow;
+use crate::receive::moment::Moment;
 use crate::receive::stats::{Mean, Rate, StageMs, Stats};
 
 pub use decoder::{DecodeWorker, Decoded, Decoder, answer_in_parts};
@@ -478,9 +476,10 @@ impl Viewer {
         self.scene_clock.map(|clock| clock.scene_time_s(now_s))
     }
 
-    /// Where the rigid objects are now: not only where the last update left them, see [`Tracks`].
-    pub fn poses_at(&self, now_s: f64) -> BTreeMap<u16, DAffine3> {
-        self.tracks.at(self.scene_time_now_s(now_s).unwrap_or(self.held.scene_time_s))
+    /// What is shown now: rigid objects not only where the last update left them, see [`Tracks`].
+    pub fn moment_at(&self, now_s: f64) -> Moment {
+        let scene_time_s = self.scene_time_now_s(now_s).unwrap_or(self.held.scene_time_s);
+        Moment { scene_time_s, world_from_objects: self.tracks.at(scene_time_s) }
     }
 
     /// Scene time now less scene time shown; `None` while nothing is shown.

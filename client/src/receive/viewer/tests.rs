@@ -185,7 +185,8 @@ fn objects_go_on_between_updates_by_the_scenes_clock() {
     // Welcome says that it is 100 s in the scene.
     exchange(&mut viewer, &mut server, 0.0);
     let at = |x: f64| ObjectPose { object: 3, world_from_object: DAffine3::from_translation(DVec3::X * x) };
-    let shown_at = |viewer: &Viewer, now_s: f64| viewer.poses_at(now_s).get(&3).map(|pose| pose.translation.x);
+    let shown_at =
+        |viewer: &Viewer, now_s: f64| viewer.moment_at(now_s).world_from_objects.get(&3).map(|pose| pose.translation.x);
     assert_eq!(shown_at(&viewer, 0.0), None);
     for (x, scene_time_s) in [(0.0, 100.1), (0.5, 100.2), (1.0, 100.3)] {
         server.update(vec![Edit::Move(vec![at(x)])], scene_time_s, 0.3);

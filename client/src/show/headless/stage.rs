@@ -107,7 +107,7 @@ impl Stage {
             self.header = self.describe(viewer);
         }
         let view = self.target.create_view(&wgpu::TextureViewDescriptor::default());
-        self.picture.move_objects(&viewer.poses_at(now_s));
+        self.picture.show_moment(&viewer.moment_at(now_s));
         let timing = self.picture.draw_measured(viewer.held(), camera, &view)?;
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut readback = Readback::default();

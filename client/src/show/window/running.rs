@@ -72,7 +72,7 @@ impl Running<'_> {
             self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
         }
         let mut changed = self.turn();
-        changed |= self.screen.picture.move_objects(&self.viewer.poses_at(now_s));
+        changed |= self.screen.picture.show_moment(&self.viewer.moment_at(now_s));
         let pose = self.controls.as_ref().map(Controls::pose);
         moving |= pose != self.drawn_pose;
         self.drawn_pose = pose;

@@ -100,6 +100,13 @@ impl Clips {
         self.clips.is_empty()
     }
 
+    /// After how long all of them begin again together; 0 where nothing plays, `None` where they never do.
+    pub fn period_s(&self) -> Option<f64> {
+        let mut periods = self.clips.iter().map(|clip| clip.duration_s).filter(|duration_s| *duration_s > 0.0);
+        let first = periods.next().unwrap_or(0.0);
+        periods.all(|period_s| period_s == first).then_some(first)
+    }
+
     /// Which nodes' transforms change.
     pub fn moves(&self, nodes: usize) -> Vec<bool> {
         self.mark(nodes, |property| property != Property::Weights)

@@ -36,6 +36,28 @@ impl Deform {
         }
     }
 
+    /// Up to four bones a vertex and their shares, where bones alone bend it; `None` where more do.
+    pub fn influences(&self) -> Option<Vec<[(u32, f32); 4]>> {
+        let influences = self.influences.as_ref().filter(|_| self.targets.is_empty())?;
+        let of_vertex = |entries: &[(u32, f32)]| {
+            let mut found = [(0, 0.0); 4];
+            let mut used = entries.iter().filter(|(_, weight)| *weight > 0.0);
+            found.iter_mut().zip(used.by_ref()).for_each(|(found, entry)| *found = *entry);
+            used.next().is_none().then_some(found)
+        };
+        influences.entries.chunks_exact(influences.per_vertex).map(of_vertex).collect()
+    }
+
+    /// Places and normals before anything moves them.
+    pub fn unbent(&self) -> Vec<[[f32; 3]; 2]> {
+        self.base.iter().map(|vertex| [vertex.position, vertex.normal]).collect()
+    }
+
+    /// From the mesh's own space to that of the file.
+    pub fn file_from_mesh(&self) -> DAffine3 {
+        DAffine3::from_translation(self.centre)
+    }
+
     /// The vertices under morph weights, in mesh space: relative to the centre.
     pub fn morphed(&self, weights: &[f32]) -> Vec<Vertex> {
         let active: Vec<(&MorphTarget, f32)> =

@@ -7,7 +7,7 @@ use super::deform::Deform;
 use super::hierarchy::Hierarchy;
 use super::light::NodeLight;
 use crate::model::{Animation, Deformed};
-use crate::{Scene, SceneLight, Snapshot, Vertex};
+use crate::{Rig, Scene, SceneLight, Snapshot, Vertex};
 
 /// Joints of a skin, with the maps from the mesh to each.
 #[derive(Debug)]
@@ -136,6 +136,29 @@ impl Animation for Motion {
 
     fn places(&self, _scene: &Scene, time_s: f64) -> Vec<DAffine3> {
         self.placed(&self.pose(time_s).1)
+    }
+
+    fn rigs(&self) -> Vec<Rig> {
+        let Some(period_s) = self.clips.period_s() else { return Vec::new() };
+        let rig = |source: &DeformSource| {
+            let bones = self.skins[source.skin?].joints.len();
+            let (influences, unbent) = (source.deform.influences()?, source.deform.unbent());
+            Some(Rig { instance: source.instance, bones, unbent, influences, period_s })
+        };
+        self.deforms.iter().filter_map(rig).collect()
+    }
+
+    fn bones(&self, rig: &Rig, time_s: f64) -> Vec<DAffine3> {
+        let of_rig = |source: &&DeformSource| source.instance == rig.instance;
+        let Some(source) = self.deforms.iter().find(of_rig) else { return Vec::new() };
+        let Some(skin) = source.skin else { return Vec::new() };
+        let (_, worlds) = self.pose(time_s);
+        let from_mesh = source.deform.file_from_mesh();
+        self.skins[skin]
+            .world_from_bind(&worlds)
+            .into_iter()
+            .map(|world_from_bind| world_from_bind * from_mesh)
+            .collect()
     }
 }
 

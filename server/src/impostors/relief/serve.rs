@@ -52,7 +52,8 @@ fn withdraw_others(
     let is_wanted = |&(object, relief): &(u16, PatchId)| {
         shown_by.get(&relief).is_some_and(|wanted| wanted.objects.binary_search(&object).is_ok())
     };
-    let held: BTreeSet<(u16, PatchId)> = account.held().instances.keys().copied().collect();
+    let is_by_relief = |(_, id): &&(u16, PatchId)| !account.held().bodies.contains_key(id);
+    let held: BTreeSet<(u16, PatchId)> = account.held().instances.keys().filter(is_by_relief).copied().collect();
     let withdrawn: BTreeSet<u16> = held.iter().filter(|key| !is_wanted(key)).map(|(object, _)| *object).collect();
     let is_there = |object: u16, relief: PatchId| held.contains(&(object, relief)) && !withdrawn.contains(&object);
     let mut lacking = BTreeMap::new();

@@ -1,0 +1,151 @@
+//! From an object of a scene to a body.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use protocol::body::{Body, Skin, Wrap};
+use protocol::codec::{Coding, encode_patch};
+use protocol::image::octahedral;
+use protocol::{Edit, Patch, PatchId, Purpose};
+use scene::{Material, Mesh, Rig, Scene, Vertex};
+
+use super::atlas::atlas;
+use super::clip::{boxes, clip};
+use super::made::{Made, Unfit};
+
+/// An object that bones bend, as a body; `codes` are those of the scene's materials, see [`crate::imager::Imager::material_codes`].
+pub fn build(scene: &Scene, object: u16, codes: &[Option<u8>]) -> Result<Made, Unfit> {
+    let instance = &scene.instances[usize::from(object)];
+    let mesh = &scene.meshes[instance.mesh as usize];
+    let material = &scene.materials[mesh.material as usize];
+    let code = fit(scene, mesh, material, codes)?;
+    let rigs = scene.animation.rigs();
+    let rig = rigs.iter().find(|rig| rig.instance == u32::from(object)).ok_or(Unfit::Empty)?;
+    let origin_world = scene.at(0.0).world_from_mesh[usize::from(object)].translation;
+    let (order, indices) = first_used(mesh);
+    if indices.is_empty() {
+        return Err(Unfit::Empty);
+    }
+    let vertices: Vec<&Vertex> = order.iter().map(|&vertex| &mesh.vertices[vertex as usize]).collect();
+    let unbent: Vec<[[f32; 3]; 2]> = order.iter().map(|&vertex| rig.unbent[vertex as usize]).collect();
+    let positions: Vec<Vec3> = unbent.iter().map(|&[position, _]| position.into()).collect();
+    let [least, most] =
+        positions.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)]);
+    let rig = Rig { influences: order.iter().map(|&vertex| rig.influences[vertex as usize]).collect(), ..rig.clone() };
+    let skin = skin(scene, &rig, &positions, (origin_world, f64::from((most - least).length()) / 2.0))?;
+    let (skin, bounds) = skin;
+    let is_textured = material.texture.is_some();
+    let uvs: Vec<[f32; 2]> = if is_textured { vertices.iter().map(|vertex| vertex.uv).collect() } else { Vec::new() };
+    let triangles_uv: Vec<[[f32; 2]; 3]> = if is_textured {
+        indices.as_chunks::<3>().0.iter().map(|corners| corners.map(|corner| uvs[corner as usize])).collect()
+    } else {
+        Vec::new()
+    };
+    let (uvs, least_uv, step_uv) = quantized(&uvs);
+    let places: Vec<[f32; 3]> = positions.iter().map(|p| p.to_array()).collect();
+    let (positions, least, step) = quantized(&places);
+    let is_white = |vertex: &&Vertex| vertex.colour[..3] == [255; 3];
+    let colours = if vertices.iter().all(is_white) {
+        Vec::new()
+    } else {
+        vertices.iter().map(|vertex| [vertex.colour[0], vertex.colour[1], vertex.colour[2]]).collect()
+    };
+    let texture = material.texture.and_then(|texture| scene.textures.get(texture as usize));
+    let wrap = texture.map_or([Wrap::Clamp; 2], |texture| texture.wrap.map(wrap_of));
+    let body = Body {
+        positions,
+        least,
+        step,
+        normals: unbent.iter().map(|&[_, normal]| normal_code(normal.into())).collect(),
+        uvs,
+        least_uv,
+        step_uv,
+        colours,
+        indices,
+        double_sided: material.double_sided,
+        cut_out: material.alpha_cutoff.is_some(),
+        wrap,
+        nearest: texture.is_some_and(|texture| texture.nearest),
+        bounds,
+        skin: Some(skin),
+    };
+    if !body.is_whole() {
+        return Err(Unfit::NotFinite);
+    }
+    let (atlas, body) = (atlas(scene, material, code, &triangles_uv), Arc::new(body));
+    let patch =
+        Patch { id: PatchId(0), purpose: Purpose::Body, capture_time_s: 0.0, objects: Vec::new(), image: atlas };
+    let triangles = protocol::wire::edit_bytes(&Edit::Body(PatchId(0), body.clone()));
+    let colours = encode_patch(&patch, Coding::default());
+    let bytes = (colours.len() + triangles.len()) as u64;
+    tracing::debug!(colours = colours.len(), triangles = triangles.len(), "a body's bytes");
+    Ok(Made { atlas: patch.image, body, origin_world, bytes })
+}
+
+/// The code of its material, where that is the same everywhere and hides what is behind it.
+fn fit(scene: &Scene, mesh: &Mesh, material: &Material, codes: &[Option<u8>]) -> Result<u8, Unfit> {
+    if scene.is_seen_through(mesh.material as usize) || material.transmission > 0.0 {
+        return Err(Unfit::SeenThrough);
+    }
+    if material.alpha_cutoff.is_some() && mesh.vertices.iter().any(|vertex| vertex.colour[3] != u8::MAX) {
+        return Err(Unfit::CutByVertices);
+    }
+    codes.get(mesh.material as usize).copied().flatten().ok_or(Unfit::Varies)
+}
+
+fn skin(scene: &Scene, rig: &Rig, positions: &[Vec3], place: (DVec3, f64)) -> Result<(Skin, [[f32; 3]; 2]), Unfit> {
+    let (clip, bounds) = clip(scene, rig, place, &boxes(rig, positions))?;
+    let bones = rig.influences.iter().map(|four| four.map(|(bone, _)| bone as u8)).collect();
+    let shares = rig.influences.iter().map(|four| shares(four.map(|(_, share)| share))).collect();
+    Ok((Skin { bones, shares, clip }, bounds.map(|corner| corner.to_array())))
+}
+
+/// Shares of 65,535 whose sum is that: what rounding leaves goes to the largest, which it changes least.
+fn shares(four: [f32; 4]) -> [u16; 4] {
+    let mut shares = four.map(|share| (share * 65535.0).round() as i32);
+    let largest = (0..4).max_by_key(|&index| shares[index]).unwrap_or(0);
+    shares[largest] += 65535 - shares.iter().sum::<i32>();
+    shares.map(|share| share.clamp(0, 65535) as u16)
+}
+
+/// The vertices in the order in which triangles first use them, and the triangles by that order.
+fn first_used(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
+    let mut order = Vec::new();
+    let mut places = HashMap::new();
+    let indices = mesh.indices.iter().map(|&vertex| {
+        *places.entry(vertex).or_insert_with(|| {
+            order.push(vertex);
+            order.len() as u32 - 1
+        })
+    });
+    let indices = indices.collect();
+    (order, indices)
+}
+
+/// Numbers in 65,535 steps between the least and the largest, along each axis.
+fn quantized<const N: usize>(rows: &[[f32; N]]) -> (Vec<[u16; N]>, [f32; N], [f32; N]) {
+    let along = |axis: usize| rows.iter().map(move |row| row[axis]);
+    let least: [f32; N] =
+        std::array::from_fn(|axis| if rows.is_empty() { 0.0 } else { along(axis).fold(f32::INFINITY, f32::min) });
+    let step: [f32; N] =
+        std::array::from_fn(|axis| (along(axis).fold(least[axis], f32::max) - least[axis]) / f32::from(u16::MAX));
+    let code = |value: f32, axis: usize| {
+        if step[axis] > 0.0 { ((value - least[axis]) / step[axis]).round().clamp(0.0, 65535.0) as u16 } else { 0 }
+    };
+    let codes = rows.iter().map(|row| std::array::from_fn(|axis| code(row[axis], axis))).collect();
+    (codes, least, step)
+}
+
+fn normal_code(normal: Vec3) -> [u16; 2] {
+    let half = f32::from(Body::NORMAL_STEPS) / 2.0;
+    octahedral(normal).to_array().map(|number| ((number + 1.0) * half).round() as u16)
+}
+
+fn wrap_of(wrap: scene::model::Wrap) -> Wrap {
+    match wrap {
+        scene::model::Wrap::Repeat => Wrap::Repeat,
+        scene::model::Wrap::Mirror => Wrap::Mirror,
+        scene::model::Wrap::Clamp => Wrap::Clamp,
+    }
+}

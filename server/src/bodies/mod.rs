@@ -1,0 +1,25 @@
+//! Bodies: objects that are sent as their triangles, once, instead of as samples of what views see of them.
+//!
+//! A figure that deforms is another surface at every moment: its samples are true for one, so they are sent anew with every update, and are late by
+//! half a round trip even then. Its triangles, colours and what its bones do over a clip are sent once; clients bend it at each frame to where it
+//! is then ([`protocol::Body`]). The 2016 paper names triangles beside samples as future work (section 7).
+//!
+//! - **Which objects**: those that bones alone bend, in the same way over and over ([`scene::Rig`]), of a material that is the same everywhere but for its colour;
+//! - **when**: once a second of sampling the object anew would take more bytes than its body, see [`Eye::bytes_a_second`];
+//! - **how finely**: bones' maps, and how many moments of them, to half a pixel of a figure that fills a view ([`clip`]).
+//!
+//! Who was sent a body keeps it. Bodies depend on the scene alone, so each is made once, for all clients.
+
+mod atlas;
+mod build;
+mod clip;
+mod decide;
+mod made;
+mod serve;
+mod store;
+
+pub use build::build;
+pub use decide::Eye;
+pub use made::{Made, Unfit};
+pub use serve::{KeptBodies, serve, shown_as_bodies};
+pub use store::Bodies;

@@ -1,0 +1,138 @@
+// Triangles of an object as they are, bent by bones, into the G-buffer. The twin of `bodies::pass`.
+#import "camera/pinhole.wgsl"
+#import "common/octahedral.wgsl"
+#import "common/srgb.wgsl"
+
+struct Body {
+    // Rows of the affine maps from the body's space to the eye's, and of the inverse transpose from there to the world's axes.
+    eye_from_body_x: vec4f,
+    eye_from_body_y: vec4f,
+    eye_from_body_z: vec4f,
+    world_normal_from_body_x: vec4f,
+    world_normal_from_body_y: vec4f,
+    world_normal_from_body_z: vec4f,
+    // The box that positions lie in: its least corner, and how large it is.
+    least: vec4f,
+    size: vec4f,
+    // The same of texture coordinates.
+    least_size_uv: vec4f,
+    // Linear RGB.
+    tint: vec4f,
+    object: u32,
+    material: u32,
+    // 0 of what is rigid.
+    bone_count: u32,
+    // Whether the image has gaps that nothing shows.
+    cut_out: u32,
+}
+
+// The twin of `protocol::Body::NORMAL_STEPS`.
+const NORMAL_STEPS: f32 = 1022.0;
+// Rows of `protocol::Body::MOST_BONES`.
+const MOST_ROWS: u32 = 768u;
+
+@group(0) @binding(0) var<uniform> view: Pinhole;
+@group(0) @binding(1) var<uniform> body: Body;
+// Three rows a bone.
+@group(0) @binding(2) var<uniform> bones: array<vec4f, MOST_ROWS>;
+// Linear light, times how much of it there is, which is the alpha.
+@group(0) @binding(3) var colours: texture_2d<f32>;
+@group(0) @binding(4) var colours_sampler: sampler;
+
+struct Vertex {
+    @location(0) position: vec4f,
+    @location(1) normal: vec2f,
+    @location(2) uv: vec2f,
+    @location(3) colour: vec4f,
+    @location(4) bones: vec4u,
+    @location(5) shares: vec4f,
+}
+
+struct Varying {
+    @builtin(position) clip: vec4f,
+    @location(0) z_eye_m: f32,
+    @location(1) normal_world: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) colour: vec3f,
+}
+
+// As `Surface` of `surface/quads.wgsl`.
+struct Shown {
+    @location(0) colour: vec4f,
+    @location(1) normal_ids: vec2u,
+    @location(2) w: f32,
+}
+
+struct Bone {
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+}
+
+// A row of the four bones of a vertex, by their shares.
+fn row_of(vertex: Vertex, row: u32) -> vec4f {
+    let at = 3u * vertex.bones + vec4u(row);
+    let first = vertex.shares.x * bones[at.x] + vertex.shares.y * bones[at.y];
+    return first + vertex.shares.z * bones[at.z] + vertex.shares.w * bones[at.w];
+}
+
+fn bone_of(vertex: Vertex) -> Bone {
+    return Bone(row_of(vertex, 0u), row_of(vertex, 1u), row_of(vertex, 2u));
+}
+
+fn moved(rows: Bone, p: vec4f) -> vec3f {
+    return vec3f(dot(rows.x, p), dot(rows.y, p), dot(rows.z, p));
+}
+
+// Normals stay at right angles: by the rows' cofactors, which are the inverse transpose but for a factor, of the sign of what does not mirror.
+fn turned(rows: Bone, normal: vec3f) -> vec3f {
+    let turned_x = cross(rows.y.xyz, rows.z.xyz);
+    let turned_y = cross(rows.z.xyz, rows.x.xyz);
+    let turned_z = cross(rows.x.xyz, rows.y.xyz);
+    let side = select(-1.0, 1.0, dot(rows.x.xyz, turned_x) >= 0.0);
+    return side * vec3f(dot(turned_x, normal), dot(turned_y, normal), dot(turned_z, normal));
+}
+
+fn decoded_normal(code: vec2f) -> vec3f {
+    var p = code * 65535.0 / (0.5 * NORMAL_STEPS) - 1.0;
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    if z < 0.0 {
+        p = octahedral_fold(p);
+    }
+    return vec3f(p, z);
+}
+
+@vertex
+fn place(vertex: Vertex) -> Varying {
+    var p = vec4f(body.least.xyz + vertex.position.xyz * body.size.xyz, 1.0);
+    var normal = decoded_normal(vertex.normal);
+    if body.bone_count > 0u {
+        let rows = bone_of(vertex);
+        p = vec4f(moved(rows, p), 1.0);
+        normal = turned(rows, normal);
+    }
+    let p_eye = moved(Bone(body.eye_from_body_x, body.eye_from_body_y, body.eye_from_body_z), p);
+    var out: Varying;
+    out.clip = pinhole_clip_from_eye(view, p_eye);
+    out.z_eye_m = p_eye.z;
+    out.normal_world = normalize(vec3f(
+        dot(body.world_normal_from_body_x.xyz, normal),
+        dot(body.world_normal_from_body_y.xyz, normal),
+        dot(body.world_normal_from_body_z.xyz, normal),
+    ));
+    out.uv = body.least_size_uv.xy + vertex.uv * body.least_size_uv.zw;
+    out.colour = vertex.colour.rgb;
+    return out;
+}
+
+@fragment
+fn show(in: Varying, @builtin(front_facing) is_front: bool) -> Shown {
+    let texel = textureSample(colours, colours_sampler, in.uv);
+    if body.cut_out != 0u && texel.a < 0.5 {
+        discard;
+    }
+    let base = texel.rgb / max(texel.a, 1.0 / 255.0) * in.colour * body.tint.rgb;
+    let normal_world = select(-in.normal_world, in.normal_world, is_front);
+    let ids = body.object | (body.material << 16u);
+    return Shown(vec4f(srgb_from_linear(base), 1.0), vec2u(octahedral_code_fine(normal_world), ids), 1.0 / in.z_eye_m);
+}
