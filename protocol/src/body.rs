@@ -15,7 +15,7 @@ pub struct Body {
     pub least: [f32; 3],
     /// One step along each axis, in metres.
     pub step: [f32; 3],
-    /// Of each vertex, octahedral, of [`Body::NORMAL_STEPS`] steps along each axis.
+    /// Of each vertex, octahedral, of [`Body::NORMAL_STEPS`] steps along each axis; none where each triangle is shaded as the plane that it is.
     pub normals: Vec<[u16; 2]>,
     /// Texture coordinates of each vertex, in steps from [`Body::least_uv`]; none where the image is one texel.
     pub uvs: Vec<[u16; 2]>,
@@ -97,9 +97,8 @@ impl Body {
     /// Whether the parts fit each other, and every number is finite.
     pub fn is_whole(&self) -> bool {
         let vertices = self.positions.len();
-        let is_of_all = |length: usize| length == vertices;
         let is_some = |length: usize| length == 0 || length == vertices;
-        let lengths = is_of_all(self.normals.len()) && is_some(self.uvs.len()) && is_some(self.colours.len());
+        let lengths = is_some(self.normals.len()) && is_some(self.uvs.len()) && is_some(self.colours.len());
         let finite = [&self.least, &self.step, &self.bounds[0], &self.bounds[1]];
         let uv = self.least_uv.iter().chain(&self.step_uv);
         let numbers = finite.into_iter().flatten().chain(uv).all(|number| number.is_finite());

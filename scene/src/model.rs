@@ -444,7 +444,7 @@ pub trait Animation: Send + Sync {
         self.at(scene, time_s).world_from_mesh
     }
 
-    /// The instances that bones alone bend, in the same way over and over.
+    /// The instances that bones alone bend or move, in the same way over and over.
     fn rigs(&self) -> Vec<Rig> {
         Vec::new()
     }

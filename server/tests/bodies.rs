@@ -55,7 +55,14 @@ impl Animation for Tube {
             [(0, root), (1, tip), (0, 0.0), (0, 0.0)]
         });
         let unbent = self.mesh.vertices.iter().map(|vertex| [vertex.position, vertex.normal]).collect();
-        vec![Rig { instance: 0, bones: 2, unbent, influences: influences.collect(), period_s: PERIOD_S }]
+        vec![Rig {
+            instance: 0,
+            bones: 2,
+            unbent,
+            is_flat: false,
+            influences: influences.collect(),
+            period_s: PERIOD_S,
+        }]
     }
 
     fn bones(&self, _: &Rig, time_s: f64) -> Vec<DAffine3> {

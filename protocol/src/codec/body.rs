@@ -14,6 +14,7 @@ const HAS_UVS: u8 = 4;
 const HAS_COLOURS: u8 = 8;
 const IS_BENT: u8 = 16;
 const CUT_OUT: u8 = 32;
+const HAS_NORMALS: u8 = 64;
 
 /// Appends a body.
 pub(crate) fn write_body(body: &Body, packer: &mut Packer, out: &mut Writer) {
@@ -23,6 +24,7 @@ pub(crate) fn write_body(body: &Body, packer: &mut Packer, out: &mut Writer) {
         | flag(!body.uvs.is_empty(), HAS_UVS)
         | flag(!body.colours.is_empty(), HAS_COLOURS)
         | flag(body.cut_out, CUT_OUT)
+        | flag(!body.normals.is_empty(), HAS_NORMALS)
         | flag(body.skin.is_some(), IS_BENT));
     body.wrap.iter().for_each(|&wrap| out.u8(wrap as u8));
     let numbers = body.least.iter().chain(&body.step).chain(body.bounds.as_flattened());
@@ -59,7 +61,7 @@ pub(crate) fn read_body(bytes: &mut Reader, unpacker: &mut Unpacker, left: &mut 
     let indices = take(&mut left.body_indices, bytes.u32()?, "indices of bodies")?;
     let of = |is: bool| if is { vertices } else { 0 };
     let positions = read_shorts(bytes, unpacker, vertices)?;
-    let normals = read_shorts(bytes, unpacker, vertices)?;
+    let normals = read_shorts(bytes, unpacker, of(flags & HAS_NORMALS != 0))?;
     let uvs = read_shorts(bytes, unpacker, of(flags & HAS_UVS != 0))?;
     let colours = read_bytes(bytes, unpacker, of(flags & HAS_COLOURS != 0))?;
     let mut next = 0_u32;
@@ -293,8 +295,15 @@ mod tests {
     #[test]
     fn a_body_comes_back_as_it_is() {
         let bent = body(200);
-        let rigid =
-            Body { skin: None, colours: Vec::new(), uvs: Vec::new(), nearest: true, cut_out: false, ..bent.clone() };
+        let rigid = Body {
+            skin: None,
+            colours: Vec::new(),
+            uvs: Vec::new(),
+            nearest: true,
+            cut_out: false,
+            normals: Vec::new(),
+            ..bent.clone()
+        };
         let far_apart = Body { indices: vec![150, 0, 199, 3, 3, 198], ..rigid.clone() };
         for body in [bent, rigid, far_apart] {
             assert_eq!(read(&written(&body), &Limits::default()), Ok(body));

@@ -28,11 +28,17 @@ pub fn build(scene: &Scene, object: u16, codes: &[Option<u8>]) -> Result<Made, U
         return Err(Unfit::Empty);
     }
     let vertices: Vec<&Vertex> = order.iter().map(|&vertex| &mesh.vertices[vertex as usize]).collect();
-    let unbent: Vec<[[f32; 3]; 2]> = order.iter().map(|&vertex| rig.unbent[vertex as usize]).collect();
+    let unbent = |vertex: &u32| {
+        let own = &mesh.vertices[*vertex as usize];
+        rig.unbent.get(*vertex as usize).copied().unwrap_or([own.position, own.normal])
+    };
+    let unbent: Vec<[[f32; 3]; 2]> = order.iter().map(unbent).collect();
     let positions: Vec<Vec3> = unbent.iter().map(|&[position, _]| position.into()).collect();
     let [least, most] =
         positions.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)]);
-    let rig = Rig { influences: order.iter().map(|&vertex| rig.influences[vertex as usize]).collect(), ..rig.clone() };
+    let by_first = [(0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
+    let influences = order.iter().map(|&vertex| rig.influences.get(vertex as usize).copied().unwrap_or(by_first));
+    let rig = Rig { influences: influences.collect(), ..rig.clone() };
     let skin = skin(scene, &rig, &positions, (origin_world, f64::from((most - least).length()) / 2.0))?;
     let (skin, bounds) = skin;
     let is_textured = material.texture.is_some();
@@ -57,7 +63,11 @@ pub fn build(scene: &Scene, object: u16, codes: &[Option<u8>]) -> Result<Made, U
         positions,
         least,
         step,
-        normals: unbent.iter().map(|&[_, normal]| normal_code(normal.into())).collect(),
+        normals: if rig.is_flat {
+            Vec::new()
+        } else {
+            unbent.iter().map(|&[_, normal]| normal_code(normal.into())).collect()
+        },
         uvs,
         least_uv,
         step_uv,

@@ -11,6 +11,9 @@ const BYTES_PER_SAMPLE: f64 = 3.0;
 /// Of the disc of a ball around an object, about what the object fills.
 const FILLED: f64 = 0.2;
 
+/// Views that together see all sides of an object: the surface of a ball is four of its discs.
+const SIDES: f64 = 4.0;
+
 /// Who looks, from where.
 #[derive(Debug, Clone, Copy)]
 pub struct Eye {
@@ -25,12 +28,12 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// What sampling an object anew takes for a second, in bytes: a sample a pixel at each update.
-    fn bytes_a_second(&self, centre_world: DVec3, radius_m: f64) -> f64 {
+    /// What sampling an object takes, in bytes: of what is bent, a second of a sample a pixel at each update; of what is rigid, once from all around.
+    fn sampled_bytes(&self, (centre_world, radius_m): (DVec3, f64), is_bent: bool) -> f64 {
         let distance_m = self.eye_world.distance(centre_world);
         let radius_px = self.focal_px * radius_m / distance_m.max(radius_m);
         let samples = (FILLED * std::f64::consts::PI * radius_px * radius_px).min(self.most_px);
-        samples * BYTES_PER_SAMPLE * self.update_hz
+        samples * BYTES_PER_SAMPLE * if is_bent { self.update_hz } else { SIDES }
     }
 }
 
@@ -45,14 +48,14 @@ pub(super) fn wanted(
     let is_wanted = |&object: &u16| {
         held(object)
             || bounds_of(scene, snapshot, object).is_some_and(|bounds| {
-                let bytes = eye.bytes_a_second(bounds.middle(), (bounds.max - bounds.min).length() / 2.0);
+                let ball = (bounds.middle(), (bounds.max - bounds.min).length() / 2.0);
+                let bytes = eye.sampled_bytes(ball, scene.instances[usize::from(object)].deforms);
                 // Not made before it is near enough to matter.
-                bytes > LEAST_BYTES_A_SECOND
-                    && bodies.made(object, scene, codes).is_some_and(|made| bytes > made.bytes as f64)
+                bytes > LEAST_BYTES && bodies.made(object, scene, codes).is_some_and(|made| bytes > made.bytes as f64)
             })
     };
     bodies.candidates.keys().copied().filter(is_wanted).collect()
 }
 
 /// No body takes less.
-const LEAST_BYTES_A_SECOND: f64 = 1024.0;
+const LEAST_BYTES: f64 = 1024.0;

@@ -4,8 +4,8 @@
 //! half a round trip even then. Its triangles, colours and what its bones do over a clip are sent once; clients bend it at each frame to where it
 //! is then ([`protocol::Body`]). The 2016 paper names triangles beside samples as future work (section 7).
 //!
-//! - **Which objects**: those that bones alone bend, in the same way over and over ([`scene::Rig`]), of a material that is the same everywhere but for its colour;
-//! - **when**: once a second of sampling the object anew would take more bytes than its body, see [`Eye::bytes_a_second`];
+//! - **Which objects**: those that bones alone bend or move, in the same way over and over ([`scene::Rig`]), of a material that is the same everywhere but for its colour;
+//! - **when**: once a second of sampling the object anew would take more bytes than its body, or of what is rigid, sampling it once from all around;
 //! - **how finely**: bones' maps, and how many moments of them, to half a pixel of a figure that fills a view ([`clip`]).
 //!
 //! Who was sent a body keeps it. Bodies depend on the scene alone, so each is made once, for all clients.

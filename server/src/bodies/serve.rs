@@ -28,7 +28,8 @@ pub fn serve(
     let (scene, _) = at;
     let has = kept.0.clone();
     for object in wanted(bodies, at, codes, eye, |object| has.contains_key(&object)) {
-        if has.contains_key(&object) {
+        // Many of one shape are shown by one relief for all.
+        if has.contains_key(&object) || account.shown_otherwise().contains(&object) {
             continue;
         }
         let Some(made) = bodies.made(object, scene, codes) else { continue };

@@ -24,6 +24,11 @@ struct Body {
     bone_count: u32,
     // Whether the image has gaps that nothing shows.
     cut_out: u32,
+    // Whether each triangle is shaded as the plane that it is.
+    is_flat: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 // The twin of `protocol::Body::NORMAL_STEPS`.
@@ -50,7 +55,7 @@ struct Vertex {
 
 struct Varying {
     @builtin(position) clip: vec4f,
-    @location(0) z_eye_m: f32,
+    @location(0) p_eye: vec3f,
     @location(1) normal_world: vec3f,
     @location(2) uv: vec2f,
     @location(3) colour: vec3f,
@@ -114,7 +119,7 @@ fn place(vertex: Vertex) -> Varying {
     let p_eye = moved(Bone(body.eye_from_body_x, body.eye_from_body_y, body.eye_from_body_z), p);
     var out: Varying;
     out.clip = pinhole_clip_from_eye(view, p_eye);
-    out.z_eye_m = p_eye.z;
+    out.p_eye = p_eye;
     out.normal_world = normalize(vec3f(
         dot(body.world_normal_from_body_x.xyz, normal),
         dot(body.world_normal_from_body_y.xyz, normal),
@@ -125,14 +130,22 @@ fn place(vertex: Vertex) -> Varying {
     return out;
 }
 
+// Of the plane of a fragment's triangle, towards the eye.
+fn plane_normal_world(dx_eye: vec3f, dy_eye: vec3f, p_eye: vec3f) -> vec3f {
+    let normal_eye = cross(dx_eye, dy_eye);
+    return select(-normal_eye, normal_eye, dot(normal_eye, p_eye) < 0.0) * view.eye_from_world;
+}
+
 @fragment
 fn show(in: Varying, @builtin(front_facing) is_front: bool) -> Shown {
     let texel = textureSample(colours, colours_sampler, in.uv);
+    let plane_world = plane_normal_world(dpdx(in.p_eye), dpdy(in.p_eye), in.p_eye);
     if body.cut_out != 0u && texel.a < 0.5 {
         discard;
     }
     let base = texel.rgb / max(texel.a, 1.0 / 255.0) * in.colour * body.tint.rgb;
-    let normal_world = select(-in.normal_world, in.normal_world, is_front);
+    let vertex_world = select(-in.normal_world, in.normal_world, is_front);
+    let normal_world = select(vertex_world, plane_world, body.is_flat != 0u);
     let ids = body.object | (body.material << 16u);
-    return Shown(vec4f(srgb_from_linear(base), 1.0), vec2u(octahedral_code_fine(normal_world), ids), 1.0 / in.z_eye_m);
+    return Shown(vec4f(srgb_from_linear(base), 1.0), vec2u(octahedral_code_fine(normal_world), ids), 1.0 / in.p_eye.z);
 }

@@ -35,6 +35,8 @@ pub(super) struct BodyUniform {
     material: u32,
     bone_count: u32,
     cut_out: u32,
+    is_flat: u32,
+    padding: [u32; 3],
 }
 
 /// What is drawn, and from where.
@@ -133,6 +135,8 @@ fn body_uniform(
         material: placed.material.into(),
         bone_count: body.skin.as_ref().map_or(0, |skin| skin.clip.bones.into()),
         cut_out: placed.is_cut_out.into(),
+        is_flat: body.normals.is_empty().into(),
+        padding: [0; 3],
     };
     let mut numbers = uniform.eye_from_body.iter().chain(&uniform.world_normal_from_body).flatten();
     numbers.all(|number| number.is_finite()).then_some(uniform)

@@ -48,7 +48,7 @@ impl Placed {
             let [red, green, blue] = body.colours.get(at).copied().unwrap_or([255; 3]);
             BodyVertex {
                 position: [x, y, z, 0],
-                normal: body.normals[at],
+                normal: body.normals.get(at).copied().unwrap_or_default(),
                 uv: body.uvs.get(at).copied().unwrap_or_default(),
                 colour: [red, green, blue, 255],
                 bones: skin.map_or([0; 4], |skin| skin.bones[at]),

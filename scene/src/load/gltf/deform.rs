@@ -48,6 +48,11 @@ impl Deform {
         influences.entries.chunks_exact(influences.per_vertex).map(of_vertex).collect()
     }
 
+    /// Whether each triangle is shaded as the plane that it is.
+    pub fn is_flat(&self) -> bool {
+        self.flat
+    }
+
     /// Places and normals before anything moves them.
     pub fn unbent(&self) -> Vec<[[f32; 3]; 2]> {
         self.base.iter().map(|vertex| [vertex.position, vertex.normal]).collect()

@@ -142,17 +142,30 @@ impl Animation for Motion {
         let Some(period_s) = self.clips.period_s() else { return Vec::new() };
         let rig = |source: &DeformSource| {
             let bones = self.skins[source.skin?].joints.len();
-            let (influences, unbent) = (source.deform.influences()?, source.deform.unbent());
-            Some(Rig { instance: source.instance, bones, unbent, influences, period_s })
+            let (influences, unbent, is_flat) =
+                (source.deform.influences()?, source.deform.unbent(), source.deform.is_flat());
+            Some(Rig { instance: source.instance, bones, unbent, is_flat, influences, period_s })
         };
-        self.deforms.iter().filter_map(rig).collect()
+        let rigid = |(instance, _): (usize, &Source)| Rig {
+            instance: instance as u32,
+            bones: 1,
+            unbent: Vec::new(),
+            is_flat: false,
+            influences: Vec::new(),
+            period_s,
+        };
+        let deforms = |instance: usize| self.deforms.iter().any(|deform| deform.instance as usize == instance);
+        let moving = self.sources.iter().enumerate().filter(|(instance, source)| source.moves && !deforms(*instance));
+        self.deforms.iter().filter_map(rig).chain(moving.map(rigid)).collect()
     }
 
     fn bones(&self, rig: &Rig, time_s: f64) -> Vec<DAffine3> {
-        let of_rig = |source: &&DeformSource| source.instance == rig.instance;
-        let Some(source) = self.deforms.iter().find(of_rig) else { return Vec::new() };
-        let Some(skin) = source.skin else { return Vec::new() };
         let (_, worlds) = self.pose(time_s);
+        let of_rig = |source: &&DeformSource| source.instance == rig.instance;
+        let Some(source) = self.deforms.iter().find(of_rig) else {
+            return self.placed(&worlds).get(rig.instance as usize).copied().into_iter().collect();
+        };
+        let Some(skin) = source.skin else { return Vec::new() };
         let from_mesh = source.deform.file_from_mesh();
         self.skins[skin]
             .world_from_bind(&worlds)
