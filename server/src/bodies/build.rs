@@ -1,6 +1,6 @@
 //! From an object of a scene to a body.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -11,7 +11,7 @@ use protocol::{Edit, Patch, PatchId, Purpose};
 use scene::{Material, Mesh, Rig, Scene, Vertex};
 
 use super::atlas::atlas;
-use super::clip::{boxes, clip};
+use super::clip::{clip, moved};
 use super::made::{Made, Unfit};
 
 /// An object that bones bend, as a body; `codes` are those of the scene's materials, see [`crate::imager::Imager::material_codes`].
@@ -105,8 +105,12 @@ fn fit(scene: &Scene, mesh: &Mesh, material: &Material, codes: &[Option<u8>]) ->
 }
 
 fn skin(scene: &Scene, rig: &Rig, positions: &[Vec3], place: (DVec3, f64)) -> Result<(Skin, [[f32; 3]; 2]), Unfit> {
-    let (clip, bounds) = clip(scene, rig, place, &boxes(rig, positions))?;
-    let bones = rig.influences.iter().map(|four| four.map(|(bone, _)| bone as u8)).collect();
+    let moved = moved(rig, positions);
+    let (clip, bounds) = clip(scene, rig, place, &moved)?;
+    // No more than fit a byte.
+    let places: BTreeMap<u32, u8> = moved.keys().copied().zip(0..=u8::MAX).collect();
+    let place = |(bone, _): (u32, f32)| places.get(&bone).copied().unwrap_or_default();
+    let bones = rig.influences.iter().map(|four| four.map(place)).collect();
     let shares = rig.influences.iter().map(|four| shares(four.map(|(_, share)| share))).collect();
     Ok((Skin { bones, shares, clip }, bounds.map(|corner| corner.to_array())))
 }

@@ -33,6 +33,8 @@ struct Body {
 
 // The twin of `protocol::Body::NORMAL_STEPS`.
 const NORMAL_STEPS: f32 = 1022.0;
+// Its outlines are where it ends: nothing of it goes on into a gap beside it.
+const ENDS: u32 = 0x80000000u;
 // Rows of `protocol::Body::MOST_BONES`.
 const MOST_ROWS: u32 = 768u;
 
@@ -146,6 +148,6 @@ fn show(in: Varying, @builtin(front_facing) is_front: bool) -> Shown {
     let base = texel.rgb / max(texel.a, 1.0 / 255.0) * in.colour * body.tint.rgb;
     let vertex_world = select(-in.normal_world, in.normal_world, is_front);
     let normal_world = select(vertex_world, plane_world, body.is_flat != 0u);
-    let ids = body.object | (body.material << 16u);
+    let ids = body.object | (body.material << 16u) | ENDS;
     return Shown(vec4f(srgb_from_linear(base), 1.0), vec2u(octahedral_code_fine(normal_world), ids), 1.0 / in.p_eye.z);
 }
