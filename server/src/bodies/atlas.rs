@@ -10,23 +10,46 @@ const MOST_PX: u32 = 1024;
 /// Texels beside those that triangles show which blending reads, in texels of the image that is sent: of its coarser levels, too.
 const MARGIN_PX: i64 = 4;
 
-/// Texture coordinates of the triangles that show it, three each.
-pub(super) fn atlas(scene: &Scene, material: &Material, code: u8, triangles_uv: &[[[f32; 2]; 3]]) -> DepthImage {
+/// The image, and the part of the whole texture that it is, in its texture coordinates: the least, and how far it goes. `triangles_uv`: texture coordinates
+/// of the triangles that show it, three each.
+pub(super) fn atlas(
+    scene: &Scene,
+    material: &Material,
+    code: u8,
+    triangles_uv: &[[[f32; 2]; 3]],
+) -> (DepthImage, [[f32; 2]; 2]) {
     let factor = material.base_colour;
     let Some(texture) = material.texture.and_then(|texture| scene.textures.get(texture as usize)) else {
         let colour = [0, 1, 2].map(|channel| srgb_from_linear(factor[channel]));
-        return image((1, 1), code, |_, _| Some(colour));
+        return (image((1, 1), code, |_, _| Some(colour)), WHOLE);
     };
     let level = level(texture);
     let used = used(&level, triangles_uv);
     let cutoff = material.alpha_cutoff;
-    image((level.width_px, level.height_px), code, |x, y| {
-        let index = (y * level.width_px + x) as usize;
+    let (from, size_px) = cropped(&level, used.as_deref());
+    let image = image(size_px, code, |x, y| {
+        let index = ((from.1 + y) * level.width_px + from.0 + x) as usize;
         let [red, green, blue, alpha] = level.rgba[index];
         let is_cut = cutoff.is_some_and(|cutoff| alpha * factor[3] < cutoff);
         let colour = [red * factor[0], green * factor[1], blue * factor[2]].map(srgb_from_linear);
         (!is_cut && used.as_ref().is_none_or(|used| used[index])).then_some(colour)
-    })
+    });
+    let share = |(x, y): (u32, u32)| [x as f32 / level.width_px as f32, y as f32 / level.height_px as f32];
+    (image, [share(from), share(size_px)])
+}
+
+/// A texture as it is.
+const WHOLE: [[f32; 2]; 2] = [[0.0; 2], [1.0; 2]];
+
+/// The box of the texels that are used: its upper left one, and its size.
+fn cropped(level: &Level, used: Option<&[bool]>) -> ((u32, u32), (u32, u32)) {
+    let all = ((0, 0), (level.width_px, level.height_px));
+    let Some(used) = used else { return all };
+    let places = used.iter().enumerate().filter(|(_, used)| **used).map(|(index, _)| index as u32);
+    let places = places.map(|index| (index % level.width_px, index / level.width_px));
+    let boxes = places.map(|(x, y)| [x, y, x, y]);
+    let around = boxes.reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
+    around.map_or(all, |[left, top, right, bottom]| ((left, top), (right - left + 1, bottom - top + 1)))
 }
 
 /// Rows of texels from the top: linear RGB and alpha.

@@ -48,6 +48,9 @@ pub fn build(scene: &Scene, object: u16, codes: &[Option<u8>]) -> Result<Made, U
     } else {
         Vec::new()
     };
+    let (atlas, [part_uv, part_size]) = atlas(scene, material, code, &triangles_uv);
+    let within = |uv: &[f32; 2]| std::array::from_fn(|axis| (uv[axis] - part_uv[axis]) / part_size[axis]);
+    let uvs: Vec<[f32; 2]> = uvs.iter().map(within).collect();
     let (uvs, least_uv, step_uv) = quantized(&uvs);
     let places: Vec<[f32; 3]> = positions.iter().map(|p| p.to_array()).collect();
     let (positions, least, step) = quantized(&places);
@@ -83,7 +86,7 @@ pub fn build(scene: &Scene, object: u16, codes: &[Option<u8>]) -> Result<Made, U
     if !body.is_whole() {
         return Err(Unfit::NotFinite);
     }
-    let (atlas, body) = (atlas(scene, material, code, &triangles_uv), Arc::new(body));
+    let body = Arc::new(body);
     let patch =
         Patch { id: PatchId(0), purpose: Purpose::Body, capture_time_s: 0.0, objects: Vec::new(), image: atlas };
     let triangles = protocol::wire::edit_bytes(&Edit::Body(PatchId(0), body.clone()));

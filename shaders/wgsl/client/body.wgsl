@@ -5,12 +5,8 @@
 
 struct Body {
     // Rows of the affine maps from the body's space to the eye's, and of the inverse transpose from there to the world's axes.
-    eye_from_body_x: vec4f,
-    eye_from_body_y: vec4f,
-    eye_from_body_z: vec4f,
-    world_normal_from_body_x: vec4f,
-    world_normal_from_body_y: vec4f,
-    world_normal_from_body_z: vec4f,
+    eye_from_body: array<vec4f, 3>,
+    world_normal_from_body: array<vec4f, 3>,
     // The box that positions lie in: its least corner, and how large it is.
     least: vec4f,
     size: vec4f,
@@ -118,14 +114,14 @@ fn place(vertex: Vertex) -> Varying {
         p = vec4f(moved(rows, p), 1.0);
         normal = turned(rows, normal);
     }
-    let p_eye = moved(Bone(body.eye_from_body_x, body.eye_from_body_y, body.eye_from_body_z), p);
+    let p_eye = moved(Bone(body.eye_from_body[0], body.eye_from_body[1], body.eye_from_body[2]), p);
     var out: Varying;
     out.clip = pinhole_clip_from_eye(view, p_eye);
     out.p_eye = p_eye;
     out.normal_world = normalize(vec3f(
-        dot(body.world_normal_from_body_x.xyz, normal),
-        dot(body.world_normal_from_body_y.xyz, normal),
-        dot(body.world_normal_from_body_z.xyz, normal),
+        dot(body.world_normal_from_body[0].xyz, normal),
+        dot(body.world_normal_from_body[1].xyz, normal),
+        dot(body.world_normal_from_body[2].xyz, normal),
     ));
     out.uv = body.least_size_uv.xy + vertex.uv * body.least_size_uv.zw;
     out.colour = vertex.colour.rgb;

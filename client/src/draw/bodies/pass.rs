@@ -185,3 +185,28 @@ fn pipeline(
         cache: None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shader_reads_what_is_written() {
+        shaders::assert_layout!(
+            BodyUniform,
+            "client/body.wgsl",
+            "Body",
+            eye_from_body,
+            world_normal_from_body,
+            least,
+            size,
+            least_size_uv,
+            tint,
+            object,
+            material,
+            bone_count,
+            cut_out,
+            is_flat
+        );
+    }
+}

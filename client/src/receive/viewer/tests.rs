@@ -1,7 +1,7 @@
 //! The viewer against a real server session, without sockets.
 
 use camera::{Camera, Pinhole, Rigid};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use protocol::codec::Coding;
 use protocol::held::ObjectPose;
 use protocol::message::{Clock, VERSION, ViewSize, Welcome};
