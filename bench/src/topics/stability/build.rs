@@ -1,4 +1,4 @@
-//! Small scenes made by code: still ones, of few meshes.
+//! Small scenes made by code, of few meshes.
 
 use std::sync::Arc;
 
@@ -98,4 +98,28 @@ pub fn ball(rings: u32) -> Mesh {
         [a, b, b + 1, a, b + 1, a + 1]
     };
     mesh((0..(rings + 1) * (steps + 1)).map(corner), (0..rings * steps).flat_map(cell).collect())
+}
+
+/// Where object `.0` is at time `.1`, which stands at `.2` by itself.
+type Places = fn(usize, f64, DAffine3) -> DAffine3;
+
+struct Moving {
+    still: Arc<dyn Animation>,
+    places: Places,
+}
+
+impl Animation for Moving {
+    fn at(&self, scene: &Scene, time_s: f64) -> Snapshot {
+        let mut snapshot = self.still.at(scene, time_s);
+        let moves = snapshot.world_from_mesh.iter_mut().enumerate().filter(|(object, _)| scene.instances[*object].moves);
+        moves.for_each(|(object, place)| *place = (self.places)(object, time_s, *place));
+        snapshot
+    }
+}
+
+/// The same scene of which some objects move.
+pub fn moving(mut scene: Scene, objects: &[usize], places: Places) -> Scene {
+    objects.iter().for_each(|&object| scene.instances[object].moves = true);
+    scene.animation = Arc::new(Moving { still: scene.animation, places });
+    scene
 }

@@ -1,5 +1,6 @@
 //! What a picture is wrong by.
 
+use super::buffers::Unfit;
 use super::way::Shown;
 
 /// The errors of some pictures.
@@ -11,8 +12,10 @@ pub struct Errors {
     pub holes: usize,
     /// Pixels inside of surfaces.
     pub inside: usize,
-    /// Values in the picture that are no numbers or infinite.
-    pub not_finite: usize,
+    /// Values of the frames' buffers that are no numbers, infinite or out of their range.
+    pub unfit: Unfit,
+    /// By how many of 255 a pixel inside of a surface differs from the truth in its worst channel.
+    pub colours: Vec<f64>,
 }
 
 impl Errors {
@@ -24,7 +27,7 @@ impl Errors {
 
     fn add(&mut self, shown: &Shown) {
         let (width, height) = shown.truth.size_px;
-        self.not_finite += shown.drawn.w.iter().filter(|w| !w.is_finite()).count();
+        self.unfit.add(shown.unfit);
         for y in 1..height - 1 {
             for x in 1..width - 1 {
                 let pixel = (y * width + x) as usize;
@@ -32,6 +35,9 @@ impl Errors {
                     continue;
                 }
                 self.inside += 1;
+                let colours = (&shown.drawn.picture.rgb[3 * pixel..][..3], &shown.truth.rgb[pixel]);
+                let off = colours.0.iter().zip(colours.1).map(|(a, b)| a.abs_diff(*b)).max();
+                self.colours.push(off.unwrap_or(0).into());
                 let w = f64::from(shown.drawn.w[pixel]);
                 match shown.true_w(pixel) {
                     Some(true_w) if w > 0.0 => self.parallax_px.push(shown.parallax_px(w - true_w)),
@@ -41,10 +47,25 @@ impl Errors {
         }
     }
 
+    /// The greatest shift.
+    pub fn worst_px(&self) -> f64 {
+        worst(&self.parallax_px)
+    }
+
+    /// The colour that is furthest off.
+    pub fn worst_colour(&self) -> f64 {
+        worst(&self.colours)
+    }
+
     /// Share of the pixels inside of surfaces that show nothing.
     pub fn holes_share(&self) -> f64 {
         self.holes as f64 / self.inside.max(1) as f64
     }
+}
+
+/// The greatest value, or one that is no number where there is any.
+fn worst(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |worst: f64, &value| if value > worst || value.is_nan() { value } else { worst })
 }
 
 /// Whether a pixel and the eight around it show one object: at outlines a picture of samples is wrong by up to a pixel whatever its numbers are.
@@ -93,16 +114,16 @@ mod tests {
         };
         let picture = Picture { width_px: SIDE_PX, height_px: SIDE_PX, rgb: vec![9; 3 * pixels], covered: None };
         let drawn = Drawn { picture, w: (0..pixels).map(w).collect(), frame_ms: 0.0 };
-        Shown { camera, drawn, truth, region_m: 0.5 }
+        Shown { camera, drawn, truth, region_m: 0.5, unfit: Unfit::default() }
     }
 
     #[test]
     fn what_depth_is_wrong_by_is_a_shift_and_nothing_is_a_hole() {
         let right = Errors::of(&[wall(|_| 0.5)]);
-        assert_eq!((right.inside, right.holes, right.not_finite), (36, 0, 0), "all but the rim");
+        assert_eq!((right.inside, right.holes), (36, 0), "all but the rim");
         assert!(right.parallax_px.iter().all(|&shift| shift == 0.0));
         let wrong = Errors::of(&[wall(|pixel| [0.5, 0.6, 0.0, f32::NAN][pixel % 4])]);
-        assert_eq!((wrong.holes, wrong.not_finite), (18, 16));
+        assert_eq!(wrong.holes, 18);
         let focal_px = wall(|_| 0.5).camera.focal_px;
         let shifts = wrong.parallax_px.iter().filter(|shift| (**shift - focal_px * 0.5 * 0.1).abs() < 1e-5).count();
         assert_eq!((shifts, wrong.parallax_px.len()), (12, 18));

@@ -1,0 +1,47 @@
+//! Stiff and extreme cases, each a small scene made by code with bounds and where these come from.
+//!
+//! - [`triangles`]: shapes and sizes of triangles. [`eyes`]: where an eye may stand, and along what its rays run.
+//! - [`places`]: transforms of what stands still. [`motion`]: of what moves, and odd clocks.
+//! - [`samples`]: images of next to nothing, or of one depth.
+
+mod eyes;
+mod motion;
+mod places;
+mod samples;
+mod triangles;
+
+use super::check::Check;
+use super::judge::Errors;
+use super::lab::Lab;
+use super::way::{Case, shown};
+
+/// Some cases of one kind.
+pub struct Group {
+    pub name: &'static str,
+    pub cases: &'static [Stiff],
+}
+
+/// A case by its name.
+pub struct Stiff {
+    pub name: &'static str,
+    pub judge: fn(&mut Lab) -> anyhow::Result<Vec<Check>>,
+}
+
+/// All of them.
+pub const GROUPS: &[Group] = &[
+    Group { name: "shapes of triangles", cases: triangles::CASES },
+    Group { name: "places of eyes", cases: eyes::CASES },
+    Group { name: "places of objects", cases: places::CASES },
+    Group { name: "motion and clocks", cases: motion::CASES },
+    Group { name: "few samples", cases: samples::CASES },
+];
+
+/// What surfaces that are flat keep.
+fn flat(lab: &mut Lab, case: &Case) -> anyhow::Result<Vec<Check>> {
+    Ok(Check::of_flat(&Errors::of(&shown(lab, case)?)))
+}
+
+/// What surfaces that bend keep, of which a sample's normal says less.
+fn bent(lab: &mut Lab, case: &Case) -> anyhow::Result<Vec<Check>> {
+    Ok(Check::of_all(&Errors::of(&shown(lab, case)?)))
+}
