@@ -25,7 +25,12 @@ const DEPTH_PX: f64 = 0.1;
 const COLOURS: f64 = 4.0;
 
 impl Check {
-    pub fn new(what: &'static str, (at_most, found): (f64, Option<f64>), unit: &'static str, from: &'static str) -> Check {
+    pub fn new(
+        what: &'static str,
+        (at_most, found): (f64, Option<f64>),
+        unit: &'static str,
+        from: &'static str,
+    ) -> Check {
         Check { what, at_most, found, unit, from }
     }
 
@@ -45,6 +50,16 @@ impl Check {
         Check::new("depths inside of surfaces", (DEPTH_PX, found), "px", from)
     }
 
+    /// [`Check::depth`], or where the near plane is so near that 16 bits are coarser, what they leave.
+    pub fn depth_of(errors: &Errors) -> Check {
+        let found = (!errors.parallax_px.is_empty()).then(|| errors.worst_px());
+        if errors.finest_px <= DEPTH_PX {
+            return Check::depth(found);
+        }
+        let from = "half a step of the finest depth that 16 bits have from the near plane on, for an eye at the rim, and, chosen, as much again";
+        Check::new("depths inside of surfaces", (errors.finest_px, found), "px", from)
+    }
+
     pub fn colours(found: Option<f64>) -> Check {
         let from = "a normal of 8 + 8 bits is off by 0.83 degrees at most, which two lights show as 2.5 of 255; base colours and pictures are rounded to \
                     half a step each";
@@ -62,7 +77,7 @@ impl Check {
         vec![
             Check::unfit(some(errors.unfit.buffers > 0, errors.unfit.values as f64)),
             Check::holes(some(errors.inside > 0, errors.holes_share())),
-            Check::depth(some(!errors.parallax_px.is_empty(), errors.worst_px())),
+            Check::depth_of(errors),
         ]
     }
 
@@ -95,7 +110,9 @@ impl Check {
         self.used().into_iter().for_each(|used| row.counts.set("used", used));
         report.rows.push(row);
         report.bars.push(self.bar(case));
-        let note = format!("{}, at most {} {}: {}.", self.what, self.at_most, self.unit, self.from).replace("  ", " ").replace(" :", ":");
+        let note = format!("{}, at most {} {}: {}.", self.what, self.at_most, self.unit, self.from)
+            .replace("  ", " ")
+            .replace(" :", ":");
         if !report.notes.contains(&note) {
             report.notes.push(note);
         }

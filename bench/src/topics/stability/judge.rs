@@ -1,5 +1,7 @@
 //! What a picture is wrong by.
 
+use glam::DVec3;
+
 use super::buffers::Unfit;
 use super::way::Shown;
 
@@ -14,6 +16,8 @@ pub struct Errors {
     pub inside: usize,
     /// Values of the frames' buffers that are no numbers, infinite or out of their range.
     pub unfit: Unfit,
+    /// The most that a step of 16 bits shifts a sample by.
+    pub finest_px: f64,
     /// By how many of 255 a pixel inside of a surface differs from the truth in its worst channel.
     pub colours: Vec<f64>,
 }
@@ -28,8 +32,10 @@ impl Errors {
     fn add(&mut self, shown: &Shown) {
         let (width, height) = shown.truth.size_px;
         self.unfit.add(shown.unfit);
-        for y in 1..height - 1 {
-            for x in 1..width - 1 {
+        let margin = shown.margin_px as u32;
+        self.finest_px = self.finest_px.max(shown.finest_px());
+        for y in margin..height - margin {
+            for x in margin..width - margin {
                 let pixel = (y * width + x) as usize;
                 if !is_inside(shown, pixel) {
                     continue;
@@ -68,12 +74,20 @@ fn worst(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |worst: f64, &value| if value > worst || value.is_nan() { value } else { worst })
 }
 
-/// Whether a pixel and the eight around it show one object: at outlines a picture of samples is wrong by up to a pixel whatever its numbers are.
+/// Samples whose normals turn by more are of two surfaces to who rebuilds them (`surface::CornerRules`).
+const CREASE_COS: f64 = 0.5;
+
+/// Whether a pixel and those around it show one surface of one object: at outlines and creases a picture of samples is wrong by up to a pixel whatever its
+/// numbers are.
 fn is_inside(shown: &Shown, pixel: usize) -> bool {
     let width = shown.truth.size_px.0 as usize;
     let object = shown.truth.first_object[pixel];
-    let around = [pixel - width, pixel, pixel + width].into_iter().flat_map(|middle| middle - 1..=middle + 1);
-    object.is_some() && around.into_iter().all(|beside| shown.truth.first_object[beside] == object)
+    let reach = -(shown.margin_px as isize)..=shown.margin_px as isize;
+    let offsets = reach.clone().flat_map(|y| reach.clone().map(move |x| y * width as isize + x));
+    let mut around = offsets.map(|offset| pixel.wrapping_add_signed(offset));
+    let normal = |pixel: usize| shown.truth.first[pixel].map_or(DVec3::ZERO, |point| point.normal_world);
+    let turns = |beside: usize| normal(beside).dot(normal(pixel)) < CREASE_COS;
+    object.is_some() && around.all(|beside| shown.truth.first_object[beside] == object && !turns(beside))
 }
 
 /// The share of pixels in which two pictures of the same differ by more than one step of 255 in any channel.
@@ -114,7 +128,7 @@ mod tests {
         };
         let picture = Picture { width_px: SIDE_PX, height_px: SIDE_PX, rgb: vec![9; 3 * pixels], covered: None };
         let drawn = Drawn { picture, w: (0..pixels).map(w).collect(), frame_ms: 0.0 };
-        Shown { camera, drawn, truth, region_m: 0.5, unfit: Unfit::default() }
+        Shown { camera, drawn, truth, region_m: 0.5, unfit: Unfit::default(), margin_px: 1 }
     }
 
     #[test]

@@ -16,8 +16,8 @@ mod judge;
 mod lab;
 mod moved;
 mod served;
-mod swept;
 mod sweeps;
+mod swept;
 mod way;
 
 use clap::{Args, Command};
@@ -25,7 +25,7 @@ use clap::{Args, Command};
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
-use cases::{GROUPS, Group};
+use cases::{GROUPS, Group, effects};
 use lab::{Break, Lab};
 use sweeps::{BY_CODE, OF_SCENES};
 use swept::swept;
@@ -53,7 +53,8 @@ impl Topic for Stability {
 
     fn default_scenes(&self, _: bool) -> Vec<String> {
         let sweeps = BY_CODE.iter().map(|(sweep, _)| sweep.name);
-        sweeps.chain(GROUPS.iter().map(|group| group.name)).map(str::to_owned).collect()
+        let cases = GROUPS.iter().map(|group| group.name).chain(effects().map(|effect| effect.name));
+        sweeps.chain(cases).map(str::to_owned).collect()
     }
 
     fn arguments(&self, command: Command) -> Command {
@@ -71,6 +72,10 @@ impl Topic for Stability {
             }
             if let Some(group) = GROUPS.iter().find(|group| group.name == name) {
                 judge(&mut lab, group, report);
+                continue;
+            }
+            if let Some(effect) = effects().find(|effect| effect.name == name) {
+                effect.swept(&mut lab, run.quick, report);
                 continue;
             }
             match run.load(name) {

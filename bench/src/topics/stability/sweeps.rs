@@ -133,7 +133,12 @@ pub fn still_life(place: DVec3, scale: f64) -> Vec<Placed> {
 
 fn still_life_case(place: DVec3, scale: f64) -> Case {
     let eye = place + DVec3::new(0.3, 0.5, 2.4) * scale;
-    Case::look(scene("still life", still_life(place, scale)), eye, place + DVec3::new(0.0, -0.1, 0.0) * scale, 0.01 * scale)
+    Case::look(
+        scene("still life", still_life(place, scale)),
+        eye,
+        place + DVec3::new(0.0, -0.1, 0.0) * scale,
+        0.01 * scale,
+    )
 }
 
 /// A board that faces the eye at each decade, from the near plane on, in columns side by side. The nearest is a twentieth of a metre away.

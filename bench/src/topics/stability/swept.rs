@@ -18,14 +18,18 @@ pub fn values([first, last]: [i32; 2], holds_to: i32, quick: bool) -> Vec<i32> {
 
 /// What is bounded, by the greatest that was found where it must hold, and the first decade at which it did not.
 pub struct Bound {
-    check: fn(Option<f64>) -> Check,
-    found: Option<f64>,
+    check: Check,
     broken_at: Option<i32>,
 }
 
 impl Bound {
-    pub fn new(check: fn(Option<f64>) -> Check) -> Bound {
-        Bound { check, found: None, broken_at: None }
+    /// Of what a check asks for, whatever it found.
+    pub fn new(check: Check) -> Bound {
+        Bound { check: Check { found: None, ..check }, broken_at: None }
+    }
+
+    pub fn what(&self) -> &'static str {
+        self.check.what
     }
 
     /// What was found at a decade, and whether it must hold there.
@@ -33,10 +37,10 @@ impl Bound {
         let Some(found) = found else { return };
         if must_hold {
             // What is no number must not be lost.
-            let worst = self.found.unwrap_or(found);
-            self.found = Some(if found > worst || found.is_nan() { found } else { worst });
+            let worst = self.check.found.unwrap_or(found);
+            self.check.found = Some(if found > worst || found.is_nan() { found } else { worst });
         }
-        let holds = found <= (self.check)(None).at_most;
+        let holds = found <= self.check.at_most;
         if self.broken_at.is_none() && !holds {
             self.broken_at = Some(decade);
         }
@@ -44,11 +48,12 @@ impl Bound {
 
     /// Of a sweep of a parameter from a decade to where it must hold.
     pub fn tell(&self, label: &str, (parameter, [from, to]): (&str, [i32; 2]), report: &mut Report) {
-        let check = (self.check)(self.found);
         let range = format!("{label}, {parameter} from 1e{from} to 1e{to}");
-        check.tell((&format!("{label}, bounds"), &range), report);
+        self.check.tell((&format!("{label}, bounds"), &range), report);
         if let Some(decade) = self.broken_at {
-            report.notes.push(format!("{label}, {parameter}: {} are out of bounds at 1e{decade} first.", check.what));
+            report
+                .notes
+                .push(format!("{label}, {parameter}: {} are out of bounds at 1e{decade} first.", self.check.what));
         }
     }
 }
@@ -65,7 +70,7 @@ pub fn swept(
     let progress = Progress::new(format!("{label}: {}", sweep.name), values.len() as u64);
     let mut first: Option<Vec<Shown>> = None;
     let mut points: [Vec<(f64, f64)>; 3] = Default::default();
-    let mut bounds = [Check::unfit, Check::holes, Check::depth, Check::alike].map(Bound::new);
+    let mut bounds = [Check::unfit, Check::holes, Check::depth, Check::alike].map(|check| Bound::new(check(None)));
     for decade in values {
         let value = 10_f64.powi(decade);
         let method = format!("{} = 1e{decade}", sweep.parameter);
@@ -119,10 +124,10 @@ mod tests {
 
     #[test]
     fn a_bound_tells_its_worst_where_it_must_hold_and_where_it_breaks() {
-        let mut bound = Bound::new(Check::depth);
+        let mut bound = Bound::new(Check::depth(None));
         let found = [(0, Some(0.02)), (1, None), (6, Some(0.07)), (7, Some(0.04)), (8, Some(3.0)), (9, Some(f64::NAN))];
         found.into_iter().for_each(|(decade, found)| bound.add((decade, decade <= 7), found));
-        assert_eq!((bound.found, bound.broken_at), (Some(0.07), Some(8)));
+        assert_eq!((bound.check.found, bound.broken_at), (Some(0.07), Some(8)));
         bound.add((3, true), Some(f64::NAN));
         bound.add((4, true), Some(0.01));
         let mut report = Report::new("stability", "");

@@ -44,7 +44,7 @@ impl Case {
 
     /// The middle of the region, and a place on its rim, above to the right.
     pub fn eyes(&self) -> [DVec3; 2] {
-        let to_rim = self.middle.rotation * DVec3::new(1.0, 1.0, 0.0).normalize() * sets::region_radius_m(&self.scene);
+        let to_rim = self.middle.rotation * DVec3::new(1.0, -1.0, 0.0).normalize() * sets::region_radius_m(&self.scene);
         [self.middle.translation, self.middle.translation + to_rim]
     }
 }
@@ -58,12 +58,19 @@ pub struct Shown {
     pub region_m: f64,
     /// Of all that the frame was drawn into.
     pub unfit: Unfit,
+    /// How far from outlines it is judged: what an image's sample is wide, in whole pixels of the picture.
+    pub margin_px: usize,
 }
 
 impl Shown {
     /// By how many pixels an error of inverse depth shifts a sample for an eye at the rim of the region.
     pub fn parallax_px(&self, w_error: f64) -> f64 {
         self.camera.focal_px * self.region_m * w_error.abs()
+    }
+
+    /// What a whole step of 16 bits from the near plane on shifts a sample by.
+    pub fn finest_px(&self) -> f64 {
+        self.parallax_px(1.0 / (self.camera.near_m * f64::from(u16::MAX)))
     }
 
     /// Inverse depth in the truth, in 1/m; `None` where nothing is.
@@ -88,7 +95,7 @@ pub fn shown_of(
     let mut stage = Stage::new(&lab.gpu, case.scene.clone(), Look::Plain)?;
     stage.show(0.0, case.middle.translation)?;
     Break::anchored(lab.broken, &mut stage)?;
-    let plan = SetPlan { discretization: Discretization::SURFACE, images: IMAGES, image_px: IMAGE_PX };
+    let plan = SetPlan { discretization: Discretization::default(), images: IMAGES, image_px: IMAGE_PX };
     let (views, precision) = sets::planned(&stage.scene, case.middle, &case.camera(case.middle.translation), &plan);
     let mut discretizer = Discretizer::new(&stage.renderer)?;
     let precision = Break::packed(lab.broken, precision);
@@ -105,7 +112,7 @@ pub fn shown_of(
         let camera = case.camera(eye);
         let drawn = lab.view.frame(&held, &camera, Options::default())?;
         let unfit = Unfit::of(&lab.gpu, &lab.view)?;
-        Ok(Shown { camera, drawn, truth: truth.picture(&camera, &Effects::PLAIN, 1), region_m, unfit })
+        Ok(Shown { camera, drawn, truth: truth.picture(&camera, &Effects::PLAIN, 1), region_m, unfit, margin_px: 1 })
     };
     case.eyes().into_iter().map(of_eye).collect()
 }

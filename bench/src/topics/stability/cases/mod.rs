@@ -3,12 +3,18 @@
 //! - [`triangles`]: shapes and sizes of triangles. [`eyes`]: where an eye may stand, and along what its rays run.
 //! - [`places`]: transforms of what stands still. [`motion`]: of what moves, and odd clocks.
 //! - [`samples`]: images of next to nothing, or of one depth.
+//! - [`lights`], [`mirrors`]: effects; those of their parameters that have decades are swept ([`effects`]).
 
+mod effects;
 mod eyes;
+mod lights;
+mod mirrors;
 mod motion;
 mod places;
 mod samples;
 mod triangles;
+
+pub use effects::Effect;
 
 use super::check::Check;
 use super::judge::Errors;
@@ -34,7 +40,14 @@ pub const GROUPS: &[Group] = &[
     Group { name: "places of objects", cases: places::CASES },
     Group { name: "motion and clocks", cases: motion::CASES },
     Group { name: "few samples", cases: samples::CASES },
+    Group { name: "lights", cases: lights::CASES },
+    Group { name: "mirrors and glass", cases: mirrors::CASES },
 ];
+
+/// Sweeps of effects.
+pub fn effects() -> impl Iterator<Item = &'static Effect> {
+    lights::EFFECTS.iter()
+}
 
 /// What surfaces that are flat keep.
 fn flat(lab: &mut Lab, case: &Case) -> anyhow::Result<Vec<Check>> {

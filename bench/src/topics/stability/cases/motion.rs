@@ -5,13 +5,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use protocol::message::Shadows;
-use scene::{Mesh, Scene};
+use scene::Scene;
 
 use super::Stiff;
 use crate::raytrace::Effects;
-use crate::topics::stability::build::{Placed, at, mesh, moving, scene, square};
+use crate::topics::stability::build::{Placed, at, cuboid, moving, scene, square};
 use crate::topics::stability::check::Check;
 use crate::topics::stability::judge::Errors;
 use crate::topics::stability::lab::Lab;
@@ -19,10 +19,16 @@ use crate::topics::stability::served::Served;
 use crate::topics::stability::way::Case;
 
 pub(super) const CASES: &[Stiff] = &[
-    Stiff { name: "half a turn in one step", judge: |lab| judged(lab, |_, time_s, place| place * DAffine3::from_rotation_y(PI * time_s / STEP_S), &EVEN) },
+    Stiff {
+        name: "half a turn in one step",
+        judge: |lab| judged(lab, |_, time_s, place| place * DAffine3::from_rotation_y(PI * time_s / STEP_S), &EVEN),
+    },
     Stiff { name: "a jump of 1e6 m and back", judge: |lab| judged(lab, jump, &EVEN) },
     Stiff { name: "a vibration of 1 kHz, seen ten times a second", judge: |lab| judged(lab, vibration, &EVEN) },
-    Stiff { name: "a scale through zero to its negative", judge: |lab| judged(lab, through_zero, &[0.0, 0.25, 0.5, 0.75, 1.0]) },
+    Stiff {
+        name: "a scale through zero to its negative",
+        judge: |lab| judged(lab, through_zero, &[0.0, 0.25, 0.5, 0.75, 1.0]),
+    },
     Stiff { name: "a time of 1e9 s", judge: |lab| judged(lab, turning, &[1e9, 1e9 + STEP_S, 1e9 + 2.0 * STEP_S]) },
     Stiff { name: "a clock that steps back", judge: |lab| judged(lab, turning, &[5.0, 5.1, 2.0, 2.1, -7.0]) },
     Stiff { name: "steps of no time", judge: |lab| judged(lab, turning, &[1.0, 1.0, 1.0]) },
@@ -40,22 +46,6 @@ fn boxed() -> Scene {
         Placed { mesh: cuboid(), world_from_mesh: at(DVec3::ZERO, 0.3), colour: [0.2, 0.4, 0.7] },
     ];
     scene("box", parts)
-}
-
-/// From -1 to 1 along each axis, each face with its own normal.
-fn cuboid() -> Mesh {
-    let turns = [
-        DQuat::IDENTITY,
-        DQuat::from_rotation_y(PI / 2.0),
-        DQuat::from_rotation_y(PI),
-        DQuat::from_rotation_y(-PI / 2.0),
-        DQuat::from_rotation_x(PI / 2.0),
-        DQuat::from_rotation_x(-PI / 2.0),
-    ];
-    let corner = |turn: DQuat, [x, y]: [f64; 2]| ((turn * DVec3::new(x, y, 1.0)).as_vec3(), (turn * DVec3::Z).as_vec3());
-    let face = |turn: DQuat| [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|at| corner(turn, at));
-    let indices = (0..6).flat_map(|face| [0, 1, 2, 0, 2, 3].map(|index| 4 * face + index));
-    mesh(turns.into_iter().flat_map(face), indices.collect())
 }
 
 fn turning(_: usize, time_s: f64, place: DAffine3) -> DAffine3 {

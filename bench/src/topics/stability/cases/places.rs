@@ -9,7 +9,10 @@ use crate::topics::stability::way::Case;
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "mirrored", judge: |lab| bent(lab, &balls(DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)))) },
     Stiff { name: "turned inside out", judge: |lab| bent(lab, &balls(DMat3::from_diagonal(DVec3::splat(-1.0)))) },
-    Stiff { name: "flattened to a hundredth", judge: |lab| bent(lab, &balls(DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.01)))) },
+    Stiff {
+        name: "flattened to a hundredth",
+        judge: |lab| bent(lab, &balls(DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.01)))),
+    },
     Stiff { name: "sheared by two", judge: |lab| bent(lab, &balls(shear(2.0))) },
     Stiff { name: "a board of 1e-6 by 1e6 of its own size", judge: |lab| flat(lab, &board()) },
     Stiff { name: "scaled to a millionth, as where a scale vanishes", judge: |lab| flat(lab, &vanished(1e-6)) },
@@ -32,7 +35,7 @@ fn seen(parts: Vec<Placed>) -> Case {
 /// A ball under a map, before a wall.
 fn balls(matrix3: DMat3) -> Case {
     let world_from_mesh = DAffine3 { matrix3: matrix3 * 0.35, translation: DVec3::ZERO };
-    seen(vec![back(), Placed { mesh: ball(48), world_from_mesh, colour: [0.7, 0.3, 0.2] }])
+    seen(vec![back(), Placed { mesh: ball(96), world_from_mesh, colour: [0.7, 0.3, 0.2] }])
 }
 
 /// A board of a metre, whose mesh is a millionth as wide and a million times as high.

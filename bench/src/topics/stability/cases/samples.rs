@@ -47,7 +47,12 @@ fn only(image: DepthImage, samples: usize) -> DepthImage {
     let kept = middle..(middle + samples).min(image.sample_count());
     let (width_px, height_px) = image.mask.size_px();
     let mut mask = Mask::empty(width_px, height_px);
-    image.mask.occupied().enumerate().filter(|(place, _)| kept.contains(place)).for_each(|(_, (x, y))| mask.set(x, y, true));
+    image
+        .mask
+        .occupied()
+        .enumerate()
+        .filter(|(place, _)| kept.contains(place))
+        .for_each(|(_, (x, y))| mask.set(x, y, true));
     fn of<T: Clone>(plane: &[T], kept: &std::ops::Range<usize>) -> Vec<T> {
         plane.get(kept.clone()).map(<[T]>::to_vec).unwrap_or_default()
     }

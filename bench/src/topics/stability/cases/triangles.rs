@@ -1,6 +1,7 @@
 //! Triangles of all shapes and sizes.
 
 use glam::{DVec3, Vec3};
+use scene::sanitize::sanitize;
 use scene::{Bounds, Mesh};
 
 use super::{Stiff, flat};
@@ -9,7 +10,11 @@ use crate::topics::stability::way::Case;
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "needles of 1e-7 m between strips", judge: |lab| flat(lab, &board(needles(NEEDLE_M))) },
-    Stiff { name: "triangles without area in a board", judge: |lab| flat(lab, &board(with_nothing())) },
+    Stiff {
+        name: "triangles without area in a board, as readers leave it",
+        judge: |lab| flat(lab, &board(with_nothing())),
+    },
+    Stiff { name: "a sliver of 1e-7 m along a diagonal", judge: |lab| flat(lab, &board(with_a_sliver())) },
     Stiff { name: "triangles of 1e-6 to 1e4 m side by side", judge: |lab| flat(lab, &board(frames())) },
     Stiff { name: "one triangle over all beside many below a pixel", judge: |lab| flat(lab, &dust()) },
 ];
@@ -57,6 +62,16 @@ fn with_nothing() -> Mesh {
     let middle = board.vertices.len() as u32;
     board.vertices.push(scene::Vertex { position: [0.0; 3], ..board.vertices[0] });
     board.indices.splice(0..0, [0, 0, 0, 1, 1, 2, 0, middle, 2]);
+    sanitize(&mut board);
+    board
+}
+
+/// A board with a triangle from corner to corner in its plane, next to nothing wide.
+fn with_a_sliver() -> Mesh {
+    let mut board = square();
+    let middle = board.vertices.len() as u32;
+    board.vertices.push(scene::Vertex { position: [NEEDLE_M, 0.0, 0.0], ..board.vertices[0] });
+    board.indices.splice(0..0, [0, middle, 2]);
     board
 }
 
@@ -65,7 +80,12 @@ fn frames() -> Mesh {
     let half = |decade: i32| 10_f32.powi(decade);
     let frame = |decade: i32| {
         let (inner, outer) = (half(decade - 1), half(decade));
-        [[-outer, -outer, -inner, outer], [inner, -outer, outer, outer], [-inner, -outer, inner, -inner], [-inner, inner, inner, outer]]
+        [
+            [-outer, -outer, -inner, outer],
+            [inner, -outer, outer, outer],
+            [-inner, -outer, inner, -inner],
+            [-inner, inner, inner, outer],
+        ]
     };
     let middle = [-half(-6), -half(-6), half(-6), half(-6)];
     cells([middle].into_iter().chain((-5..=4).flat_map(frame)))
