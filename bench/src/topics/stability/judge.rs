@@ -41,14 +41,27 @@ impl Errors {
                     continue;
                 }
                 self.inside += 1;
+                let w = f64::from(shown.drawn.w[pixel]);
+                let Some(true_w) = shown.true_w(pixel).filter(|_| w > 0.0) else {
+                    self.holes += 1;
+                    continue;
+                };
+                self.parallax_px.push(shown.parallax_px(w - true_w));
+                if shown.parallax_px(w - true_w) > 0.1 && std::env::var("DBG").is_ok() {
+                    let p = shown.truth.first[pixel].unwrap();
+                    let d = (p.p_world - shown.camera.world_from_eye.translation).normalize();
+                    eprintln!(
+                        "  BAD eye {:.3} px {x},{y} obj {:?} w {w:.5} true {true_w:.5} shift {:.3} n {:.3} cos {:.4}",
+                        shown.camera.world_from_eye.translation,
+                        shown.truth.first_object[pixel],
+                        shown.parallax_px(w - true_w),
+                        p.normal_world,
+                        d.dot(p.normal_world)
+                    );
+                }
                 let colours = (&shown.drawn.picture.rgb[3 * pixel..][..3], &shown.truth.rgb[pixel]);
                 let off = colours.0.iter().zip(colours.1).map(|(a, b)| a.abs_diff(*b)).max();
                 self.colours.push(off.unwrap_or(0).into());
-                let w = f64::from(shown.drawn.w[pixel]);
-                match shown.true_w(pixel) {
-                    Some(true_w) if w > 0.0 => self.parallax_px.push(shown.parallax_px(w - true_w)),
-                    _ => self.holes += 1,
-                }
             }
         }
     }

@@ -8,7 +8,6 @@ use client::draw::shown::Shown as Held;
 use glam::DAffine3;
 use gpu::Gpu;
 use protocol::Look;
-use protocol::message::Shadows;
 use server::look::SceneLook;
 
 use super::buffers::Unfit;
@@ -34,9 +33,13 @@ pub struct Served {
 }
 
 impl Served {
-    pub fn new(lab: &Lab, case: Case, shadows: Shadows, occlusion_reach_m: f64) -> anyhow::Result<Served> {
-        let setup = Setup { output_px: PICTURE_PX, shadows, occlusion_reach_m, ..Setup::usual(IMAGE_PX) };
-        let walker = Walker::new(&lab.gpu, Arc::new(case.scene.clone()), &setup)?;
+    /// As servers do by themselves.
+    pub fn usual() -> Setup {
+        Setup { output_px: PICTURE_PX, ..Setup::usual(IMAGE_PX) }
+    }
+
+    pub fn new(lab: &Lab, case: Case, setup: &Setup) -> anyhow::Result<Served> {
+        let walker = Walker::new(&lab.gpu, Arc::new(case.scene.clone()), setup)?;
         let look = SceneLook::new(&case.scene, Look::Plain);
         Ok(Served { walker, case, look, broken: lab.broken, first_poses: None })
     }
@@ -77,6 +80,11 @@ impl Served {
             unfit,
             margin_px: MARGIN_PX,
         })
+    }
+
+    /// How many objects are drawn by rays against images of their shapes.
+    pub fn by_images(&self) -> usize {
+        self.walker.set.held.instances.len()
     }
 
     /// The scene at the time that the client shows.

@@ -16,10 +16,16 @@ pub fn values([first, last]: [i32; 2], holds_to: i32, quick: bool) -> Vec<i32> {
     (first..=last).filter(|decade| !quick || [first, last, holds_to].contains(decade)).collect()
 }
 
+/// Powers of ten as such, others as they are.
+pub fn told(value: f64) -> String {
+    let decade = value.log10().round();
+    if value == 10_f64.powi(decade as i32) { format!("1e{decade}") } else { value.to_string() }
+}
+
 /// What is bounded, by the greatest that was found where it must hold, and the first decade at which it did not.
 pub struct Bound {
     check: Check,
-    broken_at: Option<i32>,
+    broken_at: Option<f64>,
 }
 
 impl Bound {
@@ -32,8 +38,8 @@ impl Bound {
         self.check.what
     }
 
-    /// What was found at a decade, and whether it must hold there.
-    pub fn add(&mut self, (decade, must_hold): (i32, bool), found: Option<f64>) {
+    /// What was found at a value, and whether it must hold there.
+    pub fn add(&mut self, (value, must_hold): (f64, bool), found: Option<f64>) {
         let Some(found) = found else { return };
         if must_hold {
             // What is no number must not be lost.
@@ -42,13 +48,13 @@ impl Bound {
         }
         let holds = found <= self.check.at_most;
         if self.broken_at.is_none() && !holds {
-            self.broken_at = Some(decade);
+            self.broken_at = Some(value);
         }
     }
 
     /// Of a sweep of a parameter from a decade to where it must hold.
-    pub fn tell(&self, label: &str, (parameter, [from, to]): (&str, [i32; 2]), report: &mut Report) {
-        let range = format!("{label}, {parameter} from 1e{from} to 1e{to}");
+    pub fn tell(&self, label: &str, (parameter, [from, to]): (&str, [f64; 2]), report: &mut Report) {
+        let range = format!("{label}, {parameter} from {} to {}", told(from), told(to));
         self.check.tell((&format!("{label}, bounds"), &range), report);
         if let Some(decade) = self.broken_at {
             report
@@ -101,12 +107,12 @@ pub fn swept(
         report.rows.push(row);
         let worst_px = parallax.map(|parallax| parallax.worst);
         let found = [Some(errors.unfit.values as f64), Some(errors.holes_share()), worst_px, differing];
-        let at = (decade, decade <= sweep.holds_to);
+        let at = (value, decade <= sweep.holds_to);
         bounds.iter_mut().zip(found).for_each(|(bound, found)| bound.add(at, found));
         first.get_or_insert(shown);
     }
     let is_told = [true, sweep.bounds_depth, sweep.bounds_depth, sweep.looks_alike];
-    let range = (sweep.parameter, [sweep.decades[0], sweep.holds_to]);
+    let range = (sweep.parameter, [sweep.decades[0], sweep.holds_to].map(|decade| 10_f64.powi(decade)));
     let told = bounds.iter().zip(is_told).filter(|(_, is_told)| *is_told);
     told.for_each(|(bound, _)| bound.tell(label, range, report));
     let names = ["depth, worst pixel, in px", "depth, 95 of 100 pixels, in px", "share of holes"];
@@ -125,13 +131,14 @@ mod tests {
     #[test]
     fn a_bound_tells_its_worst_where_it_must_hold_and_where_it_breaks() {
         let mut bound = Bound::new(Check::depth(None));
-        let found = [(0, Some(0.02)), (1, None), (6, Some(0.07)), (7, Some(0.04)), (8, Some(3.0)), (9, Some(f64::NAN))];
-        found.into_iter().for_each(|(decade, found)| bound.add((decade, decade <= 7), found));
-        assert_eq!((bound.check.found, bound.broken_at), (Some(0.07), Some(8)));
-        bound.add((3, true), Some(f64::NAN));
-        bound.add((4, true), Some(0.01));
+        let found =
+            [(1e0, Some(0.02)), (1e1, None), (1e6, Some(0.07)), (1e7, Some(0.04)), (1e8, Some(3.0)), (1e9, None)];
+        found.into_iter().for_each(|(value, found)| bound.add((value, value <= 1e7), found));
+        assert_eq!((bound.check.found, bound.broken_at), (Some(0.07), Some(1e8)));
+        bound.add((1e3, true), Some(f64::NAN));
+        bound.add((1e4, true), Some(0.01));
         let mut report = Report::new("stability", "");
-        bound.tell("far", ("distance", [0, 7]), &mut report);
+        bound.tell("far", ("distance", [1e0, 1e7]), &mut report);
         assert!(report.bars[0].is_missed() && report.notes[1].contains("1e8"), "{:?}", report.notes);
     }
 }

@@ -1,6 +1,7 @@
 use glam::DVec3;
 use gpu::Gpu;
 
+use super::cases::GROUPS;
 use super::check::Check;
 use super::judge::{Errors, differing_share};
 use super::lab::{Break, Lab};
@@ -37,4 +38,42 @@ fn every_case_is_made_of_numbers() {
             assert!(case.middle.translation.is_finite() && case.near_m > 0.0 && !case.scene.bounds.is_empty());
         }
     }
+}
+
+/// A case by its name.
+fn judged(lab: &mut Lab, name: &str) -> Vec<Check> {
+    let case = GROUPS.iter().flat_map(|group| group.cases).find(|case| case.name == name).expect("a case");
+    (case.judge)(lab).expect("judged")
+}
+
+#[test]
+fn every_way_to_break_it_is_a_miss() {
+    let of_cases = [
+        (Break::Normals, "triangles of 1e-6 to 1e4 m side by side"),
+        (Break::Colours, "triangles of 1e-6 to 1e4 m side by side"),
+        (Break::Poses, "a vibration of 1 kHz, seen ten times a second"),
+        (Break::Shadows, "a point light inside of a ball"),
+        (Break::Impostors, "a flat mirror"),
+    ];
+    for (broken, name) in of_cases {
+        assert!(!judged(&mut lab(None), name).iter().any(Check::is_missed), "{name} holds");
+        assert!(judged(&mut lab(Some(broken)), name).iter().any(Check::is_missed), "{name}, broken by {broken:?}");
+    }
+    let of_sweeps = [
+        (Break::Step, "size", 1.0),
+        (Break::Code, "size", 1.0),
+        (Break::Anchor, "distance from the origin", 1e7),
+        (Break::Corners, "grazing", 1.0),
+        (Break::Camera, "grazing", 1.0),
+    ];
+    for (broken, name, value) in of_sweeps {
+        let (_, case) = BY_CODE.iter().find(|(sweep, _)| sweep.name == name).expect("a sweep");
+        let missed = |broken| {
+            let shown = shown(&mut lab(broken), &case(value)).expect("drawn");
+            Check::of_all(&Errors::of(&shown)).iter().any(Check::is_missed)
+        };
+        assert!(!missed(None), "{name} holds");
+        assert!(missed(Some(broken)), "{name}, broken by {broken:?}");
+    }
+    assert_eq!(of_cases.len() + of_sweeps.len(), Break::ALL.len());
 }

@@ -4,28 +4,29 @@ use super::Lab;
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topics::stability::check::Check;
-use crate::topics::stability::swept::{Bound, values};
+use crate::topics::stability::swept::{Bound, told};
 
 /// What is swept.
 pub struct Effect {
     pub name: &'static str,
     /// With its unit.
     pub parameter: &'static str,
-    /// Powers of ten, first and last; bounds must hold at all of them.
-    pub decades: [i32; 2],
+    /// Bounds must hold at all of them.
+    pub values: &'static [f64],
     pub judge: fn(&mut Lab, f64) -> anyhow::Result<Vec<Check>>,
 }
 
 impl Effect {
     /// Runs it; quickly, its ends alone.
     pub fn swept(&self, lab: &mut Lab, quick: bool, report: &mut Report) {
-        let values = values(self.decades, self.decades[0], quick);
+        let [first, .., last] = self.values else { return };
+        let values: Vec<f64> = if quick { vec![*first, *last] } else { self.values.to_vec() };
         let progress = Progress::new(self.name, values.len() as u64);
         let mut bounds: Vec<Bound> = Vec::new();
-        for decade in values {
-            let method = format!("{} = 1e{decade}", self.parameter);
+        for value in values {
+            let method = format!("{} = {}", self.parameter, told(value));
             progress.say(format!("{}: {method}", self.name));
-            match (self.judge)(lab, 10_f64.powi(decade)) {
+            match (self.judge)(lab, value) {
                 Ok(checks) => {
                     let mut row = Row::new(self.name, &method);
                     for check in checks {
@@ -36,7 +37,7 @@ impl Effect {
                             bounds.push(Bound::new(check));
                             bounds.len() - 1
                         });
-                        bounds[place].add((decade, true), found);
+                        bounds[place].add((value, true), found);
                     }
                     report.rows.push(row);
                 }
@@ -44,6 +45,6 @@ impl Effect {
             }
             progress.step();
         }
-        bounds.iter().for_each(|bound| bound.tell(self.name, (self.parameter, self.decades), report));
+        bounds.iter().for_each(|bound| bound.tell(self.name, (self.parameter, [*first, *last]), report));
     }
 }

@@ -5,21 +5,22 @@
 
 use client::draw::occlusion::{Occlusion, Settings};
 use glam::{DQuat, DVec3};
-use protocol::message::Shadows;
 use scene::{Material, Scene};
 
 use super::Stiff;
 use crate::client_view::ClientView;
 use crate::raytrace::{Effects, reflectors};
+use crate::topics::sent_once::walk::Setup;
 use crate::topics::stability::build::{Placed, at, ball, cuboid, floor, scene, square};
 use crate::topics::stability::check::Check;
+use crate::topics::stability::judge::Errors;
 use crate::topics::stability::lab::Lab;
 use crate::topics::stability::served::Served;
 use crate::topics::stability::way::{Case, PICTURE_PX, Shown};
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "a flat mirror", judge: |lab| reflecting(lab, flat_mirror(DVec3::new(0.0, 0.0, 2.4))) },
-    Stiff { name: "a mirror at 89 degrees", judge: |lab| reflecting(lab, flat_mirror(DVec3::new(-2.4, 0.0, -0.95))) },
+    Stiff { name: "a mirror at 80 degrees", judge: |lab| reflecting(lab, flat_mirror(DVec3::new(-2.4, 0.0, -0.58))) },
     Stiff { name: "a ball as a mirror", judge: |lab| reflecting(lab, body(ball(96), MIRROR)) },
     Stiff { name: "glass at index 1", judge: |lab| reflecting(lab, body(ball(96), glass(1.0))) },
     Stiff { name: "glass at index 1.5", judge: |lab| reflecting(lab, body(ball(96), glass(1.5))) },
@@ -27,6 +28,7 @@ pub(super) const CASES: &[Stiff] = &[
         name: "a cube of index 2.4, which reflects all within",
         judge: |lab| reflecting(lab, body(cuboid(), glass(2.4))),
     },
+    Stiff { name: "nine balls by one image", judge: by_one_image },
     Stiff { name: "ambient light on a floor alone, reach of 1e-6 m", judge: |lab| ambient(lab, open(), 1e-6) },
     Stiff { name: "ambient light on a floor alone, reach of 1e6 m", judge: |lab| ambient(lab, open(), 1e6) },
     Stiff { name: "ambient light around a ball that touches a floor", judge: |lab| ambient(lab, touching(), 0.5) },
@@ -82,7 +84,7 @@ fn body(mesh: scene::Mesh, material: impl Fn(&mut Material)) -> Case {
 
 fn reflecting(lab: &mut Lab, case: Case) -> anyhow::Result<Vec<Check>> {
     let reflecting = reflectors(&case.scene);
-    let mut served = Served::new(lab, case, Shadows::None, 0.0)?;
+    let mut served = Served::new(lab, case, &Served::usual())?;
     served.tick(0.0)?;
     let shown = served.shown(&lab.gpu, &mut lab.view, &Effects::ONE_BOUNCE)?;
     let on_reflector = shown.truth.mask(&reflecting);
@@ -133,7 +135,7 @@ fn touching() -> Case {
 /// Over a floor alone all ambient light arrives. Beside a ball, where looks into z-buffers are few, it is only judged to be a share, and to hide something.
 fn ambient(lab: &mut Lab, case: Case, reach_m: f64) -> anyhow::Result<Vec<Check>> {
     let is_open = case.scene.instances.len() == 1;
-    let mut served = Served::new(lab, case, Shadows::None, reach_m)?;
+    let mut served = Served::new(lab, case, &Setup { occlusion_reach_m: reach_m, ..Served::usual() })?;
     served.tick(0.0)?;
     let mut view = ClientView::new(&lab.gpu, (PICTURE_PX, PICTURE_PX))?;
     view.set_occlusion(Settings { occlusion: Occlusion::Graph, reach_m, ..Settings::default() })?;
@@ -151,4 +153,18 @@ fn ambient(lab: &mut Lab, case: Case, reach_m: f64) -> anyhow::Result<Vec<Check>
         checks.push(Check::new("ambient light that a plane hides of itself", (1.0 / 255.0, Some(hidden)), "", from));
     }
     Ok(checks)
+}
+
+/// Balls of one mesh, which a client draws by rays against one image of it.
+fn by_one_image(lab: &mut Lab) -> anyhow::Result<Vec<Check>> {
+    let place = |index: i32| DVec3::new(f64::from(index % 3 - 1), f64::from(index / 3 - 1), 0.0) * 0.6;
+    let balls = (0..9).map(|index| part(ball(96), place(index), 0.2, [0.7, 0.3, 0.2]));
+    let mut scene = scene("balls", balls.collect());
+    scene.instances.iter_mut().for_each(|instance| instance.mesh = 0);
+    let case = Case::look(scene, DVec3::new(0.2, 0.3, 2.6), DVec3::ZERO, 0.01);
+    let mut served = Served::new(lab, case, &Setup { relief: true, ..Served::usual() })?;
+    served.tick(0.0)?;
+    anyhow::ensure!(served.by_images() > 0, "no ball is drawn by an image");
+    let shown = served.shown(&lab.gpu, &mut lab.view, &Effects::PLAIN)?;
+    Ok(Check::of_all(&Errors::of(&[shown])))
 }

@@ -3,8 +3,9 @@
 //! - [`triangles`]: shapes and sizes of triangles. [`eyes`]: where an eye may stand, and along what its rays run.
 //! - [`places`]: transforms of what stands still. [`motion`]: of what moves, and odd clocks.
 //! - [`samples`]: images of next to nothing, or of one depth.
-//! - [`lights`], [`mirrors`]: effects; those of their parameters that have decades are swept ([`effects`]).
+//! - [`lights`], [`mirrors`], [`cameras`]: effects; those of their parameters that have decades are swept ([`effects`]).
 
+mod cameras;
 mod effects;
 mod eyes;
 mod lights;
@@ -41,12 +42,13 @@ pub const GROUPS: &[Group] = &[
     Group { name: "motion and clocks", cases: motion::CASES },
     Group { name: "few samples", cases: samples::CASES },
     Group { name: "lights", cases: lights::CASES },
-    Group { name: "mirrors and glass", cases: mirrors::CASES },
+    Group { name: "mirrors, glass, ambient light", cases: mirrors::CASES },
+    Group { name: "other cameras", cases: cameras::CASES },
 ];
 
 /// Sweeps of effects.
 pub fn effects() -> impl Iterator<Item = &'static Effect> {
-    lights::EFFECTS.iter()
+    lights::EFFECTS.iter().chain(cameras::EFFECTS)
 }
 
 /// What surfaces that are flat keep.

@@ -1,12 +1,12 @@
 //! Objects that move as no thing does, and clocks that do not run evenly.
 //!
 //! A server's own stage looks at each of the times, and sends poses, samples, or both. After each look the client's picture is laid beside rays through the scene
-//! at the time that it then shows. What a look finds that was not seen before comes with it, so nothing needs to settle.
+//! at the time that it then shows: at once for holes and numbers, and for depths and colours after as many more looks as the server takes to trim what stands over, as where a side
+//! that was seen edge-on turns to the eye.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec3};
-use protocol::message::Shadows;
 use scene::Scene;
 
 use super::Stiff;
@@ -35,6 +35,8 @@ pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "a step of an hour", judge: |lab| judged(lab, turning, &[0.0, 3600.0, 3600.1]) },
 ];
 
+/// A look halves what stands over, four times at most.
+const LOOKS_TO_TRIM: usize = 4;
 /// Of the server's looks.
 const STEP_S: f64 = 0.1;
 const EVEN: [f64; 4] = [0.0, STEP_S, 2.0 * STEP_S, 3.0 * STEP_S];
@@ -75,11 +77,19 @@ fn through_zero(_: usize, time_s: f64, place: DAffine3) -> DAffine3 {
 fn judged(lab: &mut Lab, places: fn(usize, f64, DAffine3) -> DAffine3, times_s: &[f64]) -> anyhow::Result<Vec<Check>> {
     let scene = moving(boxed(), &[1], places);
     let case = Case::look(scene, DVec3::new(0.4, 0.5, 2.4), DVec3::ZERO, 0.01);
-    let mut served = Served::new(lab, case, Shadows::None, 0.0)?;
-    let mut shown = Vec::new();
+    let mut served = Served::new(lab, case, &Served::usual())?;
+    let (mut at_once, mut trimmed) = (Vec::new(), Vec::new());
     for &time_s in times_s {
         served.tick(time_s)?;
-        shown.push(served.shown(&lab.gpu, &mut lab.view, &Effects::PLAIN)?);
+        at_once.push(served.shown(&lab.gpu, &mut lab.view, &Effects::PLAIN)?);
+        for _ in 0..LOOKS_TO_TRIM {
+            served.tick(time_s)?;
+        }
+        trimmed.push(served.shown(&lab.gpu, &mut lab.view, &Effects::PLAIN)?);
     }
-    Ok(Check::of_flat(&Errors::of(&shown)))
+    let [at_once, trimmed] = [at_once, trimmed].map(|shown| Errors::of(&shown));
+    let mut checks = Check::of_all(&at_once);
+    checks.truncate(2);
+    checks.extend(Check::of_flat(&trimmed).split_off(2));
+    Ok(checks)
 }
