@@ -60,6 +60,22 @@ impl Check {
         Check::new("depths inside of surfaces", (errors.finest_px, found), "px", from)
     }
 
+    /// Samples stay held while a viewer walks on, so servers take steps for an eye four times as far away: a code moves a sample by a fortieth of a pixel.
+    pub fn mean(found: Option<f64>) -> Check {
+        let from = "half a step of inverse depth as servers plan it, for an eye four times as far away: surfaces of one depth are rounded alike, others to both sides";
+        Check::new("mean of depths inside of surfaces", (DEPTH_PX / 8.0, found), "px", from)
+    }
+
+    /// [`Check::mean`], or what 16 bits leave from the near plane on where that is coarser.
+    fn mean_of(errors: &Errors) -> Check {
+        let found = (!errors.parallax_px.is_empty()).then(|| errors.mean_px());
+        if errors.finest_px <= DEPTH_PX / 4.0 {
+            return Check::mean(found);
+        }
+        let from = "half a step of the finest depth that 16 bits have from the near plane on";
+        Check::new("mean of depths inside of surfaces", (errors.finest_px / 2.0, found), "px", from)
+    }
+
     pub fn colours(found: Option<f64>) -> Check {
         let from = "a normal of 8 + 8 bits is off by 0.83 degrees at most, which two lights show as 2.5 of 255; base colours and pictures are rounded to \
                     half a step each";
@@ -78,6 +94,7 @@ impl Check {
             Check::unfit(some(errors.unfit.buffers > 0, errors.unfit.values as f64)),
             Check::holes(some(errors.inside > 0, errors.holes_share())),
             Check::depth_of(errors),
+            Check::mean_of(errors),
         ]
     }
 

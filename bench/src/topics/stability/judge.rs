@@ -10,6 +10,8 @@ use super::way::Shown;
 pub struct Errors {
     /// How far a sample shifts for an eye at the region's rim by what its depth is wrong, in pixels; inside of surfaces.
     pub parallax_px: Vec<f64>,
+    /// The sum of these shifts, each with its sign.
+    shift_px: f64,
     /// Pixels inside of surfaces without a surface in the picture.
     pub holes: usize,
     /// Pixels inside of surfaces.
@@ -47,18 +49,7 @@ impl Errors {
                     continue;
                 };
                 self.parallax_px.push(shown.parallax_px(w - true_w));
-                if shown.parallax_px(w - true_w) > 0.1 && std::env::var("DBG").is_ok() {
-                    let p = shown.truth.first[pixel].unwrap();
-                    let d = (p.p_world - shown.camera.world_from_eye.translation).normalize();
-                    eprintln!(
-                        "  BAD eye {:.3} px {x},{y} obj {:?} w {w:.5} true {true_w:.5} shift {:.3} n {:.3} cos {:.4}",
-                        shown.camera.world_from_eye.translation,
-                        shown.truth.first_object[pixel],
-                        shown.parallax_px(w - true_w),
-                        p.normal_world,
-                        d.dot(p.normal_world)
-                    );
-                }
+                self.shift_px += shown.parallax_px(w - true_w).copysign(w - true_w);
                 let colours = (&shown.drawn.picture.rgb[3 * pixel..][..3], &shown.truth.rgb[pixel]);
                 let off = colours.0.iter().zip(colours.1).map(|(a, b)| a.abs_diff(*b)).max();
                 self.colours.push(off.unwrap_or(0).into());
@@ -69,6 +60,11 @@ impl Errors {
     /// The greatest shift.
     pub fn worst_px(&self) -> f64 {
         worst(&self.parallax_px)
+    }
+
+    /// The mean shift, in which what errs to both sides makes good for each other; without its sign.
+    pub fn mean_px(&self) -> f64 {
+        (self.shift_px / self.parallax_px.len().max(1) as f64).abs()
     }
 
     /// The colour that is furthest off.

@@ -42,7 +42,7 @@ pub enum Break {
     Corners,
     /// Cameras half a pixel beside those that captured.
     Camera,
-    /// Colours without their lowest three bits.
+    /// Colours of four bits a channel.
     Colours,
     /// Objects that stay where they were first.
     Poses,
@@ -68,7 +68,7 @@ impl Break {
     /// What depth steps are multiplied by.
     const COARSER: f64 = 10.0;
     /// What is left of a byte of a normal, and of a colour.
-    const KEPT_BITS: [u8; 2] = [0b1111_0000, 0b1111_1000];
+    const KEPT_BITS: u8 = 0b1111_0000;
 
     /// The scene as it is drawn from.
     pub fn anchored(broken: Option<Break>, stage: &mut Stage) -> anyhow::Result<()> {
@@ -95,10 +95,10 @@ impl Break {
             match broken {
                 Some(Break::Code) => image.depth.iter_mut().for_each(|code| *code = code.saturating_add(1)),
                 Some(Break::Normals) => {
-                    image.normal.as_flattened_mut().iter_mut().for_each(|code| *code &= Break::KEPT_BITS[0]);
+                    image.normal.as_flattened_mut().iter_mut().for_each(|code| *code &= Break::KEPT_BITS);
                 }
                 Some(Break::Colours) => {
-                    image.colour.as_flattened_mut().iter_mut().for_each(|code| *code &= Break::KEPT_BITS[1]);
+                    image.colour.as_flattened_mut().iter_mut().for_each(|code| *code &= Break::KEPT_BITS);
                 }
                 Some(Break::Camera) => {
                     if let camera::Camera::Pinhole(camera) = &mut image.camera {

@@ -56,10 +56,9 @@ impl Bound {
     pub fn tell(&self, label: &str, (parameter, [from, to]): (&str, [f64; 2]), report: &mut Report) {
         let range = format!("{label}, {parameter} from {} to {}", told(from), told(to));
         self.check.tell((&format!("{label}, bounds"), &range), report);
-        if let Some(decade) = self.broken_at {
-            report
-                .notes
-                .push(format!("{label}, {parameter}: {} are out of bounds at 1e{decade} first.", self.check.what));
+        if let Some(value) = self.broken_at {
+            let (what, value) = (self.check.what, told(value));
+            report.notes.push(format!("{label}, {parameter}: {what} are out of bounds at {value} first."));
         }
     }
 }
@@ -76,7 +75,8 @@ pub fn swept(
     let progress = Progress::new(format!("{label}: {}", sweep.name), values.len() as u64);
     let mut first: Option<Vec<Shown>> = None;
     let mut points: [Vec<(f64, f64)>; 3] = Default::default();
-    let mut bounds = [Check::unfit, Check::holes, Check::depth, Check::alike].map(|check| Bound::new(check(None)));
+    let mut bounds =
+        [Check::unfit, Check::holes, Check::depth, Check::mean, Check::alike].map(|check| Bound::new(check(None)));
     for decade in values {
         let value = 10_f64.powi(decade);
         let method = format!("{} = 1e{decade}", sweep.parameter);
@@ -106,12 +106,13 @@ pub fn swept(
         differing.into_iter().for_each(|share| row.counts.set("differing_share", share));
         report.rows.push(row);
         let worst_px = parallax.map(|parallax| parallax.worst);
-        let found = [Some(errors.unfit.values as f64), Some(errors.holes_share()), worst_px, differing];
+        let (unfit, holes) = (Some(errors.unfit.values as f64), Some(errors.holes_share()));
+        let found = [unfit, holes, worst_px, worst_px.map(|_| errors.mean_px()), differing];
         let at = (value, decade <= sweep.holds_to);
         bounds.iter_mut().zip(found).for_each(|(bound, found)| bound.add(at, found));
         first.get_or_insert(shown);
     }
-    let is_told = [true, sweep.bounds_depth, sweep.bounds_depth, sweep.looks_alike];
+    let is_told = [true, sweep.bounds_depth, sweep.bounds_depth, sweep.bounds_depth, sweep.looks_alike];
     let range = (sweep.parameter, [sweep.decades[0], sweep.holds_to].map(|decade| 10_f64.powi(decade)));
     let told = bounds.iter().zip(is_told).filter(|(_, is_told)| *is_told);
     told.for_each(|(bound, _)| bound.tell(label, range, report));

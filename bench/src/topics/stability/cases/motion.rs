@@ -29,6 +29,10 @@ pub(super) const CASES: &[Stiff] = &[
         name: "a scale through zero to its negative",
         judge: |lab| judged(lab, through_zero, &[0.0, 0.25, 0.5, 0.75, 1.0]),
     },
+    Stiff {
+        name: "a scale that turns negative between two looks",
+        judge: |lab| judged(lab, through_zero, &[0.1, 0.35, 0.6, 0.85, 1.1]),
+    },
     Stiff { name: "a time of 1e9 s", judge: |lab| judged(lab, turning, &[1e9, 1e9 + STEP_S, 1e9 + 2.0 * STEP_S]) },
     Stiff { name: "a clock that steps back", judge: |lab| judged(lab, turning, &[5.0, 5.1, 2.0, 2.1, -7.0]) },
     Stiff { name: "steps of no time", judge: |lab| judged(lab, turning, &[1.0, 1.0, 1.0]) },
@@ -65,10 +69,10 @@ fn vibration(_: usize, time_s: f64, place: DAffine3) -> DAffine3 {
     DAffine3::from_translation(DVec3::X * 0.2 * (TAU * 1001.5 * time_s).sin()) * place
 }
 
-/// From 1 to -1 within a second. As of all scenes, its places can be inverted: where the scale vanishes it is a millionth.
+/// From 1 to -1 within a second, of the looks that show it: a look shows what will be a step later. As of all scenes, its places can be inverted: where the scale vanishes it is a millionth.
 fn through_zero(_: usize, time_s: f64, place: DAffine3) -> DAffine3 {
     const LEAST: f64 = 1e-6;
-    let scale = 1.0 - 2.0 * time_s;
+    let scale = 1.0 - 2.0 * (time_s - STEP_S);
     let scale = if scale.abs() < LEAST { LEAST } else { scale };
     DAffine3 { matrix3: place.matrix3 * DMat3::from_diagonal(DVec3::splat(scale)), ..place }
 }
