@@ -105,9 +105,9 @@ fn chain(lab: &mut Lab, frusta: f64) -> anyhow::Result<Vec<Check>> {
     free[0] = true;
     for leg in 0..legs {
         if leg % 2 == 0 {
-            column += 1
+            column += 1;
         } else {
-            row += 1
+            row += 1;
         }
         free[row * side + column] = true;
     }
@@ -134,7 +134,7 @@ fn pinhole() -> Pinhole {
 }
 
 /// A board that leans back, by a camera that pushes it by so many images over its depth.
-fn pushed(lab: &mut Lab, by_images: f64) -> anyhow::Result<Vec<Check>> {
+fn pushed(lab: &Lab, by_images: f64) -> anyhow::Result<Vec<Check>> {
     let lean = DMat3::from_rotation_x(-FRAC_PI_4);
     let mut board = Placed { mesh: square(), world_from_mesh: at(DVec3::ZERO, 0.8), colour: [0.5, 0.4, 0.3] };
     board.world_from_mesh.matrix3 *= lean;

@@ -94,7 +94,7 @@ fn case(light: SceneLight) -> Case {
     Case::look(lit(scene("lit", parts), vec![light]), DVec3::new(0.3, 2.2, 3.0), DVec3::new(0.0, 0.2, 0.0), 0.01)
 }
 
-fn judged(lab: &mut Lab, light: SceneLight, shadows: Shadows) -> anyhow::Result<Vec<Check>> {
+fn judged(lab: &Lab, light: SceneLight, shadows: Shadows) -> anyhow::Result<Vec<Check>> {
     let asked = if shadows == Shadows::Soft { message::Shadows::Soft } else { message::Shadows::Hard };
     let mut served = Served::new(lab, case(light), &Setup { shadows: asked, ..Served::usual() })?;
     let mut view = ClientView::new(&lab.gpu, (PICTURE_PX, PICTURE_PX))?;

@@ -133,7 +133,7 @@ fn touching() -> Case {
 }
 
 /// Over a floor alone all ambient light arrives. Beside a ball, where looks into z-buffers are few, it is only judged to be a share, and to hide something.
-fn ambient(lab: &mut Lab, case: Case, reach_m: f64) -> anyhow::Result<Vec<Check>> {
+fn ambient(lab: &Lab, case: Case, reach_m: f64) -> anyhow::Result<Vec<Check>> {
     let is_open = case.scene.instances.len() == 1;
     let mut served = Served::new(lab, case, &Setup { occlusion_reach_m: reach_m, ..Served::usual() })?;
     served.tick(0.0)?;
