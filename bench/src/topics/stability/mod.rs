@@ -26,10 +26,9 @@ use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
 use cases::{GROUPS, Group, effects};
-use lab::{Break, Lab};
+use lab::{Break, Lab, PICTURE_PX};
 use sweeps::{BY_CODE, OF_SCENES};
 use swept::swept;
-use way::PICTURE_PX;
 
 /// See the module.
 pub struct Stability;

@@ -11,8 +11,8 @@ use protocol::Look;
 use server::look::SceneLook;
 
 use super::buffers::Unfit;
-use super::lab::{Break, Lab};
-use super::way::{Case, PICTURE_PX, Shown};
+use super::lab::{Break, Lab, PICTURE_PX};
+use super::way::{Case, Shown};
 use crate::client_view::ClientView;
 use crate::raytrace::{Effects, RayTruth};
 use crate::sets;

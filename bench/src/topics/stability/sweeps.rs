@@ -170,7 +170,7 @@ fn near_and_far(ratio: f64) -> Case {
 fn triangles(side_px: f64) -> Case {
     const MOST_CELLS: f64 = 48.0;
     let distance_m = 2.0;
-    let pixel_m = 2.0 * distance_m * (FOV_Y_RAD / 2.0).tan() / f64::from(super::way::PICTURE_PX);
+    let pixel_m = 2.0 * distance_m * (FOV_Y_RAD / 2.0).tan() / f64::from(super::lab::PICTURE_PX);
     let side_m = side_px * pixel_m;
     let cells = (2.0 / side_m).clamp(1.0, MOST_CELLS).round() as u32;
     let half = (side_m * f64::from(cells) / 2.0) as f32;

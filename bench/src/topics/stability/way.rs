@@ -10,14 +10,13 @@ use scene::Scene;
 use server::discretize::{Discretization, Discretizer};
 
 use super::buffers::Unfit;
-use super::lab::{Break, Lab};
+use super::lab::{Break, Lab, PICTURE_PX};
 use crate::client_view::{Drawn, HeldSet};
 use crate::raytrace::{Effects, RayTruth, TracedPicture};
 use crate::sets::{self, SetPlan};
 use crate::stage::Stage;
 
-/// Side of a picture, and of each image of a set.
-pub const PICTURE_PX: u32 = 160;
+/// Side of each image of a set.
 const IMAGE_PX: u32 = 192;
 const IMAGES: usize = 4;
 pub const FOV_Y_RAD: f64 = std::f64::consts::TAU / 6.0;

@@ -13,8 +13,8 @@ use scene::Scene;
 use server::impostors::Faces;
 use server::impostors::draw::{ImpostorCapture, ImpostorDrawer, Subject};
 
-use super::Stiff;
 use super::effects::Effect;
+use super::stiff::Stiff;
 use crate::stage::Stage;
 use crate::topics::stability::build::{Placed, at, floor, scene, square};
 use crate::topics::stability::check::Check;

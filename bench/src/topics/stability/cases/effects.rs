@@ -1,9 +1,9 @@
 //! A sweep of a parameter of an effect: every decade judged as a case is, and the worst of each bound.
 
-use super::Lab;
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topics::stability::check::Check;
+use crate::topics::stability::lab::Lab;
 use crate::topics::stability::swept::{Bound, told};
 
 /// What is swept.

@@ -7,16 +7,17 @@ use client::draw::occlusion::{Occlusion, Settings};
 use glam::{DQuat, DVec3};
 use scene::{Material, Scene};
 
-use super::Stiff;
+use super::stiff::Stiff;
 use crate::client_view::ClientView;
 use crate::raytrace::{Effects, reflectors};
 use crate::topics::sent_once::walk::Setup;
 use crate::topics::stability::build::{Placed, at, ball, cuboid, floor, scene, square};
 use crate::topics::stability::check::Check;
 use crate::topics::stability::judge::Errors;
-use crate::topics::stability::lab::Lab;
+use crate::topics::stability::lab::{Lab, PICTURE_PX};
 use crate::topics::stability::served::Served;
-use crate::topics::stability::way::{Case, PICTURE_PX, Shown};
+
+use crate::topics::stability::way::{Case, Shown};
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "a flat mirror", judge: |lab| reflecting(lab, flat_mirror(DVec3::new(0.0, 0.0, 2.4))) },

@@ -1,5 +1,6 @@
 //! Stiff and extreme cases, each a small scene made by code with bounds and where these come from.
 //!
+//! - [`stiff`]: what a case is.
 //! - [`triangles`]: shapes and sizes of triangles. [`eyes`]: where an eye may stand, and along what its rays run.
 //! - [`places`]: transforms of what stands still. [`motion`]: of what moves, and odd clocks.
 //! - [`samples`]: images of next to nothing, or of one depth.
@@ -13,25 +14,17 @@ mod mirrors;
 mod motion;
 mod places;
 mod samples;
+mod stiff;
 mod triangles;
 
 pub use effects::Effect;
 
-use super::check::Check;
-use super::judge::Errors;
-use super::lab::Lab;
-use super::way::{Case, shown};
+use stiff::Stiff;
 
 /// Some cases of one kind.
 pub struct Group {
     pub name: &'static str,
     pub cases: &'static [Stiff],
-}
-
-/// A case by its name.
-pub struct Stiff {
-    pub name: &'static str,
-    pub judge: fn(&mut Lab) -> anyhow::Result<Vec<Check>>,
 }
 
 /// All of them.
@@ -49,14 +42,4 @@ pub const GROUPS: &[Group] = &[
 /// Sweeps of effects.
 pub fn effects() -> impl Iterator<Item = &'static Effect> {
     lights::EFFECTS.iter().chain(cameras::EFFECTS)
-}
-
-/// What surfaces that are flat keep.
-fn flat(lab: &mut Lab, case: &Case) -> anyhow::Result<Vec<Check>> {
-    Ok(Check::of_flat(&Errors::of(&shown(lab, case)?)))
-}
-
-/// What surfaces that bend keep, of which a sample's normal says less.
-fn bent(lab: &mut Lab, case: &Case) -> anyhow::Result<Vec<Check>> {
-    Ok(Check::of_all(&Errors::of(&shown(lab, case)?)))
 }

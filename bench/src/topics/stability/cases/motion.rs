@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DAffine3, DMat3, DVec3};
 use scene::Scene;
 
-use super::Stiff;
+use super::stiff::Stiff;
 use crate::raytrace::Effects;
 use crate::topics::stability::build::{Placed, at, cuboid, moving, scene, square};
 use crate::topics::stability::check::Check;

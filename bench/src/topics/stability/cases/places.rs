@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Stiff, bent, flat};
+use super::stiff::{Stiff, bent, flat};
 use crate::topics::stability::build::{Placed, at, ball, scene, square};
 use crate::topics::stability::way::Case;
 

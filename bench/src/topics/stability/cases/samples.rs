@@ -4,7 +4,7 @@ use anyhow::ensure;
 use glam::DVec3;
 use protocol::{DepthImage, Mask};
 
-use super::Stiff;
+use super::stiff::Stiff;
 use crate::topics::stability::build::{Placed, at, scene, square};
 use crate::topics::stability::check::Check;
 use crate::topics::stability::judge::Errors;

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use scene::sanitize::sanitize;
 use scene::{Bounds, Mesh};
 
-use super::{Stiff, flat};
+use super::stiff::{Stiff, flat};
 use crate::topics::stability::build::{Placed, at, mesh, scene, square};
 use crate::topics::stability::way::Case;
 
