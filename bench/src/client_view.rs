@@ -152,6 +152,11 @@ impl ClientView {
         Ok(Some(encoded.map().wait(&self.gpu)?.values(shares)))
     }
 
+    /// What the last frame was drawn into, by what it holds.
+    pub fn buffers(&self) -> Vec<(&'static str, &wgpu::Texture)> {
+        self.frames.buffers()
+    }
+
     /// What surfaces looked like in the last frame.
     pub fn gbuffer(&self) -> Option<&surface::GBuffer> {
         self.frames.gbuffer()

@@ -41,6 +41,11 @@ impl Pyramid {
         Pyramid { levels: std::array::from_fn(level) }
     }
 
+    /// The same textures as [`Pyramid::views`].
+    pub(crate) fn textures(&self) -> impl Iterator<Item = &wgpu::Texture> {
+        self.levels.iter().flat_map(|level| [&level.colour.texture, &level.w_open.texture])
+    }
+
     /// Both textures of each level, level 1 first.
     pub(crate) fn views(&self) -> impl Iterator<Item = BindingResource<'_>> {
         self.levels

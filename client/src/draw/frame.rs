@@ -1,5 +1,7 @@
 //! One frame of the client, from what it holds to the picture.
 
+mod buffers;
+
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
 use gpu::Gpu;

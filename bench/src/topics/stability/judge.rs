@@ -1,5 +1,8 @@
 //! What a picture is wrong by.
 
+use glam::DVec3;
+
+use super::buffers::Unfit;
 use super::way::Shown;
 
 /// The errors of some pictures.
@@ -7,12 +10,18 @@ use super::way::Shown;
 pub struct Errors {
     /// How far a sample shifts for an eye at the region's rim by what its depth is wrong, in pixels; inside of surfaces.
     pub parallax_px: Vec<f64>,
+    /// The sum of these shifts, each with its sign.
+    shift_px: f64,
     /// Pixels inside of surfaces without a surface in the picture.
     pub holes: usize,
     /// Pixels inside of surfaces.
     pub inside: usize,
-    /// Values in the picture that are no numbers or infinite.
-    pub not_finite: usize,
+    /// Values of the frames' buffers that are no numbers, infinite or out of their range.
+    pub unfit: Unfit,
+    /// The most that a step of 16 bits shifts a sample by.
+    pub finest_px: f64,
+    /// By how many of 255 a pixel inside of a surface differs from the truth in its worst channel.
+    pub colours: Vec<f64>,
 }
 
 impl Errors {
@@ -24,21 +33,43 @@ impl Errors {
 
     fn add(&mut self, shown: &Shown) {
         let (width, height) = shown.truth.size_px;
-        self.not_finite += shown.drawn.w.iter().filter(|w| !w.is_finite()).count();
-        for y in 1..height - 1 {
-            for x in 1..width - 1 {
+        self.unfit.add(shown.unfit);
+        let margin = shown.margin_px as u32;
+        self.finest_px = self.finest_px.max(shown.finest_px());
+        for y in margin..height - margin {
+            for x in margin..width - margin {
                 let pixel = (y * width + x) as usize;
                 if !is_inside(shown, pixel) {
                     continue;
                 }
                 self.inside += 1;
                 let w = f64::from(shown.drawn.w[pixel]);
-                match shown.true_w(pixel) {
-                    Some(true_w) if w > 0.0 => self.parallax_px.push(shown.parallax_px(w - true_w)),
-                    _ => self.holes += 1,
-                }
+                let Some(true_w) = shown.true_w(pixel).filter(|_| w > 0.0) else {
+                    self.holes += 1;
+                    continue;
+                };
+                self.parallax_px.push(shown.parallax_px(w - true_w));
+                self.shift_px += shown.parallax_px(w - true_w).copysign(w - true_w);
+                let colours = (&shown.drawn.picture.rgb[3 * pixel..][..3], &shown.truth.rgb[pixel]);
+                let off = colours.0.iter().zip(colours.1).map(|(a, b)| a.abs_diff(*b)).max();
+                self.colours.push(off.unwrap_or(0).into());
             }
         }
+    }
+
+    /// The greatest shift.
+    pub fn worst_px(&self) -> f64 {
+        worst(&self.parallax_px)
+    }
+
+    /// The mean shift, in which what errs to both sides makes good for each other; without its sign.
+    pub fn mean_px(&self) -> f64 {
+        (self.shift_px / self.parallax_px.len().max(1) as f64).abs()
+    }
+
+    /// The colour that is furthest off.
+    pub fn worst_colour(&self) -> f64 {
+        worst(&self.colours)
     }
 
     /// Share of the pixels inside of surfaces that show nothing.
@@ -47,12 +78,25 @@ impl Errors {
     }
 }
 
-/// Whether a pixel and the eight around it show one object: at outlines a picture of samples is wrong by up to a pixel whatever its numbers are.
+/// The greatest value, or one that is no number where there is any.
+fn worst(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |worst: f64, &value| if value > worst || value.is_nan() { value } else { worst })
+}
+
+/// Samples whose normals turn by more are of two surfaces to who rebuilds them (`surface::CornerRules`).
+const CREASE_COS: f64 = 0.5;
+
+/// Whether a pixel and those around it show one surface of one object: at outlines and creases a picture of samples is wrong by up to a pixel whatever its
+/// numbers are.
 fn is_inside(shown: &Shown, pixel: usize) -> bool {
     let width = shown.truth.size_px.0 as usize;
     let object = shown.truth.first_object[pixel];
-    let around = [pixel - width, pixel, pixel + width].into_iter().flat_map(|middle| middle - 1..=middle + 1);
-    object.is_some() && around.into_iter().all(|beside| shown.truth.first_object[beside] == object)
+    let reach = -(shown.margin_px as isize)..=shown.margin_px as isize;
+    let offsets = reach.clone().flat_map(|y| reach.clone().map(move |x| y * width as isize + x));
+    let mut around = offsets.map(|offset| pixel.wrapping_add_signed(offset));
+    let normal = |pixel: usize| shown.truth.first[pixel].map_or(DVec3::ZERO, |point| point.normal_world);
+    let turns = |beside: usize| normal(beside).dot(normal(pixel)) < CREASE_COS;
+    object.is_some() && around.all(|beside| shown.truth.first_object[beside] == object && !turns(beside))
 }
 
 /// The share of pixels in which two pictures of the same differ by more than one step of 255 in any channel.
@@ -93,16 +137,16 @@ mod tests {
         };
         let picture = Picture { width_px: SIDE_PX, height_px: SIDE_PX, rgb: vec![9; 3 * pixels], covered: None };
         let drawn = Drawn { picture, w: (0..pixels).map(w).collect(), frame_ms: 0.0 };
-        Shown { camera, drawn, truth, region_m: 0.5 }
+        Shown { camera, drawn, truth, region_m: 0.5, unfit: Unfit::default(), margin_px: 1 }
     }
 
     #[test]
     fn what_depth_is_wrong_by_is_a_shift_and_nothing_is_a_hole() {
         let right = Errors::of(&[wall(|_| 0.5)]);
-        assert_eq!((right.inside, right.holes, right.not_finite), (36, 0, 0), "all but the rim");
+        assert_eq!((right.inside, right.holes), (36, 0), "all but the rim");
         assert!(right.parallax_px.iter().all(|&shift| shift == 0.0));
         let wrong = Errors::of(&[wall(|pixel| [0.5, 0.6, 0.0, f32::NAN][pixel % 4])]);
-        assert_eq!((wrong.holes, wrong.not_finite), (18, 16));
+        assert_eq!(wrong.holes, 18);
         let focal_px = wall(|_| 0.5).camera.focal_px;
         let shifts = wrong.parallax_px.iter().filter(|shift| (**shift - focal_px * 0.5 * 0.1).abs() < 1e-5).count();
         assert_eq!((shifts, wrong.parallax_px.len()), (12, 18));

@@ -1,6 +1,5 @@
 //! What is swept: one stiff parameter over its decades, all else as usual.
 
-use camera::Rigid;
 use glam::{DVec3, Vec3};
 use scene::{Mesh, Scene};
 use server::scale::scaled;
@@ -26,10 +25,6 @@ pub struct Sweep {
     /// Why the bounds are what they are.
     pub why: &'static str,
 }
-
-/// Half of the step of inverse depth, whose whole moves a sample by a tenth of a pixel, and, chosen, as much again for corners
-/// between samples, whose planes come from normals of 8 + 8 bits.
-pub const BOUND_PX: f64 = 0.1;
 
 const DISTANCE: Sweep = Sweep {
     name: "distance from the origin",
@@ -118,12 +113,8 @@ fn begun(scene: Scene) -> Case {
     Case { middle: start_pose(&scene), near_m: near_m(&scene), scene }
 }
 
-fn look(scene: Scene, eye: DVec3, target: DVec3, near_m: f64) -> Case {
-    Case { scene, middle: Rigid::look_at(eye, target), near_m }
-}
-
 /// A board with two balls and a wall, two metres across.
-fn still_life(place: DVec3, scale: f64) -> Vec<Placed> {
+pub fn still_life(place: DVec3, scale: f64) -> Vec<Placed> {
     let placed = |mesh: Mesh, offset: DVec3, size: f64, colour| Placed {
         mesh,
         world_from_mesh: at(place + offset * scale, size * scale),
@@ -142,7 +133,12 @@ fn still_life(place: DVec3, scale: f64) -> Vec<Placed> {
 
 fn still_life_case(place: DVec3, scale: f64) -> Case {
     let eye = place + DVec3::new(0.3, 0.5, 2.4) * scale;
-    look(scene("still life", still_life(place, scale)), eye, place + DVec3::new(0.0, -0.1, 0.0) * scale, 0.01 * scale)
+    Case::look(
+        scene("still life", still_life(place, scale)),
+        eye,
+        place + DVec3::new(0.0, -0.1, 0.0) * scale,
+        0.01 * scale,
+    )
 }
 
 /// A board that faces the eye at each decade, from the near plane on, in columns side by side. The nearest is a twentieth of a metre away.
@@ -167,14 +163,14 @@ fn near_and_far(ratio: f64) -> Case {
     let mut scene = scene("boards", (0..=decades).map(board).collect());
     // To be walked in: the region is that of a person's head, however far the last board is.
     scene.walk = true;
-    look(scene, DVec3::ZERO, DVec3::NEG_Z, near_m)
+    Case::look(scene, DVec3::ZERO, DVec3::NEG_Z, near_m)
 }
 
 /// A board of triangles so large, before one of one: where they would be more than a few thousand, only the middle of it.
 fn triangles(side_px: f64) -> Case {
     const MOST_CELLS: f64 = 48.0;
     let distance_m = 2.0;
-    let pixel_m = 2.0 * distance_m * (FOV_Y_RAD / 2.0).tan() / f64::from(super::way::PICTURE_PX);
+    let pixel_m = 2.0 * distance_m * (FOV_Y_RAD / 2.0).tan() / f64::from(super::lab::PICTURE_PX);
     let side_m = side_px * pixel_m;
     let cells = (2.0 / side_m).clamp(1.0, MOST_CELLS).round() as u32;
     let half = (side_m * f64::from(cells) / 2.0) as f32;
@@ -193,7 +189,7 @@ fn triangles(side_px: f64) -> Case {
     let mut scene = scene("triangles", parts);
     // The region is that around the board, however large a triangle is.
     scene.bounds = scene::Bounds { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
-    look(scene, DVec3::new(0.0, 0.0, 0.2 + distance_m), DVec3::ZERO, 0.01)
+    Case::look(scene, DVec3::new(0.0, 0.0, 0.2 + distance_m), DVec3::ZERO, 0.01)
 }
 
 /// A floor that an eye looks along, at an angle with it.
@@ -202,5 +198,5 @@ fn grazing(angle_deg: f64) -> Case {
     let mut floor = Placed { mesh: square(), world_from_mesh: at(DVec3::ZERO, 1.0), colour: [0.4, 0.5, 0.3] };
     floor.world_from_mesh.matrix3 *= glam::DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
     let eye = DVec3::new(0.0, 2.0 * angle.sin(), 2.0 * angle.cos());
-    look(scene("floor", vec![floor]), eye, DVec3::ZERO, 0.01)
+    Case::look(scene("floor", vec![floor]), eye, DVec3::ZERO, 0.01)
 }

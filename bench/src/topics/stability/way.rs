@@ -4,19 +4,19 @@ use anyhow::ensure;
 use camera::{Pinhole, Rigid};
 use client::draw::frame::Options;
 use glam::DVec3;
-use gpu::Gpu;
 use protocol::codec::{Coding, decode_patch};
 use protocol::{DepthImage, Limits, Look};
 use scene::Scene;
 use server::discretize::{Discretization, Discretizer};
 
-use crate::client_view::{ClientView, Drawn, HeldSet};
+use super::buffers::Unfit;
+use super::lab::{Break, Lab, PICTURE_PX};
+use crate::client_view::{Drawn, HeldSet};
 use crate::raytrace::{Effects, RayTruth, TracedPicture};
 use crate::sets::{self, SetPlan};
 use crate::stage::Stage;
 
-/// Side of a picture, and of each image of a set.
-pub const PICTURE_PX: u32 = 160;
+/// Side of each image of a set.
 const IMAGE_PX: u32 = 192;
 const IMAGES: usize = 4;
 pub const FOV_Y_RAD: f64 = std::f64::consts::TAU / 6.0;
@@ -29,6 +29,25 @@ pub struct Case {
     pub near_m: f64,
 }
 
+impl Case {
+    /// An eye that looks at a target.
+    pub fn look(scene: Scene, eye: DVec3, target: DVec3, near_m: f64) -> Case {
+        Case { scene, middle: Rigid::look_at(eye, target), near_m }
+    }
+
+    /// The picture of an eye that looks the same way.
+    pub fn camera(&self, eye_world: DVec3) -> Pinhole {
+        let eye = Rigid { translation: eye_world, ..self.middle };
+        Pinhole::symmetric(eye, (PICTURE_PX, PICTURE_PX), FOV_Y_RAD, self.near_m)
+    }
+
+    /// The middle of the region, and a place on its rim, above to the right.
+    pub fn eyes(&self) -> [DVec3; 2] {
+        let to_rim = self.middle.rotation * DVec3::new(1.0, -1.0, 0.0).normalize() * sets::region_radius_m(&self.scene);
+        [self.middle.translation, self.middle.translation + to_rim]
+    }
+}
+
 /// What a client draws at an eye, and what is there.
 pub struct Shown {
     pub camera: Pinhole,
@@ -36,12 +55,21 @@ pub struct Shown {
     pub truth: TracedPicture,
     /// Radius of the region that the set was made for.
     pub region_m: f64,
+    /// Of all that the frame was drawn into.
+    pub unfit: Unfit,
+    /// How far from outlines it is judged: what an image's sample is wide, in whole pixels of the picture.
+    pub margin_px: usize,
 }
 
 impl Shown {
     /// By how many pixels an error of inverse depth shifts a sample for an eye at the rim of the region.
     pub fn parallax_px(&self, w_error: f64) -> f64 {
         self.camera.focal_px * self.region_m * w_error.abs()
+    }
+
+    /// What a whole step of 16 bits from the near plane on shifts a sample by.
+    pub fn finest_px(&self) -> f64 {
+        self.parallax_px(1.0 / (self.camera.near_m * f64::from(u16::MAX)))
     }
 
     /// Inverse depth in the truth, in 1/m; `None` where nothing is.
@@ -52,28 +80,40 @@ impl Shown {
     }
 }
 
-/// What clients show of a case: from the region's middle, and from its rim, above to the right.
-pub fn shown(gpu: &Gpu, case: &Case, view: &mut ClientView) -> anyhow::Result<Vec<Shown>> {
-    let mut stage = Stage::new(gpu, case.scene.clone(), Look::Plain)?;
-    let camera = |eye: Rigid| Pinhole::symmetric(eye, (PICTURE_PX, PICTURE_PX), FOV_Y_RAD, case.near_m);
+/// What clients show of a case: from the region's middle, and from its rim.
+pub fn shown(lab: &mut Lab, case: &Case) -> anyhow::Result<Vec<Shown>> {
+    shown_of(lab, case, |images| images)
+}
+
+/// The same of what `kept` leaves of the images.
+pub fn shown_of(
+    lab: &mut Lab,
+    case: &Case,
+    kept: impl FnOnce(Vec<DepthImage>) -> Vec<DepthImage>,
+) -> anyhow::Result<Vec<Shown>> {
+    let mut stage = Stage::new(&lab.gpu, case.scene.clone(), Look::Plain)?;
     stage.show(0.0, case.middle.translation)?;
-    let plan = SetPlan { discretization: Discretization::SURFACE, images: IMAGES, image_px: IMAGE_PX };
-    let (views, precision) = sets::planned(&stage.scene, case.middle, &camera(case.middle), &plan);
+    Break::anchored(lab.broken, &mut stage)?;
+    let plan = SetPlan { discretization: Discretization::default(), images: IMAGES, image_px: IMAGE_PX };
+    let (views, precision) = sets::planned(&stage.scene, case.middle, &case.camera(case.middle.translation), &plan);
     let mut discretizer = Discretizer::new(&stage.renderer)?;
+    let precision = Break::packed(lab.broken, precision);
     let set = sets::make(&stage, &mut discretizer, &views, plan.discretization, precision)?;
-    let images = through_the_codec(&set.images)?;
-    let held = HeldSet::new(gpu, &images, (stage.renderer.materials(), &stage.lighting))?;
+    let mut images = kept(set.images);
+    Break::sent(lab.broken, &mut images);
+    let images = through_the_codec(&images)?;
+    let surfaces = Break::surfaces(lab.broken, &lab.gpu);
+    let look = (stage.renderer.materials(), &stage.lighting);
+    let held = HeldSet::with_meshes(&lab.gpu, &images, look, |_, patch, _| surfaces.mesh(patch))?;
     let truth = RayTruth::new(&stage.scene, stage.snapshot(), &stage.lighting);
     let region_m = sets::region_radius_m(&stage.scene);
-    let to_rim = case.middle.rotation * DVec3::new(1.0, 1.0, 0.0).normalize() * region_m;
-    [DVec3::ZERO, to_rim]
-        .into_iter()
-        .map(|aside| {
-            let camera = camera(Rigid { translation: case.middle.translation + aside, ..case.middle });
-            let drawn = view.frame(&held, &camera, Options::default())?;
-            Ok(Shown { camera, drawn, truth: truth.picture(&camera, &Effects::PLAIN, 1), region_m })
-        })
-        .collect()
+    let of_eye = |eye: DVec3| {
+        let camera = case.camera(eye);
+        let drawn = lab.view.frame(&held, &camera, Options::default())?;
+        let unfit = Unfit::of(&lab.gpu, &lab.view)?;
+        Ok(Shown { camera, drawn, truth: truth.picture(&camera, &Effects::PLAIN, 1), region_m, unfit, margin_px: 1 })
+    };
+    case.eyes().into_iter().map(of_eye).collect()
 }
 
 fn through_the_codec(images: &[DepthImage]) -> anyhow::Result<Vec<DepthImage>> {

@@ -217,6 +217,17 @@ impl OcclusionRenderer {
         self.graph_points = Some(GraphPoints { lookers, seen, occluders, revisions });
     }
 
+    /// Points and shares by what they hold.
+    pub(crate) fn buffers(&self) -> impl Iterator<Item = (&'static str, &wgpu::Texture)> {
+        let of_view = self.targets.iter().flat_map(|targets| {
+            let Targets { points, rough, occlusion, .. } = targets;
+            [("view points", points), ("rough occlusion", rough), ("occlusion", occlusion)]
+        });
+        let of_graph = self.graph_points.iter().flat_map(|graph| [Some(&graph.seen), graph.occluders.as_ref()]);
+        let of_graph = of_graph.flatten().map(|buffer| ("graph points", &buffer.points));
+        of_view.map(|(name, target)| (name, &target.texture)).chain(of_graph)
+    }
+
     /// The share of ambient light that arrives at each pixel of the last frame: 1 in the open and where there is no surface.
     pub(crate) fn measured(&self) -> Option<&Target> {
         self.targets.as_ref().map(|targets| &targets.occlusion)

@@ -103,6 +103,13 @@ impl Frame {
 }
 
 impl ReflectPass {
+    /// Sums of rays, and how far each went, by what they hold.
+    pub(crate) fn buffers(&self) -> impl Iterator<Item = (&'static str, &wgpu::Texture)> {
+        self.targets
+            .iter()
+            .flat_map(|targets| [("sum of rays", &targets.sum.texture), ("found by rays at", targets.walks.depth())])
+    }
+
     pub(crate) fn new(gpu: &Gpu) -> Result<ReflectPass, ShaderError> {
         use Binding::{FloatTexture, UintTexture, Uniform};
         let pass =

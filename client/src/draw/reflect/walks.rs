@@ -114,6 +114,11 @@ impl WalkTargets {
         }
     }
 
+    /// Where rays met what they have found.
+    pub fn depth(&self) -> &wgpu::Texture {
+        &self.depth.texture
+    }
+
     /// Whether a picture of these settings is drawn into them.
     pub fn fit(&self, size_px: (u32, u32), settings: Settings) -> bool {
         let is_two_pass = settings.walk == Walk::TwoPass;

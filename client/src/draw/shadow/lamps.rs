@@ -76,6 +76,11 @@ impl LampPass {
         Ok(LampPass { gpu: gpu.clone(), soft, pacer, seen, hidden: None })
     }
 
+    /// How much of each lamp is hidden, a channel a lamp.
+    pub(super) fn hidden(&self) -> Option<&wgpu::Texture> {
+        self.hidden.as_ref().map(|hidden| &hidden.target)
+    }
+
     /// Adds to `shares` how much of each lamp arrives, in its channel, which is 0 so far.
     pub(super) fn encode(
         &mut self,

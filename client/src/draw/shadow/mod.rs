@@ -219,6 +219,14 @@ impl ShadowRenderer {
         Ok(())
     }
 
+    /// Maps and shares by what they hold.
+    pub(crate) fn buffers(&self) -> impl Iterator<Item = (&'static str, &wgpu::Texture)> {
+        let maps = self.maps.iter().map(|map| ("shadow map", &map.gbuffer.w));
+        let hidden = self.passes.iter().filter_map(|passes| passes.lamps.as_ref()?.hidden());
+        let shares = self.shares.iter().map(|shares| ("light shares", &shares.texture));
+        maps.chain(hidden.map(|hidden| ("hidden light", hidden))).chain(shares)
+    }
+
     /// How far soft shadows got; `None` where no lamp casts.
     pub(crate) fn soft_progress(&self) -> Option<SoftProgress> {
         self.passes.as_ref()?.lamps.as_ref().filter(|_| self.has_lamps)?.progress()
