@@ -4,8 +4,11 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::{cast, cast_with_mirror, fragments, patch, with_ends};
 use glam::{DAffine3, DVec3, Vec3};
+use vantage_protocol::body::{Body, Clip, Skin, Wrap};
 use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
 use vantage_protocol::{
@@ -31,6 +34,39 @@ fn moved(object: u16, x_m: f64) -> ObjectPose {
 
 fn relief(id: u32) -> Edit {
     Edit::Add(Box::new(Patch { purpose: Purpose::Relief(3), ..patch(id, image()) }))
+}
+
+/// The patch of a body, and a triangle that a bone moves.
+fn body(id: u32) -> [Edit; 2] {
+    let clip = Clip { period_s: 1.0, bones: 1, linear_step: 0.5, offset_step: 0.1, codes: (0..24).collect() };
+    let body = Body {
+        positions: vec![[0, 1, 2], [65535, 0, 9], [7, 7, 7]],
+        least: [-1.0; 3],
+        step: [1e-4; 3],
+        normals: vec![[0, 1022]; 3],
+        uvs: Vec::new(),
+        least_uv: [0.0; 2],
+        step_uv: [0.0; 2],
+        colours: vec![[1, 2, 3]; 3],
+        indices: vec![0, 1, 2],
+        double_sided: false,
+        cut_out: false,
+        wrap: [Wrap::Repeat; 2],
+        nearest: false,
+        bounds: [[-1.0; 3], [6.0; 3]],
+        skin: Some(Skin { bones: vec![[0; 4]; 3], shares: vec![[65535, 0, 0, 0]; 3], clip }),
+    };
+    let patch = Patch { purpose: Purpose::Body, ..patch(id, image()) };
+    [Edit::Add(Box::new(patch)), Edit::Body(PatchId(id), Arc::new(body))]
+}
+
+/// The same with something wrong.
+fn other_body(id: u32, change: impl Fn(&mut Body)) -> Vec<Edit> {
+    let mut edits = body(id);
+    if let Edit::Body(_, body) = &mut edits[1] {
+        change(Arc::make_mut(body));
+    }
+    edits.to_vec()
 }
 
 fn instance(object: u16) -> Instance {
@@ -60,6 +96,8 @@ fn both_ends_agree_after_every_kind_of_edit() {
         vec![Edit::Remove(PatchId(6))],
         vec![Edit::Withdraw(vec![3])],
         vec![],
+        body(8).into_iter().chain([Edit::Place(PatchId(8), vec![instance(4)])]).collect(),
+        body(9).into_iter().chain([Edit::Remove(PatchId(8))]).collect(),
         vec![Edit::Clear, add(8)],
     ];
     for (index, edits) in steps.into_iter().enumerate() {
@@ -67,7 +105,7 @@ fn both_ends_agree_after_every_kind_of_edit() {
         send(&mut client, &update);
         assert_eq!((client.digest(), client.number), (server.digest(), server.number));
         assert!(client.patches == server.patches && client.poses_now == server.poses_now);
-        assert!(client.instances == server.instances);
+        assert!(client.instances == server.instances && client.bodies == server.bodies);
         // Whoever came after one of the steps holds the same after all that follow.
         latecomers.iter_mut().for_each(|latecomer| send(latecomer, &update));
         let mut latecomer = Held::default();
@@ -77,6 +115,7 @@ fn both_ends_agree_after_every_kind_of_edit() {
             assert_eq!((latecomer.digest(), latecomer.number), (server.digest(), server.number));
             assert_eq!(latecomer.sample_count(), server.sample_count());
             assert!(latecomer.patches == server.patches && latecomer.instances == server.instances);
+            assert!(latecomer.bodies == server.bodies);
             assert!(latecomer.poses_now == server.poses_now && latecomer.materials == server.materials);
         }
         let counted: usize = client.patches.values().map(|held| held.patch.image.sample_count()).sum();
@@ -157,6 +196,14 @@ fn a_refused_update_changes_nothing() {
         (vec![Edit::Add(Box::new(patch(5, pushed)))], HeldError::CameraUnfit(PatchId(5))),
         (vec![Edit::Place(id, vec![instance(1)])], HeldError::NoRelief(id)),
         (vec![Edit::Place(PatchId(9), vec![instance(1)])], HeldError::UnknownPatch(PatchId(9))),
+        (body(5)[1..].to_vec(), HeldError::UnknownPatch(PatchId(5))),
+        (vec![add(5), body(5)[1].clone()], HeldError::NoBody(PatchId(5))),
+        ([body(5).as_slice(), &body(5)[1..]].concat(), HeldError::NoBody(PatchId(5))),
+        (other_body(5, |body| body.indices[2] = 3), HeldError::BodyNotWhole(PatchId(5))),
+        (other_body(5, |body| body.normals.truncate(2)), HeldError::BodyNotWhole(PatchId(5))),
+        (other_body(5, |body| body.bounds[1][2] = f32::NAN), HeldError::BodyNotWhole(PatchId(5))),
+        (other_body(5, |body| body.skin.as_mut().unwrap().bones[1][2] = 1), HeldError::BodyNotWhole(PatchId(5))),
+        (other_body(5, |body| body.skin.as_mut().unwrap().clip.period_s = 0.0), HeldError::BodyNotWhole(PatchId(5))),
         (vec![relief(5), Edit::Place(PatchId(5), vec![instance(2), instance(1)])], HeldError::ObjectsNotAscending),
         (vec![relief(5), Edit::Place(PatchId(5), vec![flat])], HeldError::NotFinite("inverse of an instance's pose")),
         (vec![Edit::Withdraw(vec![1])], HeldError::NoInstance(1)),

@@ -274,6 +274,7 @@ fn assert_finite(update: &Update, near_m: f64) {
                 !text.contains("NaN") && !text.contains("inf")
             }
             Edit::Place(_, instances) => instances.iter().all(|instance| finite(&[instance.pose])),
+            Edit::Body(_, body) => body.is_whole(),
             Edit::Clear | Edit::Remove(_) | Edit::Delete(..) | Edit::Trim(..) | Edit::Withdraw(_) | Edit::Join(_) => {
                 true
             }
