@@ -212,6 +212,7 @@ fn show(held: &Held, images: &[ImpostorImage], settings: Settings) -> Shown {
         surfaces: &surfaces,
         held,
         impostors: Some(&impostors),
+        bodies: None,
         lights: None,
         occluders: None,
         layers: None,

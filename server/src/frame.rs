@@ -14,12 +14,13 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use camera::Pinhole;
 use protocol::held::ObjectPose;
+use protocol::message::Shadows;
 use protocol::{Material, Purpose, Viewpoint};
-use scene::{Bounds, Scene, Snapshot};
+use scene::{Bounds, Instance, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Deforming, Surroundings};
-use crate::bodies::Bodies;
+use crate::bodies::{self, Bodies};
 use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
@@ -286,7 +287,19 @@ impl Stage {
     /// The same in so many images, whose sides are a share of the largest.
     fn planned(&self, viewer: &Viewer, client: &Client, now_s: f64, (images, share): (usize, f64)) -> Option<Plan> {
         let image_size_px = (f64::from(self.image_size_px(client)) * share).round() as u32;
-        plan(&Rules { images, image_size_px, ..self.rules }, viewer, now_s, client.focus.as_ref())
+        let animated = self.rules.animated && !self.goes_by_itself(client);
+        plan(&Rules { images, image_size_px, animated, ..self.rules }, viewer, now_s, client.focus.as_ref())
+    }
+
+    /// Whether of all that a client is shown only bodies change with time, which it moves by itself.
+    fn goes_by_itself(&self, client: &Client) -> bool {
+        let shown = bodies::shown_as_bodies(&client.account);
+        let stands = |instance: &Instance| !instance.moves && !instance.deforms;
+        let is_shown = |(instance, object): (&Instance, u16)| stands(instance) || shown.contains(&object);
+        // Mirrors and soft shadows are of images, in which bodies stand as they stood.
+        let by_images = !self.needs.is_nothing() || client.draws.shadows == Shadows::Soft;
+        let is_all = || self.scene.instances.iter().zip(0_u16..).all(is_shown);
+        !shown.is_empty() && !by_images && !self.scene.lights_move && is_all()
     }
 
     /// Under load a first set is as quick as a coarse image before it would be, unless another client got that.

@@ -62,6 +62,7 @@ impl Client {
             surfaces,
             held,
             impostors: Some(&self.impostors),
+            bodies: None,
             lights: None,
             occluders: None,
             layers: None,
