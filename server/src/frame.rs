@@ -220,7 +220,8 @@ impl Stage {
             return Ok(None);
         }
         let time_s = self.scene_time_s(viewer, client, now_s);
-        let made = self.with_surroundings(time_s, |stage, snapshot, now| match (strip, plan) {
+        let by_clip = client.account.moved_by_clips();
+        let made = self.with_surroundings(time_s, by_clip, |stage, snapshot, now| match (strip, plan) {
             (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
             (None, Some(plan)) => stage.look_once(&plan, snapshot, now, client, viewer),
             (None, None) => Ok(None),
@@ -229,10 +230,11 @@ impl Stage {
         Ok(made)
     }
 
-    /// Makes an update by what the scene is at a time, and tells where objects go from there.
+    /// Makes an update by what the scene is at a time, and tells where objects go from there but for those that the client moves `by_clip`.
     fn with_surroundings(
         &mut self,
         scene_time_s: f64,
+        by_clip: BTreeSet<u16>,
         make: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> Result<Option<Made>, StageError>,
     ) -> Result<Option<Made>, StageError> {
         let snapshot = self.snapshot(scene_time_s);
@@ -257,7 +259,7 @@ impl Stage {
         if let Some(made) = &mut made
             && made.reason != Reason::Camera
         {
-            made.update.next = self.next_steps(&made.update, &moving);
+            made.update.next = self.next_steps(&made.update, &moving, &by_clip);
         }
         Ok(made)
     }

@@ -1,8 +1,12 @@
 //! Bodies: what is sent of a figure is the figure, at any time.
 
+mod common;
+
 use std::sync::Arc;
 
+use common::session::Session;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
+use protocol::Purpose;
 use protocol::body::bent;
 use scene::model::Animation;
 use scene::{Bounds, Deformed, Instance, Material, Mesh, Rig, Scene, Snapshot, Vertex};
@@ -10,11 +14,12 @@ use vantage_server::bodies::{Unfit, build};
 
 const RINGS: u32 = 24;
 const PERIOD_S: f64 = 1.25;
-const PLACE: DVec3 = DVec3::new(1e6, 2.0, -3e5);
+const FAR: DVec3 = DVec3::new(1e6, 2.0, -3e5);
 
 /// A tube along z that lies in a file with z up; two bones stand it up, and bend it in its middle by a turn that goes to and fro.
 struct Tube {
     mesh: Mesh,
+    place: DVec3,
 }
 
 impl Tube {
@@ -28,7 +33,7 @@ impl Animation for Tube {
     fn at(&self, _: &Scene, time_s: f64) -> Snapshot {
         let rig = &self.rigs()[0];
         let bones = self.bones(rig, time_s);
-        let anchor_world = PLACE + DVec3::X * time_s.rem_euclid(PERIOD_S);
+        let anchor_world = self.place + DVec3::X * time_s.rem_euclid(PERIOD_S);
         let moved = |vertex: &Vertex| {
             let shares = Tube::shares(vertex);
             let p = Vec3::from(vertex.position).as_dvec3();
@@ -70,13 +75,14 @@ impl Animation for Tube {
         let up = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
         let turn = DQuat::from_rotation_z(1.2 * (phase * std::f64::consts::TAU).sin());
         let stretch = DVec3::new(1.0, 1.0 + 0.2 * phase, 1.0);
-        let world =
-            |rotation: DQuat| DAffine3::from_scale_rotation_translation(stretch, rotation, PLACE + DVec3::X * phase);
+        let world = |rotation: DQuat| {
+            DAffine3::from_scale_rotation_translation(stretch, rotation, self.place + DVec3::X * phase)
+        };
         vec![world(up), world(turn * up)]
     }
 }
 
-fn tube() -> Scene {
+fn tube(place: DVec3) -> Scene {
     let corner = |index: u32| {
         let turn = (index % 8) as f32 / 8.0 * std::f32::consts::TAU;
         let normal = Vec3::new(turn.cos(), turn.sin(), 0.0);
@@ -100,19 +106,19 @@ fn tube() -> Scene {
         instances: vec![instance],
         lights_move: false,
         cameras: Vec::new(),
-        bounds: Bounds { min: PLACE - 2.0, max: PLACE + 2.0 },
+        bounds: Bounds { min: place - 2.0, max: place + 2.0 },
         walk: false,
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
         warnings: Vec::new(),
-        animation: Arc::new(Tube { mesh }),
+        animation: Arc::new(Tube { mesh, place }),
     }
 }
 
 #[test]
 fn a_body_is_bent_as_the_scene_bends_it_at_any_time() {
-    let scene = tube();
+    let scene = tube(FAR);
     let made = build(&scene, 0, &[Some(7)]).expect("it fits");
     assert_eq!(made.atlas.material, [7], "of one material, so of one texel");
     let body = &made.body;
@@ -145,5 +151,31 @@ fn a_body_is_bent_as_the_scene_bends_it_at_any_time() {
 
 #[test]
 fn what_textures_tell_place_by_place_is_sampled() {
-    assert_eq!(build(&tube(), 0, &[None]).err(), Some(Unfit::Varies));
+    assert_eq!(build(&tube(FAR), 0, &[None]).err(), Some(Unfit::Varies));
+}
+
+/// What is held of the tube after some ticks: bodies, samples for the eye, and bytes of the later half of the ticks.
+fn served(session: Session) -> (usize, usize, usize) {
+    const TICKS: usize = 12;
+    let mut session = session;
+    session.ticks(TICKS / 2);
+    let before = session.sent_bytes;
+    session.ticks(TICKS / 2);
+    let eye = session.held.patches.values().filter(|held| held.patch.purpose == Purpose::Eye);
+    let samples = eye.map(|held| held.patch.image.sample_count()).sum();
+    (session.held.bodies.len(), samples, session.sent_bytes - before)
+}
+
+#[test]
+fn a_figure_that_is_near_is_sent_once_and_nothing_after_it() {
+    let near = || Session::small(tube(DVec3::new(-0.5, 0.0, -3.0)), 2);
+    assert_eq!(served(near().with_bodies()), (1, 0, 0));
+    let (bodies, samples, bytes) = served(near());
+    assert!(bodies == 0 && samples > 100 && bytes > 1000, "{samples} samples, {bytes} bytes");
+}
+
+#[test]
+fn a_figure_that_is_far_is_sampled() {
+    let (bodies, samples, _) = served(Session::small(tube(DVec3::NEG_Z * 30.0), 2).with_bodies());
+    assert!(bodies == 0 && samples > 0, "{bodies} bodies, {samples} samples");
 }

@@ -163,7 +163,9 @@ impl Account {
             self.held.edit(Edit::Light(Box::new(now.lighting.clone())), &mut self.draft)?;
         }
         let differs = |pose: &&ObjectPose| self.held.poses_now.get(&pose.object) != Some(&pose.world_from_object);
-        let moved: Vec<ObjectPose> = now.moving.iter().filter(differs).copied().collect();
+        let by_clip = self.moved_by_clips();
+        let moved = now.moving.iter().filter(differs).filter(|pose| !by_clip.contains(&pose.object));
+        let moved: Vec<ObjectPose> = moved.copied().collect();
         if !moved.is_empty() {
             self.held.edit(Edit::Move(moved), &mut self.draft)?;
             self.drawn.set_poses(&self.held.poses_now);
@@ -279,6 +281,21 @@ impl Account {
         let id = self.add_whole(atlas, Purpose::Body, Vec::new(), now)?;
         self.held.edit(Edit::Body(id, body), &mut self.draft)?;
         Ok(id)
+    }
+
+    /// The objects that the client moves by their bodies' clips, and of which it holds nothing else.
+    pub fn moved_by_clips(&self) -> BTreeSet<u16> {
+        let held = &self.held;
+        let is_bent = |id: &PatchId| held.bodies.get(id).is_some_and(|body| body.skin.is_some());
+        let mut objects: BTreeSet<u16> =
+            held.instances.keys().filter(|(_, id)| is_bent(id)).map(|(object, _)| *object).collect();
+        if !objects.is_empty() {
+            let named = held.patches.values().flat_map(|held| &held.patch.objects);
+            named.for_each(|pose| {
+                objects.remove(&pose.object);
+            });
+        }
+        objects
     }
 
     /// The objects that reliefs and bodies show.

@@ -41,7 +41,10 @@ pub(super) fn atlas(
 /// A texture as it is.
 const WHOLE: [[f32; 2]; 2] = [[0.0; 2], [1.0; 2]];
 
-/// The box of the texels that are used: its upper left one, and its size.
+/// Levels halve sides and round them down: where a part's sides are multiples of this many texels, all that matter lie as those of the whole texture do.
+const ALIGNED_PX: u32 = 64;
+
+/// The box of the texels that are used, grown to that: its upper left one, and its size.
 fn cropped(level: &Level, used: Option<&[bool]>) -> ((u32, u32), (u32, u32)) {
     let all = ((0, 0), (level.width_px, level.height_px));
     let Some(used) = used else { return all };
@@ -49,7 +52,14 @@ fn cropped(level: &Level, used: Option<&[bool]>) -> ((u32, u32), (u32, u32)) {
     let places = places.map(|index| (index % level.width_px, index / level.width_px));
     let boxes = places.map(|(x, y)| [x, y, x, y]);
     let around = boxes.reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]);
-    around.map_or(all, |[left, top, right, bottom]| ((left, top), (right - left + 1, bottom - top + 1)))
+    let span = |first: u32, last: u32, side_px: u32| {
+        let from = first / ALIGNED_PX * ALIGNED_PX;
+        (from, (last + 1).next_multiple_of(ALIGNED_PX).min(side_px) - from)
+    };
+    around.map_or(all, |[left, top, right, bottom]| {
+        let ((x, width_px), (y, height_px)) = (span(left, right, level.width_px), span(top, bottom, level.height_px));
+        ((x, y), (width_px, height_px))
+    })
 }
 
 /// Rows of texels from the top: linear RGB and alpha.

@@ -27,7 +27,10 @@ impl Stage {
         };
         let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
         let own = own_view(&focus.coverage, &rules);
-        self.with_surroundings(now_s, |stage, snapshot, now| stage.look_ahead(&own, snapshot, now, client, viewer))
+        let by_clip = client.account.moved_by_clips();
+        self.with_surroundings(now_s, by_clip, |stage, snapshot, now| {
+            stage.look_ahead(&own, snapshot, now, client, viewer)
+        })
     }
 
     /// Looks for what a viewer who lacks nothing will see next, until something is found.

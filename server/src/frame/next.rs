@@ -22,14 +22,16 @@ const JUMP: f64 = 8.0;
 const LEAST: f64 = 1e-6;
 
 impl Stage {
-    /// The steps that moving objects go from an update on: of those that go anywhere, and of those that the update moves.
-    pub(super) fn next_steps(&self, update: &Update, moving: &[ObjectPose]) -> NextSteps {
-        if moving.is_empty() {
+    /// The steps that moving objects go from an update on: of those that go anywhere, and of those that the update moves, but for those that
+    /// clients move by clips.
+    pub(super) fn next_steps(&self, update: &Update, moving: &[ObjectPose], by_clip: &BTreeSet<u16>) -> NextSteps {
+        if moving.iter().all(|pose| by_clip.contains(&pose.object)) {
             return NextSteps::default();
         }
         let step_s = self.rules.update_interval_s * INTERVALS;
         let places = [-1.0, 1.0, 2.0, 3.0, 4.0].map(|steps| self.scene.places(update.scene_time_s + steps * step_s));
         let moved: BTreeSet<u16> = update.edits.iter().flat_map(moved_by).collect();
+        let is_told = |pose: &&ObjectPose| !by_clip.contains(&pose.object);
         let of = |pose: &ObjectPose| {
             let [before, first, second, third, after] =
                 places.each_ref().map(|places| places[usize::from(pose.object)]);
@@ -37,7 +39,7 @@ impl Stage {
             let goes = steps != [Step::default(); 3] || moved.contains(&pose.object);
             goes.then_some(ObjectSteps { object: pose.object, steps })
         };
-        NextSteps { step_s: step_s as f32, objects: moving.iter().filter_map(of).collect() }
+        NextSteps { step_s: step_s as f32, objects: moving.iter().filter(is_told).filter_map(of).collect() }
     }
 }
 

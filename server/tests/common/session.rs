@@ -135,6 +135,11 @@ impl Session {
         Session { stage: Stage::new(self.scene.clone(), self.rules, Discretization::default(), imager), ..self }
     }
 
+    /// The same by a server that sends what bones bend as it is.
+    pub fn with_bodies(self) -> Session {
+        Session { stage: self.stage.with_bodies(), ..self }
+    }
+
     /// The same by a server that shows many objects of a shape by one image.
     pub fn with_reliefs(self) -> Session {
         self.with_reliefs_judged(Judged::AtOnce)
