@@ -62,7 +62,8 @@ fn every_topic_takes_a_file_and_a_trace() {
         run.trace = Some(trace.clone());
         let report = run_topic(*topic, &run).unwrap_or_else(|error| panic!("{name}: {error:#}"));
         assert!(!report.has_failures(), "{name}: {:?}", report.rows);
-        assert!(report.rows.iter().all(|row| row.scene == "room"), "{name}");
+        // A topic may tell bounds in a table of their own: "room, bounds".
+        assert!(report.rows.iter().all(|row| row.scene.starts_with("room")), "{name}");
     }
     std::fs::remove_dir_all(folder).expect("was written");
 }

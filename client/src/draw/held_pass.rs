@@ -3,8 +3,8 @@
 use camera::{Bounds, Pinhole};
 use glam::DAffine3;
 use gpu::Gpu;
-use protocol::PatchId;
 use protocol::held::HeldInstance;
+use protocol::{Held, PatchId};
 use surface::{GBuffer, Slices, Smoothing, SurfaceError, SurfacePass};
 
 use crate::draw::bodies::{self, Bodies, BodyInputs, BodyPass};
@@ -65,7 +65,7 @@ impl HeldPass {
             let body = self.body.get_or_insert_with(|| BodyPass::new(&self.gpu).expect(EMBEDDED));
             body.encode(encoder, &BodyInputs { bodies, held, poses_now, camera }, target);
         }
-        let Some(impostors) = impostors.filter(|impostors| impostors.has_reliefs()) else { return };
+        let Some(impostors) = impostors.filter(|impostors| show_reliefs(impostors, held)) else { return };
         let relief = self.relief.get_or_insert_with(|| ReliefPass::new(&self.gpu).expect(EMBEDDED));
         relief.encode(encoder, &ReliefInputs { impostors, held, poses_now, camera }, target);
     }
@@ -92,11 +92,16 @@ pub(crate) fn bounds_world(Shown { surfaces, held, impostors, bodies, .. }: Show
     surfaces.bounds_world().into_iter().chain(of_bodies).chain(of_reliefs).reduce(Bounds::union)
 }
 
+/// Whether any object is shown by a relief.
+fn show_reliefs(impostors: &Impostors, held: &Held) -> bool {
+    held.instances.keys().any(|(_, id)| impostors.relief(id.0).is_some())
+}
+
 /// See [`revision`].
 pub(crate) type Revision = (u64, u64, u64);
 
 /// Three numbers that are equal only where the same is drawn: where reliefs show something, every update counts as a change.
 pub(crate) fn revision(Shown { surfaces, held, impostors, bodies, .. }: Shown<'_>) -> Revision {
-    let has_reliefs = impostors.is_some_and(Impostors::has_reliefs) && !held.instances.is_empty();
+    let has_reliefs = impostors.is_some_and(|impostors| show_reliefs(impostors, held));
     (surfaces.revision(), if has_reliefs { held.number } else { 0 }, bodies.map_or(0, Bodies::revision))
 }

@@ -71,11 +71,6 @@ impl Impostors {
         self.placed.values().filter(|placed| !matches!(placed.kind, ImpostorKind::Relief(_)))
     }
 
-    /// Whether any is for rays of the eye.
-    pub(crate) fn has_reliefs(&self) -> bool {
-        self.placed.values().any(|placed| matches!(placed.kind, ImpostorKind::Relief(_)))
-    }
-
     /// One that rays of the eye look at, if it is there.
     pub(crate) fn relief(&self, id: u32) -> Option<&Placed> {
         self.placed.get(&id).filter(|placed| matches!(placed.kind, ImpostorKind::Relief(_)))
