@@ -79,7 +79,7 @@ pub(super) fn clip(
             let linear = row.to_array().map(|number| (number, linear_step));
             for (number, step) in linear.into_iter().chain([(offset, offset_step)]) {
                 let code = (number / f64::from(step)).round();
-                if !(code.abs() < f64::from(i32::MAX)) {
+                if code.is_nan() || code.abs() >= f64::from(i32::MAX) {
                     return Err(Unfit::NotFinite);
                 }
                 codes.push(code as i32);

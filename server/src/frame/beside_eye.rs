@@ -56,7 +56,7 @@ impl Stage {
 
     /// Decides which objects a client is sent as bodies, before it is looked at what it lacks of all others.
     pub(super) fn send_bodies(
-        &mut self,
+        &self,
         plan: &Plan,
         snapshot: &Snapshot,
         now: &Surroundings<'_>,
