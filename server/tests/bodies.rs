@@ -123,9 +123,9 @@ fn a_body_is_bent_as_the_scene_bends_it_at_any_time() {
     assert_eq!(made.atlas.material, [7], "of one material, so of one texel");
     let body = &made.body;
     let clip = &body.skin.as_ref().expect("bones bend it").clip;
-    // Half a pixel of a figure a thousand pixels high, and what its numbers are rounded by.
+    // A tenth of a pixel of a figure a thousand pixels high, and half as much for what its numbers are rounded by.
     let radius_m = 1.02;
-    let most_m = 1e-3 * radius_m * 1.5;
+    let most_m = 2e-4 * radius_m * 1.5;
 
     // In which order vertices are is the body's own: they are found by where they are.
     let mut used = 0.0_f64;

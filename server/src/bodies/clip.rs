@@ -14,11 +14,11 @@ use super::made::Unfit;
 
 /// Moments a second at first.
 const LEAST_HZ: f64 = 15.0;
-/// Moments a second at most: as many as the fastest screens show pictures.
+/// Moments a second at most: as many as the fastest screens show pictures. What turns fast comes no nearer.
 const MOST_HZ: f64 = 240.0;
 /// Numbers of a clip at most: four minutes of fifty bones at the fewest moments.
 const MOST_NUMBERS: usize = 1 << 21;
-/// The tolerance, as a share of the figure's radius: half a pixel of one that is a thousand pixels high.
+/// The tolerance, as a share of the figure's radius: a tenth of a pixel of one that is a thousand pixels high.
 const TOLERANCE: f64 = 2e-4;
 /// Numbers are rounded to an eighth of that.
 const ROUNDING: f64 = 0.125;

@@ -6,7 +6,7 @@
 //!
 //! - **Which objects**: those that bones alone bend or move, in the same way over and over ([`scene::Rig`]), of a material that is the same everywhere but for its colour;
 //! - **when**: once a second of sampling the object anew would take more bytes than its body, or of what is rigid, sampling it once from all around;
-//! - **how finely**: bones' maps, and how many moments of them, to half a pixel of a figure that fills a view ([`clip`]).
+//! - **how finely**: bones' maps, and how many moments of them, to a tenth of a pixel of a figure that fills a view (`clip.rs`).
 //!
 //! Who was sent a body keeps it. Bodies depend on the scene alone, so each is made once, for all clients.
 

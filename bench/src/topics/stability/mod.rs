@@ -4,9 +4,9 @@
 //! client's own library, from the middle of the region that it is made for and from its rim. The truth are rays through the scene's
 //! triangles on the CPU ([`crate::raytrace`]). Judged is what numbers may do: depth inside of surfaces, as the shift that its error
 //! makes for an eye at the rim, holes inside of surfaces, colours of flat ones, and values of any buffer that are no numbers. What moves, and effects, go
-//! through a server's own stage ([`served`]).
+//! through a server's own stage (`served.rs`).
 //!
-//! `--break NAME` breaks what goes from one stage to the next ([`lab::Break`]): then bounds must be missed.
+//! `--break NAME` breaks what goes from one stage to the next (`lab.rs`): then bounds must be missed.
 
 mod buffers;
 mod build;
