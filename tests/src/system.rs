@@ -84,11 +84,14 @@ impl System {
     ) -> anyhow::Result<Vec<Scores>> {
         let mut stage = bench::stage::Stage::new(&self.gpu, (*self.scene).clone(), Look::Plain)?;
         let near_m = server::start::near_m(&self.scene);
+        let goes_on = !self.scene.animation.rigs().is_empty();
         let mut scores = Vec::new();
         for Shown { row, picture } in shown {
             let size_px = (picture.width_px, picture.height_px);
             let camera = Pinhole::symmetric(row.world_from_eye, size_px, 60_f64.to_radians(), near_m);
-            stage.show(row.scene_time_s, row.world_from_eye.translation)?;
+            // What clips move is shown as it is now, whatever the last update was of.
+            let since_s = if goes_on { row.age_ms.unwrap_or(0.0) / 1e3 } else { 0.0 };
+            stage.show(row.scene_time_s + since_s, row.world_from_eye.translation)?;
             let truth = bench::stage::picture(&truth(&stage, &camera)?);
             if let Some(dir) = std::env::var_os("VANTAGE_TEST_PICTURES") {
                 let base = std::path::Path::new(&dir).join(format!("{}-{:03}", self.scene.name, row.frame));
