@@ -177,3 +177,26 @@ fn a_gap_in_a_body_is_no_hole_to_be_filled() {
     let pierced = shown(&held_with(pierced(), square(false)), &front(), 0.0);
     assert_eq!([pierced(31, 31), pierced(28, 31)], [BACKGROUND, [255; 3]]);
 }
+
+#[test]
+fn images_too_large_are_left_out_before_they_are_made() {
+    let gpu = Gpu::block_on(Gpu::new_headless()).expect("an adapter");
+    let mut bodies = Bodies::new(&gpu);
+    // A bit a pixel on the wire: 8192 x 8192 of them are 8 MiB, and would be some hundreds on the GPU.
+    let large = DepthImage {
+        camera: Camera::Pinhole(Pinhole::symmetric(Rigid::IDENTITY, (8192, 8192), 1.0, 1.0)),
+        mask: Mask::empty(8192, 8192),
+        depth: Vec::new(),
+        normal: Vec::new(),
+        colour: Vec::new(),
+        object: Vec::new(),
+        material: Vec::new(),
+        ..atlas()
+    };
+    bodies.rebuild(&held_with(large, square(false)));
+    assert_eq!(bodies.len(), 0);
+    bodies.rebuild(&held(Body { indices: Vec::new(), ..square(false) }));
+    assert_eq!(bodies.len(), 0, "nothing to draw");
+    bodies.rebuild(&held(square(false)));
+    assert_eq!(bodies.len(), 1);
+}

@@ -184,9 +184,10 @@ impl Stage {
         Stage { reliefs: Arc::new(Mutex::new(reliefs.judged(judged))), ..self }
     }
 
-    /// The same, which sends what is bent by bones as it is, see [`crate::bodies`].
+    /// The same, which sends what is bent by bones as it is, see [`crate::bodies`]. Not where views are made by rays, which meet everything.
     pub fn with_bodies(self) -> Stage {
-        Stage { bodies: Arc::new(Bodies::new(&self.scene)), ..self }
+        let bodies = if self.method.needs_rays() { Bodies::default() } else { Bodies::new(&self.scene) };
+        Stage { bodies: Arc::new(bodies), ..self }
     }
 
     /// The same, whose samples are coded by a rule.

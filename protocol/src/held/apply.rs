@@ -319,11 +319,15 @@ impl<'a> Staged<'a> {
         self.bodies.insert(id, body.clone());
         // Those that this update removes still count.
         let before = self.base.bodies.values().filter(|_| !self.cleared);
-        let vertices = before.chain(self.bodies.values()).map(|body| body.positions.len()).sum::<usize>();
-        if vertices > self.limits.body_vertices {
-            return Err(HeldError::TooMuch("vertices of bodies"));
-        }
-        Ok(())
+        let sums = before.chain(self.bodies.values()).fold([0; 3], |[vertices, indices, numbers], body| {
+            let of_clip = body.skin.as_ref().map_or(0, |skin| skin.clip.codes.len());
+            [vertices + body.positions.len(), indices + body.indices.len(), numbers + of_clip]
+        });
+        let Limits { body_vertices, body_indices, body_clip_numbers, .. } = *self.limits;
+        let names = ["vertices of bodies", "indices of bodies", "numbers of clips"];
+        let most = [body_vertices, body_indices, body_clip_numbers];
+        let past = sums.into_iter().zip(most).zip(names).find(|((sum, most), _)| sum > most);
+        past.map_or(Ok(()), |(_, name)| Err(HeldError::TooMuch(name)))
     }
 
     fn place(&mut self, relief: PatchId, instances: &[Instance]) -> Result<(), HeldError> {

@@ -96,7 +96,10 @@ fn halved(fine: &Level) -> Level {
     Level { width_px, height_px, rgba: (0..width_px * height_px).map(texel).collect() }
 }
 
-/// Which texels any triangle shows; `None` where they are shown past their edges.
+/// Texels are asked for so many times each on the whole: where triangles lie over each other more often, all of an image is taken for used.
+const MOST_TIMES: i64 = 16;
+
+/// Which texels any triangle shows; `None` where they are shown past their edges, or over and over.
 fn used(level: &Level, triangles_uv: &[[[f32; 2]; 3]]) -> Option<Vec<bool>> {
     let inside = |uv: &[f32; 2]| uv.iter().all(|place| (0.0..=1.0).contains(place));
     if !triangles_uv.as_flattened().iter().all(inside) {
@@ -104,6 +107,7 @@ fn used(level: &Level, triangles_uv: &[[[f32; 2]; 3]]) -> Option<Vec<bool>> {
     }
     let (width, height) = (i64::from(level.width_px), i64::from(level.height_px));
     let mut used = vec![false; level.rgba.len()];
+    let mut left = MOST_TIMES.saturating_mul(width * height);
     for triangle in triangles_uv {
         let corners = triangle.map(|[u, v]| [f64::from(u) * width as f64, f64::from(v) * height as f64]);
         let span = |axis: usize, side: i64| {
@@ -112,8 +116,13 @@ fn used(level: &Level, triangles_uv: &[[[f32; 2]; 3]]) -> Option<Vec<bool>> {
                 (places.into_iter().fold(f64::INFINITY, f64::min), places.into_iter().fold(0.0, f64::max));
             (low.floor() as i64 - MARGIN_PX).max(0)..(high.ceil() as i64 + MARGIN_PX).min(side)
         };
-        for y in span(1, height) {
-            for x in span(0, width) {
+        let (columns, rows) = (span(0, width), span(1, height));
+        left -= (columns.end - columns.start).max(0) * (rows.end - rows.start).max(0);
+        if left < 0 {
+            return None;
+        }
+        for y in rows {
+            for x in columns.clone() {
                 let index = (y * width + x) as usize;
                 used[index] = used[index] || is_near(&corners, [x as f64 + 0.5, y as f64 + 0.5]);
             }
@@ -185,6 +194,8 @@ mod tests {
         assert!(at(17, 17) && at(30, 17) && at(17, 30), "inside");
         assert!(at(13, 20) && !at(11, 20) && !at(31, 31) && !at(60, 5), "beside");
         assert_eq!(used_of(&[triangle, [[0.5, 1.5], [0.0, 0.0], [1.0, 0.0]]]), None, "past an edge all may show");
+        let all = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        assert!(used_of(&[all; 16]).is_some() && used_of(&[all; 17]).is_none(), "over and over");
     }
 
     #[test]

@@ -34,6 +34,8 @@ pub(super) struct Placed {
     pub indices: wgpu::Buffer,
     pub colours: wgpu::TextureView,
     pub sampler: wgpu::Sampler,
+    /// Of its image.
+    pub pixels: u64,
     /// Index into the table of materials.
     pub material: u8,
     /// Whether its image has gaps that nothing shows.
@@ -64,6 +66,7 @@ impl Placed {
             indices: buffer("body triangles", bytemuck::cast_slice(&body.indices), BufferUsages::INDEX),
             colours: colours(gpu, atlas),
             sampler: sampler(gpu, &body),
+            pixels: u64::from(atlas.mask.size_px().0) * u64::from(atlas.mask.size_px().1),
             material: atlas.material.first().copied().unwrap_or_default(),
             is_cut_out: body.cut_out,
             body,

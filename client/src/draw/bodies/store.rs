@@ -12,6 +12,9 @@ use surface::BuiltSurfaces;
 use super::placed::Placed;
 use crate::receive::follow::Follow;
 
+/// Pixels of the images of all bodies together: 90 MB of textures.
+const MOST_PIXELS: u64 = 1 << 24;
+
 /// The bodies of what is held, on the GPU, and the moment that they are shown at.
 #[derive(Debug)]
 pub struct Bodies {
@@ -65,6 +68,14 @@ impl Bodies {
     fn hold(&mut self, held: &Held, id: PatchId) {
         // An update may take back what it brought.
         let Some((patch, body)) = held.patches.get(&id).zip(held.bodies.get(&id)) else { return };
+        let (width_px, height_px) = patch.patch.image.mask.size_px();
+        let most_px = self.gpu.device.limits().max_texture_dimension_2d;
+        let pixels = u64::from(width_px) * u64::from(height_px);
+        let held_px: u64 = self.placed.values().map(|placed| placed.pixels).sum();
+        // Before anything is allocated: a mask costs a bit a pixel, an image on the GPU some forty times as much.
+        if width_px.max(height_px) > most_px || held_px + pixels > MOST_PIXELS || body.indices.is_empty() {
+            return say(id);
+        }
         self.revision += 1;
         self.placed.insert(id, Placed::new(&self.gpu, &patch.patch.image, body.clone()));
     }
@@ -82,6 +93,14 @@ impl Bodies {
         placed.body.skin.as_ref().map_or(Vec::new(), |skin| skin.clip.at(self.scene_time_s))
     }
 }
+
+#[cfg(not(target_arch = "wasm32"))]
+fn say(id: PatchId) {
+    tracing::warn!("the body of {id:?} is not shown: it is empty, or its image is too large");
+}
+
+#[cfg(target_arch = "wasm32")]
+fn say(_: PatchId) {}
 
 /// Where an object is: what bones bend is placed by them, and does not move beside that.
 pub(super) fn world_from_object(
