@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::{DAffine3, DVec3, Mat3};
+use glam::{DAffine3, DMat3, DVec3, Mat3};
 use protocol::{Light, Lighting, Material, Sky, Tone};
 
 /// `Pinhole` of `camera/pinhole.wgsl`.
@@ -58,6 +58,16 @@ pub fn rows(map: DAffine3) -> Rows {
         row(linear.y_axis, map.translation.y),
         row(linear.z_axis, map.translation.z),
     ]
+}
+
+/// What normals are multiplied by where places are by `linear`. The cofactor matrix turns normals even where the map flattens space; scaled so that f32 holds it. Its sign makes normals of
+/// a mirrored mesh point outwards.
+pub fn normal_matrix(linear: DMat3) -> DMat3 {
+    let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let largest = cofactors.to_cols_array().into_iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let scale = if largest > 0.0 { linear.determinant().signum() / largest } else { 1.0 };
+    cofactors * scale
 }
 
 /// `Light` of `common/shade.wgsl`.
@@ -322,5 +332,16 @@ mod tests {
             sheen,
             sheen_roughness
         );
+    }
+
+    #[test]
+    fn normals_of_a_mirrored_and_stretched_mesh_stay_normal() {
+        let linear = DMat3::from_cols(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(0.5, 1.0, 0.0), DVec3::new(0.0, 0.0, 3.0));
+        let (a, b) = (DVec3::new(0.3, 1.0, -2.0), DVec3::new(1.0, 0.2, 0.7));
+        let normal = a.cross(b);
+        let mapped = normal_matrix(linear) * normal;
+        assert!(mapped.dot(linear * a).abs() < 1e-12 && mapped.dot(linear * b).abs() < 1e-12);
+        // On the side that the mapped normal vector itself is on.
+        assert!(mapped.dot(linear * normal) > 0.0);
     }
 }

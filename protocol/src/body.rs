@@ -85,6 +85,8 @@ pub type BoneRows = [[f32; 4]; 3];
 impl Body {
     /// Steps of a normal's numbers from -1 to 1.
     pub const NORMAL_STEPS: u16 = 1022;
+    /// Pixels of the images of all bodies that a client shows at most: 90 MB of textures.
+    pub const MOST_PIXELS: u64 = 1 << 24;
     /// Bones of a body at most: their maps fit the least uniform buffer of WebGL2.
     pub const MOST_BONES: usize = 256;
 

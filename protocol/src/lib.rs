@@ -4,6 +4,7 @@
 //! - [`ends`]: where surfaces end within a pixel.
 //! - [`held`]: [`Patch`], [`Edit`], [`Update`], and [`Held`], the copy of the client that both ends keep.
 //! - [`body`]: objects as triangles, where samples of them would be more.
+//! - [`inventory`]: what is made for a client, and what is left out, for people.
 //! - [`look`]: materials, lights and how colour is shown.
 //! - [`sky`]: light from far around. [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
 //!   samples. [`plain`]: an update where bytes are handed over within one machine.
@@ -16,6 +17,7 @@ pub mod codec;
 pub mod ends;
 pub mod held;
 pub mod image;
+pub mod inventory;
 mod lamp;
 pub mod limits;
 pub mod look;
@@ -33,6 +35,7 @@ pub use held::{
     Update,
 };
 pub use image::{DepthImage, DepthScale, Mask};
+pub use inventory::Inventory;
 pub use lamp::Lamp;
 pub use limits::Limits;
 pub use look::{Area, AreaShape, Effect, Light, Lighting, Look, Material, Tone};

@@ -8,10 +8,11 @@ use camera::{Motion, Rigid};
 use serde::{Deserialize, Serialize};
 
 use crate::held::Update;
+use crate::inventory::Inventory;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 22;
+pub const VERSION: u16 = 23;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -133,6 +134,8 @@ pub enum ClientMessage {
     },
     /// From now on it draws this.
     Draws(Draws),
+    /// Answered by a [`ServerMessage::Inventory`].
+    Inventory,
 }
 
 /// From the server. `Update` is bulk: it is coded by the codec and travels in fragments.
@@ -154,6 +157,8 @@ pub enum ServerMessage {
         /// The eye.
         world_from_eye: Rigid,
     },
+    /// What is made for the client, and what is left out.
+    Inventory(Inventory),
     /// Why the server hangs up.
     Goodbye {
         /// For a person.

@@ -25,6 +25,7 @@ use thiserror::Error;
 use crate::bytes::{EndsEarly, Reader, Writer};
 use crate::codec::{self, CodecError, CodedSamples, Coding, Packer, Unpacker};
 use crate::held::{Edit, PatchId, Update};
+use crate::inventory::Inventory;
 use crate::limits::Limits;
 use crate::message::{ClientMessage, ServerMessage, Welcome};
 pub use graph::GRAPH_MAX_FRUSTA;
@@ -115,6 +116,7 @@ enum ServerControl {
     Advanced { to_s: f64 },
     Goodbye { reason: String },
     Presenter { world_from_eye: Rigid },
+    Inventory(Inventory),
 }
 
 /// The bytes of a client's message.
@@ -144,6 +146,7 @@ pub fn encode_server(envelope: &Envelope<ServerMessage>) -> Vec<Bytes> {
         ServerMessage::Advanced { to_s } => ServerControl::Advanced { to_s: *to_s },
         ServerMessage::Goodbye { reason } => ServerControl::Goodbye { reason: reason.clone() },
         &ServerMessage::Presenter { world_from_eye } => ServerControl::Presenter { world_from_eye },
+        ServerMessage::Inventory(inventory) => ServerControl::Inventory(inventory.clone()),
     };
     vec![encode_control(envelope.at_s, &control).into()]
 }
@@ -160,6 +163,7 @@ pub fn decode_server(bytes: &[u8], limits: &Limits) -> Result<Envelope<ServerPac
             ServerControl::Advanced { to_s } => ServerMessage::Advanced { to_s },
             ServerControl::Goodbye { reason } => ServerMessage::Goodbye { reason },
             ServerControl::Presenter { world_from_eye } => ServerMessage::Presenter { world_from_eye },
+            ServerControl::Inventory(inventory) => ServerMessage::Inventory(inventory),
         }),
         FRAGMENT => {
             let (update, total_bytes, offset) = (reader.u32()?, reader.u32()?, reader.u32()?);
@@ -197,7 +201,10 @@ pub(crate) fn travel(bytes: &[u8]) -> Result<Option<f64>, WireError> {
     let mut reader = Reader::new(bytes);
     let (kind, at_s) = read_envelope(&mut reader)?;
     let travels = kind != CONTROL
-        || matches!(decode_control(&mut reader)?, ServerControl::Pong(_) | ServerControl::Presenter { .. });
+        || matches!(
+            decode_control(&mut reader)?,
+            ServerControl::Pong(_) | ServerControl::Presenter { .. } | ServerControl::Inventory(_)
+        );
     Ok(travels.then_some(at_s))
 }
 
@@ -214,6 +221,7 @@ pub fn client_message_kind(bytes: &[u8]) -> Option<&'static str> {
         ClientMessage::Ping(_) => "ping",
         ClientMessage::Advance { .. } => "advance",
         ClientMessage::Draws(_) => "draws",
+        ClientMessage::Inventory => "inventory",
     })
 }
 
@@ -229,6 +237,7 @@ pub fn server_message_kind(bytes: &[u8]) -> Option<&'static str> {
         ServerControl::Advanced { .. } => "advanced",
         ServerControl::Goodbye { .. } => "goodbye",
         ServerControl::Presenter { .. } => "presenter",
+        ServerControl::Inventory(_) => "inventory",
     })
 }
 

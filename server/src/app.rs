@@ -1,4 +1,4 @@
-//! One port for everything: the web client, the websocket and `/healthz`.
+//! One port for everything: the web client, the websocket, `/healthz`, and `/plan`.
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -129,6 +129,7 @@ fn router(shared: Arc<Shared>) -> Router {
     let mut router = files
         .layer(CompressionLayer::new())
         .route("/healthz", get(health))
+        .route("/plan", get(plan))
         .route("/ws", get(websocket))
         .with_state(shared);
     for (name, value) in SECURITY_HEADERS {
@@ -167,6 +168,14 @@ async fn health(State(shared): State<Arc<Shared>>) -> Response {
     }
     let status = if failure.is_none() { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
     (status, Json(answer)).into_response()
+}
+
+/// What is made for each session, and what is left out, for who may connect.
+async fn plan(State(shared): State<Arc<Shared>>, Query(asked): Query<Asked>, headers: HeaderMap) -> Response {
+    if let Err(refused) = access::check(&headers, asked.token.as_deref(), shared.config.token.as_deref()) {
+        return (StatusCode::FORBIDDEN, format!("{refused}\n")).into_response();
+    }
+    Json(serde_json::json!({ "scene": shared.scene.name, "sessions": shared.plans.json() })).into_response()
 }
 
 #[derive(Deserialize)]

@@ -1,5 +1,8 @@
 //! One client, as the stage serves it.
 
+use std::sync::Arc;
+
+use protocol::Inventory;
 use protocol::message::Draws;
 use protocol::session::DEFAULT_BUDGET_BYTES;
 
@@ -41,6 +44,8 @@ pub struct Client {
     pub ahead: anticipate::Kept,
     /// Whether its next look is at one coarse image.
     pub begins_coarsely: bool,
+    /// What its last look made for it, and what it left out.
+    pub inventory: Arc<Inventory>,
     /// The camera that it asked for, in place of views of its own.
     pub asked: Option<Asked>,
     /// What it draws, and so has a use for.
@@ -62,6 +67,7 @@ pub struct Served {
     lights: lights::Kept,
     occluders: occluders::Kept,
     ahead: anticipate::Kept,
+    inventory: Arc<Inventory>,
 }
 
 impl Default for Client {
@@ -80,6 +86,7 @@ impl Default for Client {
             rest: rest::Kept::default(),
             ahead: anticipate::Kept::default(),
             begins_coarsely: false,
+            inventory: Arc::default(),
             asked: None,
             draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
@@ -100,6 +107,7 @@ impl Client {
             lights: self.lights.clone(),
             occluders: self.occluders.clone(),
             ahead: self.ahead.clone(),
+            inventory: self.inventory.clone(),
         }
     }
 
@@ -113,6 +121,7 @@ impl Client {
         self.lights = served.lights.clone();
         self.occluders = served.occluders.clone();
         self.ahead = served.ahead.clone();
+        self.inventory = served.inventory.clone();
     }
 
     /// What it draws from now on. Where that is something else, the server looks again at what it lacks for it.

@@ -38,7 +38,7 @@ pub struct Config {
     pub placement: Placement,
     /// Whether objects that many share the shape of are shown by one image for all, see [`crate::impostors::relief`].
     pub relief: bool,
-    /// Whether what bones bend is sent as it is, see [`crate::bodies`].
+    /// Whether what is less as its triangles than as samples is sent so, see [`crate::bodies`].
     pub bodies: bool,
     /// Whether a viewer who stands still in a still scene is sent his own view, see [`crate::rest`].
     pub rest: bool,

@@ -3,6 +3,7 @@
 mod ahead;
 mod beside_eye;
 mod camera_image;
+mod inventory;
 mod layers;
 mod next;
 mod shared;
@@ -20,7 +21,7 @@ use scene::{Bounds, Instance, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Deforming, Surroundings};
-use crate::bodies::{self, Bodies};
+use crate::bodies::Bodies;
 use crate::client::Client;
 use crate::coding::CodingRule;
 use crate::config::Config;
@@ -37,7 +38,7 @@ use crate::plan::{
     Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
 };
 use crate::pool::Pool;
-use crate::render::{Blended, RenderError, triangle_bases};
+use crate::render::{Blended, LeftOut, RenderError, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::stage_error::StageError;
 use crate::viewer::Viewer;
@@ -184,9 +185,10 @@ impl Stage {
         Stage { reliefs: Arc::new(Mutex::new(reliefs.judged(judged))), ..self }
     }
 
-    /// The same, which sends what is bent by bones as it is, see [`crate::bodies`]. Not where views are made by rays, which meet everything.
+    /// The same, which sends what is less as its triangles than as samples as it is, see [`crate::bodies`]. Not where views are made by rays, which meet everything.
     pub fn with_bodies(self) -> Stage {
-        let bodies = if self.method.needs_rays() { Bodies::default() } else { Bodies::new(&self.scene) };
+        let bodies =
+            if self.method.needs_rays() { Bodies::default() } else { Bodies::new(&self.scene, &self.material_codes) };
         Stage { bodies: Arc::new(bodies), ..self }
     }
 
@@ -202,7 +204,7 @@ impl Stage {
         // Shapes are rigid: they look the same at any time.
         let snapshot = self.snapshot(0.0);
         self.imager.draw_for(Occasion::Passing);
-        self.imager.leave_out(BTreeSet::new());
+        self.imager.leave_out(LeftOut::default());
         let has_worked = reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?;
         self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         Ok(has_worked)
@@ -296,7 +298,7 @@ impl Stage {
 
     /// Whether of all that a client is shown only bodies change with time, which it moves by itself.
     fn goes_by_itself(&self, client: &Client) -> bool {
-        let shown = bodies::shown_as_bodies(&client.account);
+        let shown = client.account.shown_bent();
         let stands = |instance: &Instance| !instance.moves && !instance.deforms;
         let is_shown = |(instance, object): (&Instance, u16)| stands(instance) || shown.contains(&object);
         // Mirrors and soft shadows are of images, in which bodies stand as they stood.
@@ -340,9 +342,9 @@ impl Stage {
         if anew {
             client.account.forget()?;
         }
-        self.send_reliefs(plan, snapshot, now, client, viewer)?;
         self.send_bodies(plan, snapshot, now, client, viewer)?;
-        self.imager.leave_out(client.account.shown_otherwise());
+        self.send_reliefs(plan, snapshot, now, client, viewer)?;
+        self.imager.leave_out(client.account.left_out());
         self.imager.blend(Blended::LeftOut);
         let account = &mut client.account;
         if anew {
@@ -383,6 +385,7 @@ impl Stage {
         let settled = found_nothing || is_full || self.method == Discretization::Conventional;
         // After a coarse picture the first set is still to come.
         client.focus = (!client.begins_coarsely).then_some(Focus { coverage: plan.coverage, settled, looks });
+        self.take_stock(client, viewer);
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
         Ok(update.map(|update| Made {

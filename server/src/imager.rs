@@ -1,6 +1,5 @@
 //! What a server needs from whatever makes depth images: the seam between sessions and the GPU.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use camera::{Bounds, Camera, Pinhole};
@@ -18,7 +17,7 @@ use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer, En
 use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
-use crate::render::{Blended, Detail, Faces, Kinds, Layer, RenderError, SceneRenderer};
+use crate::render::{Blended, Detail, Faces, Kinds, Layer, LeftOut, RenderError, SceneRenderer};
 use crate::rest::parts;
 
 /// Why no images could be made.
@@ -151,8 +150,8 @@ pub trait Imager: Send {
         Vec::new()
     }
 
-    /// Leaves objects out of [`Imager::captures`] from now on.
-    fn leave_out(&mut self, _: BTreeSet<u16>) {}
+    /// Makes no samples of objects in [`Imager::captures`] from now on.
+    fn leave_out(&mut self, _: LeftOut) {}
 
     /// The layers that what is blended is sent in.
     fn layers(&self) -> Vec<Layer> {
@@ -303,7 +302,7 @@ impl Imager for GpuImager {
 
     fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, detail: Detail) -> Result<Vec<Capture>, ImagerError> {
         // What reliefs show to an eye that moves is seen as it is.
-        self.renderer.leave_out(BTreeSet::new());
+        self.renderer.leave_out(LeftOut::default());
         // Layers lie over it.
         self.renderer.blend(Blended::LeftOut);
         self.renderer.keep(detail);
@@ -339,8 +338,8 @@ impl Imager for GpuImager {
         self.renderer.material_codes()
     }
 
-    fn leave_out(&mut self, objects: BTreeSet<u16>) {
-        self.renderer.leave_out(objects);
+    fn leave_out(&mut self, left_out: LeftOut) {
+        self.renderer.leave_out(left_out);
     }
 
     fn layers(&self) -> Vec<Layer> {
@@ -360,6 +359,8 @@ impl Imager for GpuImager {
     fn impostor(&mut self, snapshot: &Snapshot, shot: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
         self.place(snapshot, shot.camera.eye_world())?;
         self.renderer.blend(Blended::CutOut);
+        // Rays meet everything.
+        let left_out = self.renderer.leave_out(LeftOut::default());
         let panes = self.renderer.panes().clone();
         let drawer = match &mut self.impostors {
             Some(drawer) => drawer,
@@ -373,6 +374,7 @@ impl Imager for GpuImager {
         };
         let tint = untinted.map(|object| self.renderer.set_tint(object, [255; 3]));
         let capture = drawer.draw(&self.renderer, shot.camera, subject);
+        self.renderer.leave_out(left_out);
         if let (Some(object), Some(tint)) = (untinted, tint) {
             self.renderer.set_tint(object, tint);
         }
@@ -382,7 +384,7 @@ impl Imager for GpuImager {
     fn camera_image(&mut self, snapshot: &Snapshot, camera: &Camera) -> Result<Option<DepthImage>, ImagerError> {
         let everything = Drawn::AllBut(Vec::new());
         let shot = Shot { camera, drawn: &everything, faces: Faces::Front, is_tinted: true };
-        self.renderer.leave_out(BTreeSet::new());
+        self.renderer.leave_out(LeftOut::default());
         self.renderer.blend(Blended::CutOut);
         self.renderer.keep(Detail::Fine);
         let image = self.impostor(snapshot, &shot);

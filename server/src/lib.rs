@@ -35,6 +35,7 @@ pub mod discretize;
 pub mod frame;
 pub mod imager;
 pub mod impostors;
+mod inventories;
 pub mod lights;
 pub mod look;
 pub mod look_times;

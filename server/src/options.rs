@@ -55,7 +55,7 @@ pub struct Options {
     /// Whether objects that many share the shape of are shown by one image for all
     #[arg(long, value_enum, default_value_t)]
     pub relief: ReliefName,
-    /// Whether what bones bend is sent as its triangles, once, instead of sampled at each update
+    /// Whether what is less as its triangles than as samples is sent so, once
     #[arg(long, value_enum, default_value_t)]
     pub bodies: BodiesName,
     /// Whether a viewer who stands still in a still scene is sent his own view, pixel by pixel
@@ -119,7 +119,7 @@ const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage,
 /// `--bodies`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum BodiesName {
-    /// Where its triangles take less than a second of its samples.
+    /// Where triangles are less than samples.
     #[default]
     Auto,
     /// Everything is sampled.

@@ -142,6 +142,7 @@ impl Pair {
                 | ServerEvent::View(_)
                 | ServerEvent::Draws
                 | ServerEvent::Acked { .. }
+                | ServerEvent::Inventory
                 | ServerEvent::Advance { .. } => {}
             }
         }

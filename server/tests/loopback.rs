@@ -61,6 +61,34 @@ async fn a_client_is_welcomed_and_gets_its_first_set() {
 }
 
 #[tokio::test]
+async fn what_is_made_and_left_out_is_told_to_who_asks() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(10.0, |client| client.updates.len() > 1).await.expect("a session");
+    let asked_at_s = client.now_s();
+    (0..9).for_each(|_| client.session.ask(asked_at_s));
+    client.run(10.0, |client| !client.inventory.parts.is_empty()).await.expect("a session");
+    let part = |name: &str| client.inventory.parts.iter().find(|part| part.name == name).expect("a part").clone();
+    assert_eq!((part("layers").made, part("layers").why.as_str()), (None, "nothing is blended"));
+    assert!(part("images").made.is_some_and(|made| made.starts_with("up to 2 of 32 x 32")));
+    let plan = request(&running, "/plan", "").await;
+    assert!(plan.starts_with("HTTP/1.1 200") && plan.contains("\"session\":1"), "{plan}");
+    assert!(plan.contains(&format!("\"why\":\"{}\"", part("impostors").why)), "{plan}");
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn only_who_may_connect_reads_what_is_made() {
+    let running = start(Config { token: Some("secret".into()), ..config() }, room(false), Duration::ZERO).await;
+    assert!(request(&running, "/plan", "").await.starts_with("HTTP/1.1 403"));
+    assert!(request(&running, "/plan?token=secret", "").await.starts_with("HTTP/1.1 200"));
+    assert!(
+        request(&running, "/plan?token=secret", "Origin: http://evil.example\r\n").await.starts_with("HTTP/1.1 403")
+    );
+    running.stop().await;
+}
+
+#[tokio::test]
 async fn a_walker_gets_what_comes_into_view_and_keeps_the_rest() {
     let running = start(config(), room(false), Duration::ZERO).await;
     let mut client = Client::connect(&running, Clock::Wall).await;

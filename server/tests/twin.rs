@@ -12,6 +12,7 @@ use scene::Scene;
 use vantage_server::Config;
 use vantage_server::discretize::{Capture, Discretization};
 use vantage_server::imager::{GpuImager, Imager};
+use vantage_server::render::LeftOut;
 use vantage_server::start::{near_m, start_pose};
 
 /// What an imager sees of a scene, looking again and again while time goes on from `begin_s`.
@@ -23,7 +24,7 @@ fn seen(
 ) -> Vec<Capture> {
     let mut eye = start_pose(scene);
     eye.translation += DVec3::X * aside_m;
-    imager.leave_out(left_out.clone());
+    imager.leave_out(LeftOut { absent: left_out.clone(), ..LeftOut::default() });
     let look = |step: u32| {
         let snapshot = scene.at(begin_s + f64::from(step) * 0.3);
         let view = Pinhole::symmetric(eye, (48, 40), 1.2, near_m(scene));

@@ -24,7 +24,7 @@ use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
 
 use crate::input::{self, Action};
-use crate::page::{self, Page};
+use crate::page::{self, Dialog, Page};
 use crate::screen::{self, Renderer, Screen};
 use crate::socket::Socket;
 use crate::worker;
@@ -36,6 +36,8 @@ const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
 const APPLY_SHARE: f64 = 0.25;
 /// Seconds between two changes of the figures: readable, and cheap.
 const PANEL_INTERVAL_S: f64 = 0.25;
+/// Between questions what is sent, while that is shown.
+const ASK_INTERVAL_S: f64 = 2.0;
 /// What the held copy may take of the page's memory: phones give a page about 1 GB.
 const BUDGET_BYTES: u64 = AUDIENCE_BUDGET_BYTES;
 /// Milliseconds between two turns of the network while the page is hidden and draws nothing.
@@ -77,6 +79,8 @@ struct App {
     loss_asked: bool,
     drawn: Drawn,
     panel_at_s: f64,
+    /// When the server was asked last what it sends.
+    asked_at_s: f64,
     advanced_at_s: f64,
     /// The page's own trouble, beside the connection's.
     trouble: Option<String>,
@@ -122,6 +126,7 @@ pub async fn start() -> Result<(), String> {
         loss_asked: false,
         drawn: Drawn { stale: true, ..Drawn::default() },
         panel_at_s: f64::NEG_INFINITY,
+        asked_at_s: f64::NEG_INFINITY,
         advanced_at_s: now_s(),
         trouble: None,
     };
@@ -458,6 +463,15 @@ impl App {
     }
 
     fn show_panel(&mut self, now_s: f64) {
+        if Dialog::Inventory.is_open() && now_s - self.asked_at_s >= ASK_INTERVAL_S {
+            self.asked_at_s = now_s;
+            self.viewer.ask_inventory(now_s);
+        }
+        if Dialog::Inventory.is_open()
+            && let Err(why) = page::show_inventory(self.viewer.inventory())
+        {
+            self.trouble = Some(why);
+        }
         let stats = self.viewer.stats(now_s);
         let renderer = self.screen.as_ref().map_or("none", |screen| match screen.renderer {
             Renderer::WebGpu => "WebGPU",

@@ -8,7 +8,7 @@ use web_sys::{
     AddEventListenerOptions, Event, EventTarget, HtmlCanvasElement, KeyboardEvent, PointerEvent, WheelEvent,
 };
 
-use crate::page;
+use crate::page::{self, Dialog};
 
 /// What a wheel's pixels and lines are worth in notches.
 const PIXELS_PER_NOTCH: f64 = 100.0;
@@ -47,7 +47,9 @@ pub fn listen_to_page(sink: &Sink) -> Result<(), String> {
     listen(page::element("mode")?.as_ref(), "click", move |_: Event| mode(Action::SwitchMode));
     let follow = std::rc::Rc::clone(sink);
     listen(page::element("role")?.as_ref(), "click", move |_: Event| follow(Action::Follow));
-    listen(page::element("help-open")?.as_ref(), "click", |_: Event| page::toggle_help());
+    for (button, dialog) in [("help-open", Dialog::Help), ("inventory-open", Dialog::Inventory)] {
+        listen(page::element(button)?.as_ref(), "click", move |_: Event| page::toggle(dialog));
+    }
     listen(page::element("panel-toggle")?.as_ref(), "click", |_: Event| page::toggle_figures());
     Ok(())
 }
@@ -90,7 +92,7 @@ pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
 
 fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
     // The browser's own shortcuts stay the browser's; a key that goes up is heard in any case.
-    if down && (event.ctrl_key() || event.alt_key() || event.meta_key() || page::help_is_open()) {
+    if down && (event.ctrl_key() || event.alt_key() || event.meta_key() || Dialog::any_is_open()) {
         return;
     }
     let code = event.code();
@@ -108,7 +110,8 @@ fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
         "KeyF" => sink(Action::Follow),
         "KeyM" => sink(Action::SwitchMode),
         "KeyP" => page::toggle_figures(),
-        "KeyH" => page::toggle_help(),
+        "KeyH" => page::toggle(Dialog::Help),
+        "KeyI" => page::toggle(Dialog::Inventory),
         _ => {}
     }
 }

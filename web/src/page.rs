@@ -7,6 +7,7 @@ use client::receive::stats::Stats;
 use client::receive::viewer::Progress;
 use client::show::controls::Mode;
 use client::show::panel::short_count;
+use protocol::Inventory;
 use protocol::message::Role;
 use wasm_bindgen::JsCast;
 use web_sys::{Document, Element, HtmlCanvasElement, HtmlElement};
@@ -176,9 +177,39 @@ impl Page {
     }
 }
 
-/// Opens or closes the help.
-pub fn toggle_help() {
-    let Some(dialog) = document().get_element_by_id("help") else { return };
+/// A dialog of the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dialog {
+    /// How to move around.
+    Help,
+    /// What is sent, and what is left out.
+    Inventory,
+}
+
+impl Dialog {
+    const ALL: [Dialog; 2] = [Dialog::Help, Dialog::Inventory];
+
+    fn element(self) -> Option<Element> {
+        document().get_element_by_id(match self {
+            Dialog::Help => "help",
+            Dialog::Inventory => "inventory",
+        })
+    }
+
+    /// Whether it is open, which takes the keys.
+    pub fn is_open(self) -> bool {
+        self.element().is_some_and(|dialog| dialog.has_attribute("open"))
+    }
+
+    /// Whether any is.
+    pub fn any_is_open() -> bool {
+        Dialog::ALL.into_iter().any(Dialog::is_open)
+    }
+}
+
+/// Opens or closes a dialog.
+pub fn toggle(dialog: Dialog) {
+    let Some(dialog) = dialog.element() else { return };
     let Ok(dialog) = dialog.dyn_into::<web_sys::HtmlDialogElement>() else { return };
     if dialog.open() {
         dialog.close();
@@ -188,9 +219,29 @@ pub fn toggle_help() {
     }
 }
 
-/// Whether the help is open, which takes the keys.
-pub fn help_is_open() -> bool {
-    document().get_element_by_id("help").is_some_and(|dialog| dialog.has_attribute("open"))
+/// Writes down what is sent, and what is left out.
+pub fn show_inventory(inventory: &Inventory) -> Result<(), String> {
+    let table = element("inventory-parts")?;
+    let of = |name: &str| document().create_element(name).map_err(|_| format!("no <{name}> can be made"));
+    let rows = inventory.parts.iter().map(|part| {
+        let row = of("tr")?;
+        row.set_class_name(if part.made.is_some() { "" } else { "left-out" });
+        for text in [&part.name, part.made.as_ref().unwrap_or(&"left out".to_owned()), &part.why] {
+            let cell = of("td")?;
+            cell.set_text_content(Some(text));
+            row.append_child(&cell).map_err(|_| "a row takes no cell".to_owned())?;
+        }
+        Ok(row)
+    });
+    let rows = rows.collect::<Result<Vec<Element>, String>>()?;
+    let text: String = rows.iter().filter_map(|row| row.text_content()).collect();
+    if table.text_content() != Some(text) {
+        table.set_inner_html("");
+        for row in rows {
+            table.append_child(&row).map_err(|_| "the table takes no row".to_owned())?;
+        }
+    }
+    Ok(())
 }
 
 /// Shows or hides the figures.

@@ -65,6 +65,8 @@ const RUNS: &[NamedRun] = &[
 
     run("stability", "stability", &[]),
 
+    run("left-out", "left-out", &[]),
+
     run("serving", "serving", &[]),
 
     run("frame-rate", "frame-rate", &[]),

@@ -177,7 +177,7 @@ impl<'a> Visit<'a> {
                     self.pose();
                 }
                 ClientEvent::Update(received) => self.update(received).await?,
-                ClientEvent::Presenter(_) => {}
+                ClientEvent::Presenter(_) | ClientEvent::Inventory(_) => {}
                 ClientEvent::Advanced { .. } => advanced = true,
             }
         }

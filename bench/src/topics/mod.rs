@@ -4,6 +4,7 @@ pub mod codec;
 pub mod frame_rate;
 pub mod impostors;
 pub mod layers;
+pub mod left_out;
 pub mod light_images;
 pub mod materials;
 pub mod novel_views;
@@ -32,6 +33,7 @@ pub const ALL: &[&dyn Topic] = &[
     &impostors::Impostors,
     &shadows::Shadows,
     &stability::Stability,
+    &left_out::LeftOut,
     &light_images::LightImages,
     &occlusion::Occlusion,
     &novel_views::NovelViews,

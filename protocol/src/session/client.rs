@@ -6,6 +6,7 @@ use camera::{Motion, Rigid};
 
 use super::SessionError;
 use super::scene_clock::SceneClock;
+use crate::inventory::Inventory;
 use crate::limits::Limits;
 use crate::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
@@ -66,6 +67,8 @@ pub enum ClientEvent {
     Update(ReceivedUpdate),
     /// A follower's: where the presenter's eye is.
     Presenter(Rigid),
+    /// What is made for it, as [it asked](ClientSession::ask).
+    Inventory(Inventory),
     /// Virtual clock: everything up to `to_s` has come.
     Advanced {
         /// Seconds.
@@ -213,6 +216,7 @@ impl ClientSession {
                 self.events.push_back(ClientEvent::Presenter(world_from_eye));
             }
             ServerMessage::Presenter { .. } => return Err(SessionError::Range("the presenter's eye")),
+            ServerMessage::Inventory(inventory) => self.events.push_back(ClientEvent::Inventory(inventory)),
             ServerMessage::Goodbye { reason } => return Err(SessionError::Goodbye { reason }),
             ServerMessage::Update(_) => unreachable!("updates come in fragments"),
         }
@@ -341,6 +345,11 @@ impl ClientSession {
             self.config.draws = draws;
             self.send(ClientMessage::Draws(draws), now_s);
         }
+    }
+
+    /// Asks what is made for it, see [`ClientEvent::Inventory`].
+    pub fn ask(&mut self, now_s: f64) {
+        self.send(ClientMessage::Inventory, now_s);
     }
 
     /// Where the eye is now, and how it moves. Sent only when that changed, and at most 60 times a second: the newest wins.

@@ -11,6 +11,7 @@ use thiserror::Error;
 use super::flow::{Acked, Flow};
 use super::rate::TokenBucket;
 use super::{AUDIENCE_BUDGET_BYTES, SessionError};
+use crate::inventory::Inventory;
 use crate::limits::Limits;
 use crate::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, EncodedUpdate, Envelope, PackedUpdate};
@@ -78,6 +79,8 @@ pub enum ServerEvent {
     Draws,
     /// A new pose, see [`ServerSession::pose`].
     Pose,
+    /// The client asks what is made for it: answer by [`ServerSession::tell`].
+    Inventory,
     /// The client holds an update.
     Acked {
         /// Its number.
@@ -342,6 +345,12 @@ impl ServerSession {
                 self.events.push_back(ServerEvent::Draws);
             }
             ClientMessage::Ping(number) => self.say(ServerMessage::Pong(number), now_s),
+            // An answer is longer than a question: one for all questions since the last poll.
+            ClientMessage::Inventory => {
+                if !self.events.contains(&ServerEvent::Inventory) {
+                    self.events.push_back(ServerEvent::Inventory);
+                }
+            }
             ClientMessage::Hello { .. } | ClientMessage::Advance { .. } => unreachable!("taken on receipt"),
         }
         Ok(())
@@ -370,6 +379,13 @@ impl ServerSession {
             self.bulk.clear();
             self.say(ServerMessage::Goodbye { reason: shortened(reason) }, now_s);
             self.state = State::Closed;
+        }
+    }
+
+    /// Says what is made for the client, which asked; not while an earlier message waits.
+    pub fn tell(&mut self, inventory: &Inventory, now_s: f64) {
+        if self.state == State::Open && self.control.is_empty() {
+            self.say(ServerMessage::Inventory(inventory.clone()), now_s);
         }
     }
 

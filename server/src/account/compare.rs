@@ -13,6 +13,9 @@
 //! - A held sample **covers falsely** where it lies in front of the hit, or where there is none, and no hit around is on it.
 //!
 //! What covers falsely is never sent behind: the next look, after it was trimmed, tells whether anything lacks there.
+//!
+//! What the client is shown as it is only hides ([`LeftOut::hiding`](crate::render::LeftOut::hiding)): it is no hit, so nothing of it is ever lacking, but what lies
+//! behind it covers nothing.
 
 use std::collections::BTreeSet;
 
@@ -54,6 +57,7 @@ pub struct Comparison<'a, S> {
     across: Vec<Vec3>,
     down: Vec<Vec3>,
     forward: Vec3,
+    /// What stands there; of what only hides, without a triangle.
     truth: Vec<Option<Point>>,
     capture: &'a Capture,
     held: Vec<Option<Point>>,
@@ -94,7 +98,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
             (0..length + 2).map(tangent)
         };
         let hit = |index: usize| {
-            (truth.ids[index][0] != 0).then(|| Point {
+            (truth.ids[index][0] != 0 || truth.depth[index] > 0.0).then(|| Point {
                 w: truth.w(index),
                 normal: octahedral_normal(truth.normal_code(index)),
                 object: truth.object(index),
@@ -301,6 +305,11 @@ impl<'a, S: Samples> Comparison<'a, S> {
     }
 
     pub(super) fn truth_at(&self, x: i32, y: i32) -> Option<Point> {
+        self.stands_at(x, y).filter(|point| point.triangle != 0)
+    }
+
+    /// The same with what only hides.
+    fn stands_at(&self, x: i32, y: i32) -> Option<Point> {
         self.is_inside(x, y).then(|| self.truth[self.at(x, y)]).flatten()
     }
 
@@ -388,7 +397,7 @@ impl<'a, S: Samples> Comparison<'a, S> {
     }
 
     fn covers_falsely(&self, x: i32, y: i32, held: &Point) -> bool {
-        let in_front = self.truth_at(x, y).is_none_or(|hit| held.w > hit.w + self.tolerance(&hit, held, x, y));
+        let in_front = self.stands_at(x, y).is_none_or(|hit| held.w > hit.w + self.tolerance(&hit, held, x, y));
         in_front
             && !square(1).any(|(dx, dy)| {
                 self.truth_at(x + dx, y + dy).is_some_and(|hit| self.is_in_place(&hit, held, -dx, -dy, x + dx, y + dy))

@@ -18,6 +18,7 @@ mod drawn;
 pub mod facts;
 pub mod findings;
 mod past;
+mod placed;
 mod record;
 mod repeat;
 mod room;
@@ -38,7 +39,7 @@ use glam::DVec3;
 use gpu::Gpu;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
-use protocol::{Body, DepthImage, Instance, Lighting, Mask, Material, Sky};
+use protocol::{DepthImage, Lighting, Mask, Material, Sky};
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
@@ -71,6 +72,8 @@ pub struct Known {
     /// Accounts that came to the same share them.
     records: BTreeMap<PatchId, Arc<Record>>,
     last_patch: u32,
+    /// That the codes of depths take at most, of what the eye sees.
+    depth_bits: u32,
     /// Counts updates in the making: what the copy showed when.
     look: u32,
     /// The one that sent the first set.
@@ -232,6 +235,10 @@ impl Account {
         now.colour.settle_all(&mut image.colour);
         self.known.last_patch += 1;
         let id = PatchId(self.known.last_patch);
+        if purpose == Purpose::Eye {
+            let most = image.depth.iter().copied().max().unwrap_or_default();
+            self.known.depth_bits = self.known.depth_bits.max(u16::BITS - most.leading_zeros());
+        }
         let patch = Patch { id, purpose, capture_time_s: now.time_s, objects: objects_in(&image, now.moving), image };
         let triangles = mask.occupied().map(|(x, y)| cropped.triangle_at(x as i32, y as i32)).collect();
         let record = Record::new(&patch.image, &cropped.camera, triangles, self.known.look, now.deforming);
@@ -259,68 +266,6 @@ impl Account {
     ) -> Result<PatchId, HeldError> {
         let objects = objects_in(&image, now.moving);
         self.add_whole(image, purpose, objects, now)
-    }
-
-    /// Adds a relief, taken of an object at a place; it shows nothing until objects are [placed](Account::place).
-    pub fn add_relief(
-        &mut self,
-        image: DepthImage,
-        pose: ObjectPose,
-        now: &Surroundings<'_>,
-    ) -> Result<PatchId, HeldError> {
-        self.add_whole(image, Purpose::Relief(pose.object), vec![pose], now)
-    }
-
-    /// Adds a body; it shows nothing until objects are [placed](Account::place).
-    pub fn add_body(
-        &mut self,
-        atlas: DepthImage,
-        body: Arc<Body>,
-        now: &Surroundings<'_>,
-    ) -> Result<PatchId, HeldError> {
-        let id = self.add_whole(atlas, Purpose::Body, Vec::new(), now)?;
-        self.held.edit(Edit::Body(id, body), &mut self.draft)?;
-        Ok(id)
-    }
-
-    /// The objects that the client moves by their bodies' clips, and of which it holds nothing else.
-    pub fn moved_by_clips(&self) -> BTreeSet<u16> {
-        let held = &self.held;
-        let is_bent = |id: &PatchId| held.bodies.get(id).is_some_and(|body| body.skin.is_some());
-        let mut objects: BTreeSet<u16> =
-            held.instances.keys().filter(|(_, id)| is_bent(id)).map(|(object, _)| *object).collect();
-        if !objects.is_empty() {
-            let named = held.patches.values().flat_map(|held| &held.patch.objects);
-            named.for_each(|pose| {
-                objects.remove(&pose.object);
-            });
-        }
-        objects
-    }
-
-    /// The objects that reliefs and bodies show.
-    pub fn shown_otherwise(&self) -> BTreeSet<u16> {
-        self.held.instances.keys().map(|(object, _)| *object).collect()
-    }
-
-    /// Shows objects by a relief or a body from now on, and deletes their samples; ids ascend.
-    pub fn place(&mut self, relief: PatchId, instances: Vec<Instance>) -> Result<(), HeldError> {
-        let is_placed = |object: &u16| instances.binary_search_by_key(object, |instance| instance.pose.object).is_ok();
-        let mut replaced = Vec::new();
-        // What lights see of it stays.
-        for (id, held) in self.held.patches.iter().filter(|(_, held)| held.patch.purpose == Purpose::Eye) {
-            let samples = held.patch.image.mask.occupied().zip(&held.patch.image.object);
-            let of_these = samples.filter(|(_, object)| is_placed(object));
-            replaced.extend(of_these.map(|((x, y), _)| (*id, x as u16, y as u16)));
-        }
-        self.counts.deleted += replaced.len();
-        self.delete(&replaced)?;
-        self.held.edit(Edit::Place(relief, instances), &mut self.draft)
-    }
-
-    /// Shows objects by no relief and no body any more; they are sampled as everything else.
-    pub fn withdraw(&mut self, objects: Vec<u16>) -> Result<(), HeldError> {
-        if objects.is_empty() { Ok(()) } else { self.held.edit(Edit::Withdraw(objects), &mut self.draft) }
     }
 
     /// Adds an image that is looked at as a whole: no sample of it is edited.
@@ -398,6 +343,11 @@ impl Account {
             return Ok(None);
         }
         self.held.seal(draft, scene_time_s, pose_seq).map(Some)
+    }
+
+    /// How many bits the codes of depths took at most, of what the eye sees; 0 before any.
+    pub fn depth_bits(&self) -> u32 {
+        self.known.depth_bits
     }
 
     /// Updates that were begun.

@@ -7,82 +7,109 @@ use glam::{DVec3, Vec3};
 use protocol::body::{Body, Skin, Wrap};
 use protocol::codec::{Coding, encode_patch};
 use protocol::image::octahedral;
-use protocol::{Edit, Patch, PatchId, Purpose};
-use scene::{Material, Mesh, Rig, Scene, Vertex};
+use protocol::{DepthImage, Edit, Patch, PatchId, Purpose};
+use scene::{Mesh, Rig, Scene, Vertex};
 
 use super::atlas::atlas;
 use super::clip::{clip, moved};
 use super::made::{Made, Unfit};
 
-/// An object that bones bend, as a body; `codes` are those of the scene's materials, see [`crate::imager::Imager::material_codes`].
+/// An object as a body; `codes` are those of the scene's materials, see [`crate::imager::Imager::material_codes`].
 pub fn build(scene: &Scene, object: u16, codes: &[Option<u8>]) -> Result<Made, Unfit> {
     let instance = &scene.instances[usize::from(object)];
     let mesh = &scene.meshes[instance.mesh as usize];
     let material = &scene.materials[mesh.material as usize];
-    let code = fit(scene, mesh, material, codes)?;
-    let rigs = scene.animation.rigs();
-    let rig = rigs.iter().find(|rig| rig.instance == u32::from(object)).ok_or(Unfit::Empty)?;
-    let origin_world = scene.at(0.0).world_from_mesh[usize::from(object)].translation;
+    let code = fit(scene, instance.mesh, codes)?;
     let (order, indices) = first_used(mesh);
-    if indices.is_empty() {
-        return Err(Unfit::Empty);
-    }
     let vertices: Vec<&Vertex> = order.iter().map(|&vertex| &mesh.vertices[vertex as usize]).collect();
-    let unbent = |vertex: &u32| {
-        let own = &mesh.vertices[*vertex as usize];
-        rig.unbent.get(*vertex as usize).copied().unwrap_or([own.position, own.normal])
+    let rigs = scene.animation.rigs();
+    let surface = match rigs.iter().find(|rig| rig.instance == u32::from(object)) {
+        Some(rig) => Surface::moved_by_bones(scene, rig, (mesh, &order))?,
+        None => Surface::rigid(&vertices),
     };
-    let unbent: Vec<[[f32; 3]; 2]> = order.iter().map(unbent).collect();
-    let positions: Vec<Vec3> = unbent.iter().map(|&[position, _]| position.into()).collect();
-    let [least, most] =
-        positions.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)]);
-    let by_first = [(0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
-    let influences = order.iter().map(|&vertex| rig.influences.get(vertex as usize).copied().unwrap_or(by_first));
-    let rig = Rig { influences: influences.collect(), ..rig.clone() };
-    let skin = skin(scene, &rig, &positions, (origin_world, f64::from((most - least).length()) / 2.0))?;
-    let (skin, bounds) = skin;
     let is_textured = material.texture.is_some();
     let uvs: Vec<[f32; 2]> = if is_textured { vertices.iter().map(|vertex| vertex.uv).collect() } else { Vec::new() };
-    let triangles_uv: Vec<[[f32; 2]; 3]> = if is_textured {
-        indices.as_chunks::<3>().0.iter().map(|corners| corners.map(|corner| uvs[corner as usize])).collect()
-    } else {
-        Vec::new()
-    };
+    let of_triangle = |corners: &[u32; 3]| corners.map(|corner| uvs[corner as usize]);
+    let triangles = indices.as_chunks::<3>().0.iter().filter(|_| is_textured);
+    let triangles_uv: Vec<[[f32; 2]; 3]> = triangles.map(of_triangle).collect();
     let (atlas, [part_uv, part_size]) = atlas(scene, material, code, &triangles_uv);
     let within = |uv: &[f32; 2]| std::array::from_fn(|axis| (uv[axis] - part_uv[axis]) / part_size[axis]);
     let uvs: Vec<[f32; 2]> = uvs.iter().map(within).collect();
     let (uvs, least_uv, step_uv) = quantized(&uvs);
-    let places: Vec<[f32; 3]> = positions.iter().map(|p| p.to_array()).collect();
-    let (positions, least, step) = quantized(&places);
-    let is_white = |vertex: &&Vertex| vertex.colour[..3] == [255; 3];
-    let colours = if vertices.iter().all(is_white) {
-        Vec::new()
-    } else {
-        vertices.iter().map(|vertex| [vertex.colour[0], vertex.colour[1], vertex.colour[2]]).collect()
-    };
+    let (positions, least, step) = quantized(&surface.positions);
     let texture = material.texture.and_then(|texture| scene.textures.get(texture as usize));
-    let wrap = texture.map_or([Wrap::Clamp; 2], |texture| texture.wrap.map(wrap_of));
     let body = Body {
         positions,
         least,
         step,
-        normals: if rig.is_flat {
-            Vec::new()
-        } else {
-            unbent.iter().map(|&[_, normal]| normal_code(normal.into())).collect()
-        },
+        normals: surface.normals.iter().map(|&normal| normal_code(normal.into())).collect(),
         uvs,
         least_uv,
         step_uv,
-        colours,
+        colours: colours(&vertices),
         indices,
         double_sided: material.double_sided,
         cut_out: material.alpha_cutoff.is_some(),
-        wrap,
+        wrap: texture.map_or([Wrap::Clamp; 2], |texture| texture.wrap.map(wrap_of)),
         nearest: texture.is_some_and(|texture| texture.nearest),
-        bounds,
-        skin: Some(skin),
+        bounds: surface.bounds,
+        skin: surface.skin,
     };
+    made(atlas, body, surface.origin_world)
+}
+
+/// What a body is but for its colours.
+struct Surface {
+    positions: Vec<[f32; 3]>,
+    /// None where each triangle is shaded as the plane that it is.
+    normals: Vec<[f32; 3]>,
+    bounds: [[f32; 3]; 2],
+    skin: Option<Skin>,
+    origin_world: Option<DVec3>,
+}
+
+impl Surface {
+    fn rigid(vertices: &[&Vertex]) -> Surface {
+        let positions: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.position).collect();
+        let bounds = bounds_of(&positions).map(|corner| corner.to_array());
+        let normals = vertices.iter().map(|vertex| vertex.normal).collect();
+        Surface { positions, normals, bounds, skin: None, origin_world: None }
+    }
+
+    fn moved_by_bones(scene: &Scene, rig: &Rig, (mesh, order): (&Mesh, &[u32])) -> Result<Surface, Unfit> {
+        let origin_world = scene.at(0.0).world_from_mesh[rig.instance as usize].translation;
+        let unbent = |vertex: &u32| {
+            let own = &mesh.vertices[*vertex as usize];
+            rig.unbent.get(*vertex as usize).copied().unwrap_or([own.position, own.normal])
+        };
+        let (positions, normals): (Vec<_>, Vec<_>) = order.iter().map(unbent).map(|[p, normal]| (p, normal)).unzip();
+        let [least, most] = bounds_of(&positions);
+        let by_first = [(0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
+        let influences = order.iter().map(|&vertex| rig.influences.get(vertex as usize).copied().unwrap_or(by_first));
+        let rig = Rig { influences: influences.collect(), ..rig.clone() };
+        let places: Vec<Vec3> = positions.iter().map(|&p| p.into()).collect();
+        let (skin, bounds) = skin(scene, &rig, &places, (origin_world, f64::from((most - least).length()) / 2.0))?;
+        let normals = if rig.is_flat { Vec::new() } else { normals };
+        Ok(Surface { positions, normals, bounds, skin: Some(skin), origin_world: Some(origin_world) })
+    }
+}
+
+/// Smallest and largest corner of a box around places.
+fn bounds_of(places: &[[f32; 3]]) -> [Vec3; 2] {
+    let places = places.iter().map(|&p| Vec3::from(p));
+    places.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+}
+
+/// What vertices' colours are multiplied by; none where that is white everywhere.
+fn colours(vertices: &[&Vertex]) -> Vec<[u8; 3]> {
+    if vertices.iter().all(|vertex| vertex.colour[..3] == [255; 3]) {
+        return Vec::new();
+    }
+    vertices.iter().map(|vertex| [vertex.colour[0], vertex.colour[1], vertex.colour[2]]).collect()
+}
+
+/// The body with what it takes on the wire.
+fn made(atlas: DepthImage, body: Body, origin_world: Option<DVec3>) -> Result<Made, Unfit> {
     if !body.is_whole() {
         return Err(Unfit::NotFinite);
     }
@@ -96,8 +123,10 @@ pub fn build(scene: &Scene, object: u16, codes: &[Option<u8>]) -> Result<Made, U
     Ok(Made { atlas: patch.image, body, origin_world, bytes })
 }
 
-/// The code of its material, where that is the same everywhere and hides what is behind it.
-fn fit(scene: &Scene, mesh: &Mesh, material: &Material, codes: &[Option<u8>]) -> Result<u8, Unfit> {
+/// The code of a mesh's material, where that is the same everywhere and hides what is behind it.
+pub(super) fn fit(scene: &Scene, mesh: u32, codes: &[Option<u8>]) -> Result<u8, Unfit> {
+    let mesh = scene.meshes.get(mesh as usize).filter(|mesh| mesh.indices.len() >= 3).ok_or(Unfit::Empty)?;
+    let material = scene.materials.get(mesh.material as usize).ok_or(Unfit::Varies)?;
     if scene.is_seen_through(mesh.material as usize) || material.transmission > 0.0 {
         return Err(Unfit::SeenThrough);
     }

@@ -1,18 +1,26 @@
 //! Which objects a viewer is better sent as bodies.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use camera::Pinhole;
 use glam::DVec3;
+use protocol::PatchId;
 use scene::{Scene, Snapshot};
 
-use super::store::Bodies;
+use super::store::{Bodies, Shape};
+use crate::discretize::Capture;
 use crate::whereabouts::bounds_of;
 
 /// About what a sample costs on the wire, in bytes (report `codec`, the fast profile).
 const BYTES_PER_SAMPLE: f64 = 3.0;
 /// Of the disc of a ball around an object, about what the object fills.
 const FILLED: f64 = 0.2;
-
-/// Views that together see all sides of an object: the surface of a ball is four of its discs.
-const SIDES: f64 = 4.0;
+/// How often what is seen of an object that is rigid is sampled: what it hides of itself comes into view, or is looked at more closely.
+const TIMES_SAMPLED: f64 = 2.0;
+/// About what it takes to place an object whose body is held.
+const PLACE_BYTES: f64 = 60.0;
+/// Pixels along the longer side of the image that tells what is seen.
+const PROBE_PX: u32 = 192;
 
 /// Who looks, from where.
 #[derive(Debug, Clone, Copy)]
@@ -25,37 +33,122 @@ pub struct Eye {
     pub most_px: f64,
     /// How often a second what moves is sent anew.
     pub update_hz: f64,
+    /// What of all samples this look sends: less than 1 of a coarse image, before which only a body comes that is less than the coarse samples of it.
+    pub share: f64,
 }
 
 impl Eye {
-    /// What sampling an object takes, in bytes: of what is bent, a second of a sample a pixel at each update; of what is rigid, once from all around.
-    fn sampled_bytes(&self, (centre_world, radius_m): (DVec3, f64), is_bent: bool) -> f64 {
+    /// What a look takes for as many pixels of the output, in bytes.
+    fn look_bytes(&self, px: f64) -> f64 {
+        px.min(self.most_px) * BYTES_PER_SAMPLE * self.share
+    }
+
+    /// What sampling an object that bones bend takes, in bytes: a second of a sample a pixel at each update.
+    fn bent_bytes(&self, ball: (DVec3, f64)) -> f64 {
+        self.look_bytes(FILLED * self.disc_px(ball)) * if self.share < 1.0 { 1.0 } else { self.update_hz }
+    }
+
+    /// The same of one that is rigid, of which so many pixels are seen.
+    fn rigid_bytes(&self, seen_px: f64) -> f64 {
+        self.look_bytes(seen_px) * if self.share < 1.0 { 1.0 } else { TIMES_SAMPLED }
+    }
+
+    /// What a ball fills of the output, in pixels.
+    fn disc_px(&self, (centre_world, radius_m): (DVec3, f64)) -> f64 {
         let distance_m = self.eye_world.distance(centre_world);
         let radius_px = self.focal_px * radius_m / distance_m.max(radius_m);
-        let samples = (FILLED * std::f64::consts::PI * radius_px * radius_px).min(self.most_px);
-        samples * BYTES_PER_SAMPLE * if is_bent { self.update_hz } else { SIDES }
+        std::f64::consts::PI * radius_px * radius_px
+    }
+
+    /// The image that tells what is seen, of a view that is looked from.
+    pub fn probe(view: &Pinhole) -> Pinhole {
+        let share = f64::from(PROBE_PX) / f64::from(view.width_px.max(view.height_px));
+        let side = |px: u32| (f64::from(px) * share).round().max(1.0);
+        let (width_px, height_px) = (side(view.width_px), side(view.height_px));
+        let centre_px = view.centre_px / glam::DVec2::new(view.width_px.into(), view.height_px.into());
+        Pinhole {
+            width_px: width_px as u32,
+            height_px: height_px as u32,
+            centre_px: centre_px * glam::DVec2::new(width_px, height_px),
+            focal_px: view.focal_px * share,
+            ..*view
+        }
+    }
+
+    /// How many pixels of the output each object is seen in, by that image.
+    pub fn seen_px(&self, probe: &Capture) -> BTreeMap<u16, f64> {
+        let share = (self.focal_px / probe.camera.focal_px).powi(2);
+        let mut seen = BTreeMap::new();
+        for index in (0..probe.ids.len()).filter(|&index| probe.ids[index][0] != 0) {
+            *seen.entry(probe.object(index)).or_insert(0.0) += share;
+        }
+        seen
     }
 }
 
-/// The objects that a viewer is better sent as bodies; ids ascend. Those in `held` stay.
-pub(super) fn wanted(
-    bodies: &Bodies,
-    (scene, snapshot): (&Scene, &Snapshot),
-    codes: &[Option<u8>],
-    eye: &Eye,
-    held: impl Fn(u16) -> bool,
-) -> Vec<u16> {
-    let is_wanted = |&object: &u16| {
-        held(object)
-            || bounds_of(scene, snapshot, object).is_some_and(|bounds| {
-                let ball = (bounds.middle(), (bounds.max - bounds.min).length() / 2.0);
-                let bytes = eye.sampled_bytes(ball, scene.instances[usize::from(object)].deforms);
-                // Not made before it is near enough to matter.
-                bytes > LEAST_BYTES && bodies.made(object, scene, codes).is_some_and(|made| bytes > made.bytes as f64)
-            })
-    };
-    bodies.candidates.keys().copied().filter(is_wanted).collect()
+/// A shape that a viewer is better sent as it is, and which of its objects it is to show from now on.
+pub(super) struct Wanted<'a> {
+    pub shape: &'a Shape,
+    /// Ids ascend.
+    pub objects: Vec<u16>,
 }
 
-/// No body takes less.
-const LEAST_BYTES: f64 = 1024.0;
+/// What is decided about: a scene at a time, who looks, and what he holds.
+pub(super) struct Question<'a> {
+    pub scene: &'a Scene,
+    pub snapshot: &'a Snapshot,
+    pub codes: &'a [Option<u8>],
+    pub eye: &'a Eye,
+    /// The objects that he is shown otherwise.
+    pub shown: &'a BTreeSet<u16>,
+    /// The bodies that he holds, by the first object of their shape.
+    pub held: &'a BTreeMap<u16, PatchId>,
+}
+
+impl<'a> Question<'a> {
+    /// Whether an image must tell what is seen: whether something rigid is near enough to matter that is not shown.
+    pub fn needs_probe(&self, bodies: &Bodies) -> bool {
+        bodies.shapes.iter().any(|shape| {
+            let left = || shape.objects.iter().filter(|object| !self.shown.contains(object));
+            let bytes =
+                |object: &u16| self.ball(*object).map_or(0.0, |ball| self.eye.rigid_bytes(self.eye.disc_px(ball)));
+            !shape.is_rigged && !shape.is_unfit() && left().map(bytes).sum::<f64>() > self.least_bytes(shape)
+        })
+    }
+
+    /// The shapes that a viewer is better sent as they are; `seen_px` is of each object.
+    pub fn wanted(&self, bodies: &'a Bodies, seen_px: &BTreeMap<u16, f64>) -> Vec<Wanted<'a>> {
+        bodies.shapes.iter().filter_map(|shape| self.wanted_of(shape, seen_px)).collect()
+    }
+
+    fn wanted_of(&self, shape: &'a Shape, seen_px: &BTreeMap<u16, f64>) -> Option<Wanted<'a>> {
+        let bytes_of = |object: u16| {
+            if shape.is_rigged {
+                return self.ball(object).map_or(0.0, |ball| self.eye.bent_bytes(ball));
+            }
+            seen_px.get(&object).map_or(0.0, |&px| self.eye.rigid_bytes(px))
+        };
+        let left = shape.objects.iter().filter(|object| !self.shown.contains(object));
+        let sampled: Vec<(u16, f64)> = left.map(|&object| (object, bytes_of(object))).collect();
+        let worth: Vec<(u16, f64)> = sampled.into_iter().filter(|(_, bytes)| *bytes > PLACE_BYTES).collect();
+        let bytes: f64 = worth.iter().map(|(_, bytes)| bytes - PLACE_BYTES).sum();
+        // Not made before it is near enough to matter.
+        let is_less = || shape.made(self.scene, self.codes).is_some_and(|made| bytes > made.bytes as f64);
+        let is_wanted = !worth.is_empty() && (self.is_held(shape) || bytes > shape.least_bytes && is_less());
+        is_wanted.then(|| Wanted { shape, objects: worth.into_iter().map(|(object, _)| object).collect() })
+    }
+
+    fn least_bytes(&self, shape: &Shape) -> f64 {
+        if self.is_held(shape) { PLACE_BYTES } else { shape.least_bytes }
+    }
+
+    fn is_held(&self, shape: &Shape) -> bool {
+        self.held.contains_key(&shape.objects[0])
+    }
+
+    /// A ball around an object.
+    fn ball(&self, object: u16) -> Option<(DVec3, f64)> {
+        let bounds = bounds_of(self.scene, self.snapshot, object)?;
+        Some((bounds.middle(), (bounds.max - bounds.min).length() / 2.0))
+    }
+}

@@ -11,13 +11,13 @@ pub struct Made {
     pub atlas: DepthImage,
     /// Its triangles.
     pub body: Arc<Body>,
-    /// Where it stands: its space is that of the world, moved there.
-    pub origin_world: glam::DVec3,
+    /// Where its space begins, of what bones move: in world space, and as the world lies. `None` of what is rigid: its space is that of its mesh.
+    pub origin_world: Option<glam::DVec3>,
     /// About what both take on the wire.
     pub bytes: u64,
 }
 
-/// Why an object is sampled although it is bent.
+/// Why an object is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Unfit {
     /// Its textures say more than its colour.

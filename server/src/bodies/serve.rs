@@ -1,49 +1,70 @@
 //! Sends a client the bodies that it should hold.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glam::DAffine3;
-use protocol::{Instance, ObjectPose, PatchId};
+use protocol::{Body, Held, Instance, Limits, ObjectPose, PatchId};
 use scene::{Scene, Snapshot};
 
-use super::decide::{Eye, wanted};
+use super::decide::{Eye, Question, Wanted};
+use super::made::Made;
 use super::store::Bodies;
 use crate::account::{Account, Surroundings};
+use crate::discretize::Capture;
 use crate::stage_error::StageError;
 
-/// The bodies that a client was sent, by object.
+/// The bodies that a client was sent, by the first object of their shape.
 #[derive(Debug, Clone, Default)]
 pub struct KeptBodies(BTreeMap<u16, PatchId>);
 
-/// Sends a client bodies of objects that it is better sent so.
+/// Sends a client bodies of objects that it is better sent so. `probe` draws what is seen, in a small image, where that must be known.
 pub fn serve(
     bodies: &Bodies,
-    at: (&Scene, &Snapshot),
+    (scene, snapshot): (&Scene, &Snapshot),
     codes: &[Option<u8>],
     eye: &Eye,
     now: &Surroundings<'_>,
     (account, kept): (&mut Account, &mut KeptBodies),
+    probe: impl FnOnce() -> Result<Option<Capture>, StageError>,
 ) -> Result<(), StageError> {
     kept.0.retain(|_, id| account.held().bodies.contains_key(id));
-    let (scene, _) = at;
-    let has = kept.0.clone();
-    for object in wanted(bodies, at, codes, eye, |object| has.contains_key(&object)) {
-        // Many of one shape are shown by one relief for all.
-        if has.contains_key(&object) || account.shown_otherwise().contains(&object) {
-            continue;
-        }
-        let Some(made) = bodies.made(object, scene, codes) else { continue };
-        let id = account.add_body(made.atlas.clone(), made.body.clone(), now)?;
-        kept.0.insert(object, id);
-        let world_from_object = DAffine3::from_translation(made.origin_world);
-        let tint = scene.instances[usize::from(object)].tint;
-        account.place(id, vec![Instance { pose: ObjectPose { object, world_from_object }, tint }])?;
+    // Many of one shape are shown by one relief for all.
+    let shown = account.shown_otherwise();
+    let question = Question { scene, snapshot, codes, eye, shown: &shown, held: &kept.0.clone() };
+    let probed = if question.needs_probe(bodies) { probe()? } else { None };
+    let seen_px = probed.map_or(BTreeMap::new(), |probe| eye.seen_px(&probe));
+    let mut placed = Vec::new();
+    for Wanted { shape, objects } in question.wanted(bodies, &seen_px) {
+        let Some(made) = shape.made(scene, codes) else { continue };
+        let id = match kept.0.get(&shape.objects[0]) {
+            Some(id) => *id,
+            None if !has_room(account.held(), made) => continue,
+            None => account.add_body(made.atlas.clone(), made.body.clone(), now)?,
+        };
+        kept.0.insert(shape.objects[0], id);
+        let instance = |object: u16| {
+            let own = snapshot.world_from_mesh[usize::from(object)];
+            let world_from_object = made.origin_world.map_or(own, DAffine3::from_translation);
+            let tint = scene.instances[usize::from(object)].tint;
+            Instance { pose: ObjectPose { object, world_from_object }, tint }
+        };
+        placed.push((id, objects.into_iter().map(instance).collect()));
     }
-    Ok(())
+    Ok(account.place(placed)?)
 }
 
-/// The objects that a client is shown as bodies.
-pub fn shown_as_bodies(account: &Account) -> BTreeSet<u16> {
-    let held = account.held();
-    held.instances.keys().filter(|(_, id)| held.bodies.contains_key(id)).map(|(object, _)| *object).collect()
+/// Whether a client takes another body beside those that it holds.
+fn has_room(held: &Held, made: &Made) -> bool {
+    let Limits { body_vertices, body_indices, body_clip_numbers, .. } = Limits::default();
+    let numbers = |body: &Body| {
+        let of_clip = body.skin.as_ref().map_or(0, |skin| skin.clip.codes.len());
+        [body.positions.len(), body.indices.len(), of_clip]
+    };
+    let pixels = |(width_px, height_px): (u32, u32)| u64::from(width_px) * u64::from(height_px);
+    let all = held.bodies.values().map(|body| numbers(body)).chain([numbers(&made.body)]);
+    let sums = all.fold([0; 3], |sums, of_one| std::array::from_fn(|which| sums[which] + of_one[which]));
+    let images = held.bodies.keys().filter_map(|id| Some(held.patches.get(id)?.patch.image.mask.size_px()));
+    let images_px: u64 = images.chain([made.atlas.mask.size_px()]).map(pixels).sum();
+    let fits = sums.iter().zip([body_vertices, body_indices, body_clip_numbers]).all(|(&sum, most)| sum <= most);
+    fits && images_px <= Body::MOST_PIXELS
 }

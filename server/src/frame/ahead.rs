@@ -45,7 +45,7 @@ impl Stage {
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
         self.imager.draw_for(Occasion::Ahead);
-        self.imager.leave_out(client.account.shown_otherwise());
+        self.imager.leave_out(client.account.left_out());
         self.imager.blend(Blended::LeftOut);
         let around = self.around(viewer, own, snapshot)?;
         let revision = Revision {

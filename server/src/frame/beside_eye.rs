@@ -4,19 +4,22 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use camera::Pinhole;
 use glam::DVec3;
 use protocol::message::Shadows;
 use protocol::{Lighting, Viewpoint};
 use scene::Snapshot;
 
-use super::{BYTES_PER_SAMPLE, Client, LightWork, Stage, StageError, free};
+use super::{BYTES_PER_SAMPLE, COARSE_SIDE, Client, LightWork, Stage, StageError, free};
 use crate::account::Surroundings;
 use crate::bodies;
+use crate::discretize::Discretization;
 use crate::impostors::Shot;
 use crate::impostors::relief::{self, Eye};
 use crate::lights::{self, Serving};
 use crate::occluders;
 use crate::plan::{Plan, output_focal_px};
+use crate::render::{Blended, LeftOut};
 use crate::viewer::Viewer;
 
 /// Lights' first sets may take this part of a client's budget together.
@@ -56,15 +59,14 @@ impl Stage {
 
     /// Decides which objects a client is sent as bodies, before it is looked at what it lacks of all others.
     pub(super) fn send_bodies(
-        &self,
+        &mut self,
         plan: &Plan,
         snapshot: &Snapshot,
         now: &Surroundings<'_>,
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<(), StageError> {
-        // One coarse image is there sooner than bodies.
-        if self.bodies.is_nothing() || client.begins_coarsely {
+        if self.bodies.is_nothing() {
             return Ok(());
         }
         let eye = bodies::Eye {
@@ -72,9 +74,19 @@ impl Stage {
             focal_px: output_focal_px(viewer.view),
             most_px: f64::from(viewer.view.width_px) * f64::from(viewer.view.height_px),
             update_hz: 1.0 / self.rules.update_interval_s,
+            share: if client.begins_coarsely { COARSE_SIDE * COARSE_SIDE } else { 1.0 },
         };
+        let bodies = self.bodies.clone();
         let held = (&mut client.account, &mut client.bodies);
-        bodies::serve(&self.bodies, (&self.scene, snapshot), &self.material_codes, &eye, now, held)
+        let at = (&*self.scene, snapshot);
+        let imager = &mut *self.imager;
+        let probe = || {
+            let views: Vec<Pinhole> = plan.views.first().map(bodies::Eye::probe).into_iter().collect();
+            imager.leave_out(LeftOut::default());
+            imager.blend(Blended::LeftOut);
+            Ok(imager.captures(snapshot, &views, Discretization::Conventional)?.pop())
+        };
+        bodies::serve(&bodies, at, &self.material_codes, &eye, now, held, probe)
     }
 
     /// Sends the impostors that a client needs and does not hold as they are now.

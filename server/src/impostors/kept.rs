@@ -75,6 +75,11 @@ impl Kept {
         unwanted.iter().filter_map(|key| self.images.remove(key)).map(|image| image.patch).collect()
     }
 
+    /// How many there are, and why.
+    pub fn made(&self) -> (usize, &[String]) {
+        (self.images.len(), &self.reasons)
+    }
+
     /// Why the client holds what it does, where that differs from the last time.
     pub fn news(&mut self, decision: &Decision) -> Option<String> {
         (self.reasons != decision.reasons).then(|| {

@@ -84,6 +84,12 @@ impl Kept {
         others
     }
 
+    /// How many lights cast, and how many cast nothing on anything.
+    pub fn made(&self) -> (usize, usize) {
+        let casting = self.lights.values().filter(|kept| kept.set.is_some()).count();
+        (casting, self.lights.len() - casting)
+    }
+
     /// Why the client holds what it does, where that differs from the last time.
     pub(super) fn news(&mut self) -> Option<String> {
         let reason = |(light, kept): (&u16, &KeptLight)| match &kept.set {

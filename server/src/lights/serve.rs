@@ -1,6 +1,5 @@
 //! Sends what lights see, and keeps it as it is now.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use camera::{Bounds, Pinhole};
@@ -13,11 +12,10 @@ use super::kept::{Kept, KeptLight, Set};
 use super::places::{self, Places};
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, Surroundings};
-use crate::bodies::shown_as_bodies;
 use crate::discretize::{DepthPrecision, Discretization};
 use crate::imager::Imager;
 use crate::plan::PARALLAX_ERROR_PX;
-use crate::render::Blended;
+use crate::render::{Blended, LeftOut};
 use crate::revise::{Revision, revise};
 use crate::stage_error::StageError;
 use crate::whereabouts;
@@ -94,7 +92,7 @@ impl Serving<'_> {
         kept: &mut Kept,
     ) -> Result<(), StageError> {
         // What reliefs show to the eye casts like everything else. Bodies cast as they are, but for soft shadows, which are cast by samples.
-        self.imager.leave_out(if caster.is_lamp() { BTreeSet::new() } else { shown_as_bodies(self.account) });
+        self.imager.leave_out(if caster.is_lamp() { LeftOut::default() } else { self.account.bodies_left_out() });
         let Some(known) = kept.lights.get_mut(&light) else {
             kept.lights.insert(light, self.begin(light, (caster, all), false)?);
             return Ok(());

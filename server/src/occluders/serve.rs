@@ -9,10 +9,9 @@ use super::kept::Kept;
 use super::near::{Covered, Point, Receivers, points_of};
 use crate::account::findings::Lacking;
 use crate::account::{Account, Surroundings};
-use crate::bodies::shown_as_bodies;
 use crate::discretize::{Capture, DepthPrecision, Discretization};
 use crate::imager::Imager;
-use crate::render::Blended;
+use crate::render::{Blended, LeftOut};
 use crate::stage_error::StageError;
 
 /// Layers of a view that are looked at.
@@ -74,8 +73,8 @@ impl Serving<'_> {
         let side_px = (2.0 * REACH_PX * ball.radius_m / self.reach_m).ceil() as u32;
         let side_px = side_px.clamp(LEAST_PX.min(self.side_px), self.side_px);
         let all = ball.views(side_px);
-        // What reliefs show to the eye occludes like everything else; bodies occlude as they are.
-        self.imager.leave_out(shown_as_bodies(self.account));
+        // What reliefs and bodies show to the eye occludes like everything else: graph cameras see samples alone. What is bent is elsewhere by then.
+        self.imager.leave_out(LeftOut { absent: self.account.shown_bent(), ..LeftOut::default() });
         self.imager.blend(Blended::CutOut);
         let mut captures: Vec<Capture> = Vec::new();
         for &view in views {

@@ -1,6 +1,5 @@
 //! Stands before an imager, and has it draw only what is not kept.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use camera::{Bounds, Camera, Pinhole};
@@ -15,7 +14,7 @@ use crate::account::Account;
 use crate::discretize::{Capture, DepthPrecision, Discretization};
 use crate::imager::{Comparer, Imager, ImagerError, Occasion};
 use crate::impostors::Shot;
-use crate::render::{Blended, Detail, Kinds, Layer};
+use crate::render::{Blended, Detail, Kinds, Layer, LeftOut};
 
 /// An imager of a scene that never changes, which shares what it draws with all others of the same [`Pool`]. They must be of the same scene, under the same
 /// look.
@@ -116,7 +115,7 @@ impl Imager for SharingImager {
 
     fn own_view(&mut self, snapshot: &Snapshot, view: &Pinhole, detail: Detail) -> Result<Vec<Capture>, ImagerError> {
         // As drawing it does. It is too large to keep: what is made of it is kept.
-        self.leave_out(BTreeSet::new());
+        self.leave_out(LeftOut::default());
         self.blend(Blended::LeftOut);
         self.inner.own_view(snapshot, view, detail)
     }
@@ -129,7 +128,7 @@ impl Imager for SharingImager {
         precision: DepthPrecision,
     ) -> Result<Vec<DepthImage>, ImagerError> {
         // As drawing it does.
-        self.leave_out(BTreeSet::new());
+        self.leave_out(LeftOut::default());
         self.blend(Blended::LeftOut);
         self.depth_images(Subject::AtRest(*view, in_parts, precision), |inner| {
             inner.view_at_rest(snapshot, view, in_parts, precision)
@@ -172,9 +171,9 @@ impl Imager for SharingImager {
         self.inner.smooth(is_smooth);
     }
 
-    fn leave_out(&mut self, objects: BTreeSet<u16>) {
-        self.settings.left_out = objects.clone();
-        self.inner.leave_out(objects);
+    fn leave_out(&mut self, left_out: LeftOut) {
+        self.settings.left_out = left_out.clone();
+        self.inner.leave_out(left_out);
     }
 
     fn layers(&self) -> Vec<Layer> {
@@ -201,7 +200,7 @@ impl Imager for SharingImager {
 
     fn camera_image(&mut self, snapshot: &Snapshot, camera: &Camera) -> Result<Option<DepthImage>, ImagerError> {
         // As drawing it does.
-        self.leave_out(BTreeSet::new());
+        self.leave_out(LeftOut::default());
         self.blend(Blended::CutOut);
         let subject = Subject::CameraImage(camera.clone());
         let images =

@@ -1,7 +1,5 @@
 //! All that an image of a still scene depends on, and what came of it: plain values.
 
-use std::collections::BTreeSet;
-
 use camera::{Camera, Pinhole};
 use protocol::image::Ends;
 use protocol::message::{Draws, ViewSize};
@@ -13,7 +11,7 @@ use crate::discretize::{Capture, DepthPrecision, Discretization};
 use crate::impostors::Drawn;
 use crate::made::Made;
 use crate::plan::Plan;
-use crate::render::{Blended, Faces};
+use crate::render::{Blended, Faces, LeftOut};
 
 /// What an imager was told of how to draw, until it is told otherwise.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,7 +19,7 @@ pub struct Settings {
     /// See [`Imager::smooth`](crate::imager::Imager::smooth).
     pub is_smooth: bool,
     /// See [`Imager::leave_out`](crate::imager::Imager::leave_out).
-    pub left_out: BTreeSet<u16>,
+    pub left_out: LeftOut,
     /// See [`Imager::blend`](crate::imager::Imager::blend).
     pub blended: Blended,
 }

@@ -36,7 +36,8 @@ use std::collections::BTreeSet;
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
+use gpu::uniforms::normal_matrix;
 use gpu::{Gpu, PinholeUniform};
 use protocol::Look;
 use scene::{Bounds, Scene, Snapshot, Vertex};
@@ -55,12 +56,20 @@ pub(crate) struct InstanceRecord {
     pub triangle_base: u32,
     pub object: u32,
     pub material: u32,
-    pub mirrored: u32,
+    /// See [`InstanceRecord::MIRRORED`] and [`InstanceRecord::HIDES`].
+    pub flags: u32,
     pub first_vertex: u32,
     pub first_index: u32,
     pub tint: [u8; 4],
     /// Which of its faces are in the layer that is drawn, see [`Layers::faces_in`].
     pub faces: u32,
+}
+
+impl InstanceRecord {
+    /// Its map turns left to right.
+    const MIRRORED: u32 = 1;
+    /// See [`LeftOut::hiding`].
+    const HIDES: u32 = 2;
 }
 
 fn rgba([red, green, blue]: [u8; 3]) -> [u8; 4] {
@@ -100,6 +109,15 @@ pub(crate) struct Run {
     mirrored: bool,
     /// From the eye to the nearest of their boxes.
     distance_m: f64,
+}
+
+/// Objects that views of the scene make no samples of, as a client is shown them otherwise.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// What is not drawn at all: what lies behind is sampled.
+    pub absent: BTreeSet<u16>,
+    /// What hides what lies behind it: pixels of it have depth, an object and a normal, but no triangle.
+    pub hiding: BTreeSet<u16>,
 }
 
 /// What is kept of surfaces.
@@ -144,8 +162,8 @@ pub struct SceneRenderer {
     kinds: Kinds,
     anchor_world: DVec3,
     rays: Option<RayScene>,
-    /// What [`SceneRenderer::draw`] passes over.
-    left_out: BTreeSet<u16>,
+    /// What [`SceneRenderer::draw`] makes no samples of.
+    left_out: LeftOut,
 }
 
 impl SceneRenderer {
@@ -230,9 +248,17 @@ impl SceneRenderer {
         matches!(self.shown, Blended::Layer(_))
     }
 
-    /// Passes over some objects from now on, where views of the scene are drawn: a client shows them by reliefs. Rays still meet them.
-    pub fn leave_out(&mut self, objects: BTreeSet<u16>) {
-        self.left_out = objects;
+    /// Makes no samples of some objects from now on, where views of the scene are drawn; those of which it made none until now. Rays still meet them.
+    pub fn leave_out(&mut self, left_out: LeftOut) -> LeftOut {
+        let before = std::mem::replace(&mut self.left_out, left_out);
+        if before.hiding != self.left_out.hiding {
+            for (slot, record) in self.slots.iter().zip(&mut self.records) {
+                let hides = self.left_out.hiding.contains(&(slot.object as u16));
+                record.flags = record.flags & !InstanceRecord::HIDES | if hides { InstanceRecord::HIDES } else { 0 };
+            }
+            self.gpu.queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
+        }
+        before
     }
 
     /// Keeps as much of surfaces as is wanted from now on.
@@ -349,7 +375,7 @@ impl SceneRenderer {
         view: &wgpu::BindGroup,
     ) {
         self.begin(pass, (camera.width_px, camera.height_px), view);
-        let is_drawn = |object| !self.left_out.contains(&object) && self.blended.is_drawn(object, self.shown);
+        let is_drawn = |object| !self.left_out.absent.contains(&object) && self.blended.is_drawn(object, self.shown);
         for run in self.visible_runs(camera, &is_drawn) {
             self.set_run(pass, pipelines, &run);
             self.draw_run(pass, &run);
@@ -391,7 +417,7 @@ impl SceneRenderer {
                 if !is_drawn(*object as u16) || !may_see(bounds) {
                     continue;
                 }
-                let mirrored = self.records[slot as usize].mirrored != 0;
+                let mirrored = self.records[slot as usize].flags & InstanceRecord::MIRRORED != 0;
                 let distance_m = eye_world.distance(eye_world.clamp(bounds.min, bounds.max));
                 match runs.last_mut() {
                     Some(run) if run.batch == batch_index && run.slots.end == slot && run.mirrored == mirrored => {
@@ -474,17 +500,8 @@ fn place(record: &mut InstanceRecord, world_from_mesh: &DAffine3, anchor_world: 
     record.world_normal_from_mesh_x = row(normal_rows.x_axis, 0.0);
     record.world_normal_from_mesh_y = row(normal_rows.y_axis, 0.0);
     record.world_normal_from_mesh_z = row(normal_rows.z_axis, 0.0);
-    record.mirrored = u32::from(linear.determinant() < 0.0);
-}
-
-/// The cofactor matrix turns normals even where the map flattens space; scaled so that f32 holds it. Its sign makes normals of
-/// a mirrored mesh point outwards.
-fn normal_matrix(linear: DMat3) -> DMat3 {
-    let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
-    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-    let largest = cofactors.to_cols_array().into_iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
-    let scale = if largest > 0.0 { linear.determinant().signum() / largest } else { 1.0 };
-    cofactors * scale
+    let mirrored = if linear.determinant() < 0.0 { InstanceRecord::MIRRORED } else { 0 };
+    record.flags = record.flags & !InstanceRecord::MIRRORED | mirrored;
 }
 
 #[cfg(test)]
@@ -507,22 +524,11 @@ mod tests {
             triangle_base,
             object,
             material,
-            mirrored,
+            flags,
             first_vertex,
             first_index,
             tint,
             faces
         );
-    }
-
-    #[test]
-    fn normals_of_a_mirrored_and_stretched_mesh_stay_normal() {
-        let linear = DMat3::from_cols(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(0.5, 1.0, 0.0), DVec3::new(0.0, 0.0, 3.0));
-        let (a, b) = (DVec3::new(0.3, 1.0, -2.0), DVec3::new(1.0, 0.2, 0.7));
-        let normal = a.cross(b);
-        let mapped = normal_matrix(linear) * normal;
-        assert!(mapped.dot(linear * a).abs() < 1e-12 && mapped.dot(linear * b).abs() < 1e-12);
-        // On the side that the mapped normal vector itself is on.
-        assert!(mapped.dot(linear * normal) > 0.0);
     }
 }

@@ -16,7 +16,8 @@ use super::pipelines::scene_group;
 use super::texture::{CodeLevel, Content};
 
 use super::{
-    Batch, Blended, Detail, InstanceRecord, Layouts, RenderError, SceneRenderer, Slot, cull, materials, rgba, texture,
+    Batch, Blended, Detail, InstanceRecord, Layouts, LeftOut, RenderError, SceneRenderer, Slot, cull, materials, rgba,
+    texture,
 };
 
 /// Where a mesh, or the copy of a deforming instance, begins in the buffers.
@@ -229,7 +230,7 @@ impl SceneRenderer {
             kinds,
             anchor_world: glam::DVec3::ZERO,
             rays: None,
-            left_out: BTreeSet::new(),
+            left_out: LeftOut::default(),
         };
         renderer.update(&scene.at(0.0), scene.bounds.centre())?;
         Ok(renderer)
@@ -275,7 +276,7 @@ impl SceneRenderer {
             kinds: self.kinds.clone(),
             anchor_world: self.anchor_world,
             rays: None,
-            left_out: BTreeSet::new(),
+            left_out: LeftOut::default(),
         })
     }
 }

@@ -30,6 +30,7 @@ use crate::config::Config;
 use crate::frame::Stage;
 use crate::imager::Imager;
 use crate::impostors::relief::Judged;
+use crate::inventories::Inventories;
 use crate::plan::{self, Rules};
 use crate::stats::Stats;
 use crate::viewer::Viewer;
@@ -71,6 +72,8 @@ pub struct Shared {
     pub audiences: Arc<Audiences>,
     /// One permit a session.
     pub places: Arc<Semaphore>,
+    /// What is made for each session.
+    pub(crate) plans: Inventories,
     /// Told when a session has ended, and all that it held was dropped.
     pub ended: Arc<Notify>,
     rules: Rules,
@@ -130,6 +133,7 @@ impl Shared {
             worker,
             audiences: Arc::default(),
             places,
+            plans: Inventories::default(),
             ended,
             rules,
             camera_names,
@@ -228,6 +232,8 @@ pub(crate) async fn stop_asked(stopped: &mut watch::Receiver<bool>) {
 struct Connection<'a> {
     shared: &'a Shared,
     peer: SocketAddr,
+    /// Of the session, among all since the server started.
+    number: u64,
     session: ServerSession,
     incoming: SplitStream<WebSocket>,
     outlet: Outlet,
@@ -262,6 +268,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
     let mut connection = Connection {
         shared,
         peer,
+        number: shared.plans.begin(),
         session: ServerSession::new(config, now_s),
         incoming,
         outlet: Outlet::start(outgoing, limits.stall),
@@ -278,6 +285,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
         Clock::Virtual => connection.run_on_virtual_clock().await,
     };
     let Err(end) = end;
+    shared.plans.end(connection.number);
     connection.farewell(end).await;
 }
 
@@ -337,6 +345,11 @@ impl Connection<'_> {
                     Some(client) => client.start_anew(),
                     None => self.start_anew = true,
                 }
+            }
+            ServerEvent::Inventory => {
+                drop(viewer);
+                let inventory = self.shared.plans.of(self.number);
+                self.session.tell(&inventory.unwrap_or_default(), self.shared.now_s());
             }
             ServerEvent::Advance { .. } => {}
         }
@@ -416,6 +429,7 @@ impl Connection<'_> {
             }
         }
         client.set_draws(self.session.draws());
+        self.shared.plans.put(self.number, &client.inventory);
         self.client = Some(client);
     }
 

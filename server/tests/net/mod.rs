@@ -161,6 +161,8 @@ pub struct Client {
     pub advanced_to_s: f64,
     /// Where a follower was told that the presenter's eye is.
     pub presenter: Option<Rigid>,
+    /// What the server said last that it makes.
+    pub inventory: protocol::Inventory,
     started: Instant,
 }
 
@@ -184,6 +186,7 @@ impl Client {
             heard: Vec::new(),
             advanced_to_s: f64::NEG_INFINITY,
             presenter: None,
+            inventory: protocol::Inventory::default(),
             started: Instant::now(),
         }
     }
@@ -201,6 +204,7 @@ impl Client {
             match event {
                 ClientEvent::Welcome(welcome) => self.welcome = Some(*welcome),
                 ClientEvent::Presenter(world_from_eye) => self.presenter = Some(world_from_eye),
+                ClientEvent::Inventory(inventory) => self.inventory = inventory,
                 ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
                 ClientEvent::Update(received) => {
                     let update = decode_update(&received.bytes, &Limits::default()).expect("a sound update");

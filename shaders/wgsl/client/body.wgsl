@@ -4,33 +4,24 @@
 #import "common/srgb.wgsl"
 
 struct Body {
-    // Rows of the affine maps from the body's space to the eye's, and of the inverse transpose from there to the world's axes.
-    eye_from_body: array<vec4f, 3>,
-    world_normal_from_body: array<vec4f, 3>,
     // The box that positions lie in: its least corner, and how large it is.
     least: vec4f,
     size: vec4f,
     // The same of texture coordinates.
     least_size_uv: vec4f,
-    // Linear RGB.
-    tint: vec4f,
-    object: u32,
     material: u32,
     // 0 of what is rigid.
     bone_count: u32,
-    // Whether the image has gaps that nothing shows.
-    cut_out: u32,
     // Whether each triangle is shaded as the plane that it is.
     is_flat: u32,
-    padding_0: u32,
-    padding_1: u32,
-    padding_2: u32,
+    // Whether it is placed by maps that turn left to right.
+    mirrored: u32,
 }
 
 // The twin of `protocol::Body::NORMAL_STEPS`.
 const NORMAL_STEPS: f32 = 1022.0;
-// Its outlines are where it ends: nothing of it goes on into a gap beside it.
-const ENDS: u32 = 0x80000000u;
+// Its outlines are where it ends: nothing of it goes on into a gap beside it, but something else may.
+const EXACT: u32 = 0x40000000u;
 // Rows of `protocol::Body::MOST_BONES`.
 const MOST_ROWS: u32 = 768u;
 
@@ -49,6 +40,16 @@ struct Vertex {
     @location(3) colour: vec4f,
     @location(4) bones: vec4u,
     @location(5) shares: vec4f,
+    // Of the object. Rows of the affine maps from the body's space to the eye's, and of what normals are turned by to the world's axes.
+    @location(6) eye_from_body_x: vec4f,
+    @location(7) eye_from_body_y: vec4f,
+    @location(8) eye_from_body_z: vec4f,
+    @location(9) world_normal_from_body_x: vec4f,
+    @location(10) world_normal_from_body_y: vec4f,
+    @location(11) world_normal_from_body_z: vec4f,
+    // Linear RGB.
+    @location(12) tint: vec4f,
+    @location(13) object: u32,
 }
 
 struct Varying {
@@ -57,6 +58,7 @@ struct Varying {
     @location(1) normal_world: vec3f,
     @location(2) uv: vec2f,
     @location(3) colour: vec3f,
+    @location(4) @interpolate(flat, either) object: u32,
 }
 
 // As `Surface` of `surface/quads.wgsl`.
@@ -114,17 +116,18 @@ fn place(vertex: Vertex) -> Varying {
         p = vec4f(moved(rows, p), 1.0);
         normal = turned(rows, normal);
     }
-    let p_eye = moved(Bone(body.eye_from_body[0], body.eye_from_body[1], body.eye_from_body[2]), p);
+    let p_eye = moved(Bone(vertex.eye_from_body_x, vertex.eye_from_body_y, vertex.eye_from_body_z), p);
     var out: Varying;
     out.clip = pinhole_clip_from_eye(view, p_eye);
     out.p_eye = p_eye;
     out.normal_world = normalize(vec3f(
-        dot(body.world_normal_from_body[0].xyz, normal),
-        dot(body.world_normal_from_body[1].xyz, normal),
-        dot(body.world_normal_from_body[2].xyz, normal),
+        dot(vertex.world_normal_from_body_x.xyz, normal),
+        dot(vertex.world_normal_from_body_y.xyz, normal),
+        dot(vertex.world_normal_from_body_z.xyz, normal),
     ));
     out.uv = body.least_size_uv.xy + vertex.uv * body.least_size_uv.zw;
-    out.colour = vertex.colour.rgb;
+    out.colour = vertex.colour.rgb * vertex.tint.rgb;
+    out.object = vertex.object;
     return out;
 }
 
@@ -137,13 +140,24 @@ fn plane_normal_world(dx_eye: vec3f, dy_eye: vec3f, p_eye: vec3f) -> vec3f {
 @fragment
 fn show(in: Varying, @builtin(front_facing) is_front: bool) -> Shown {
     let texel = textureSample(colours, colours_sampler, in.uv);
+    return shown(in, is_front, texel, plane_normal_world(dpdx(in.p_eye), dpdy(in.p_eye), in.p_eye));
+}
+
+// The same of what is cut out where the image has no sample. By itself: where nothing is ever discarded, what is hidden is never shaded.
+@fragment
+fn show_cut(in: Varying, @builtin(front_facing) is_front: bool) -> Shown {
+    let texel = textureSample(colours, colours_sampler, in.uv);
     let plane_world = plane_normal_world(dpdx(in.p_eye), dpdy(in.p_eye), in.p_eye);
-    if body.cut_out != 0u && texel.a < 0.5 {
+    if texel.a < 0.5 {
         discard;
     }
-    let base = texel.rgb / max(texel.a, 1.0 / 255.0) * in.colour * body.tint.rgb;
-    let vertex_world = select(-in.normal_world, in.normal_world, is_front);
+    return shown(in, is_front, texel, plane_world);
+}
+
+fn shown(in: Varying, is_front: bool, texel: vec4f, plane_world: vec3f) -> Shown {
+    let base = texel.rgb / max(texel.a, 1.0 / 255.0) * in.colour;
+    let vertex_world = select(-in.normal_world, in.normal_world, is_front == (body.mirrored == 0u));
     let normal_world = select(vertex_world, plane_world, body.is_flat != 0u);
-    let ids = body.object | (body.material << 16u) | ENDS;
+    let ids = in.object | (body.material << 16u) | EXACT;
     return Shown(vec4f(srgb_from_linear(base), 1.0), vec2u(octahedral_code_fine(normal_world), ids), 1.0 / in.p_eye.z);
 }

@@ -19,7 +19,9 @@ fn image_fragment(v: Varying, front_facing: bool, triangle_of_mesh: u32) -> Imag
     }
     // Most fragments end here, before the texture is read; derivatives need all of them.
     let slopes = slopes_of(v);
-    if is_redundant(sample_of(v, front_facing, triangle_of_mesh)) {
+    let sample = sample_of(v, front_facing, triangle_of_mesh);
+    // What only hides is no sample that an image could hold.
+    if sample.triangle != 0u && is_redundant(sample) {
         discard;
     }
     let texel = textureSampleGrad(base_texture, base_sampler, v.uv, slopes.dx_uv, slopes.dy_uv);

@@ -16,8 +16,8 @@ struct Instance {
     object: u32,
     // Index into `materials`.
     material: u32,
-    // 1 where the map turns left to right, and with it the winding of triangles.
-    mirrored: u32,
+    // See MIRRORED and HIDES.
+    flags: u32,
     // Where its mesh begins in the buffers.
     first_vertex: u32,
     first_index: u32,
@@ -31,6 +31,11 @@ struct Instance {
 const FINE_NORMAL: u32 = 1u;
 // Colours: of everything in a view at rest.
 const FINE_COLOUR: u32 = 2u;
+
+// Of `flags`: its map turns left to right, and with it the winding of triangles.
+const MIRRORED: u32 = 1u;
+// Nothing of it is a sample, but it hides what lies behind it: its triangles have no id.
+const HIDES: u32 = 2u;
 
 // Of `faces`.
 const FRONT: u32 = 1u;
@@ -252,7 +257,7 @@ struct Surface {
     base: vec3f,
     // Unit length; turned towards the eye where the material has two sides.
     normal_world: vec3f,
-    // Id over the whole scene, 1 and more.
+    // Id over the whole scene, 1 and more; 0 of what only hides.
     triangle: u32,
     object: u32,
     // Index into the material table of the samples.
@@ -265,9 +270,10 @@ struct Surface {
     hides: u32,
 }
 
-// The id of a fragment's triangle over the whole scene, 1 and more.
+// The id of a fragment's triangle over the whole scene, 1 and more; 0 of what only hides.
 fn scene_triangle(v: Varying, triangle_of_mesh: u32) -> u32 {
-    return instances[v.instance].triangle_base + triangle_of_mesh;
+    let instance = instances[v.instance];
+    return select(instance.triangle_base + triangle_of_mesh, 0u, (instance.flags & HIDES) != 0u);
 }
 
 // `texel` is the base colour texture's.
@@ -277,7 +283,7 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     let base = texel * material.base_colour * v.colour * unpack4x8unorm(instance.tint);
     let squared = dot(v.normal_world, v.normal_world);
     var normal = v.normal_world * inverseSqrt(max(squared, 1e-30));
-    let is_back = front_facing == (instance.mirrored != 0u);
+    let is_back = front_facing == ((instance.flags & MIRRORED) != 0u);
     if material.double_sided != 0u && is_back {
         normal = -normal;
     }

@@ -68,7 +68,7 @@ struct Corner {
 struct Surface {
     // sRGB bytes; alpha is how much it hides, 1 where it is not seen through.
     @location(0) colour: vec4f,
-    // x: octahedral normal, 16 + 16 bits; y: object, material << 16, and bit 31 where the surface says that it ends close by.
+    // x: octahedral normal, 16 + 16 bits; y: object, material << 16, bit 31 where the surface says that it ends close by, and bit 30 of triangles as they are.
     @location(1) normal_ids: vec2u,
     // 1/z in the output's eye space, 1/m.
     @location(2) w: f32,

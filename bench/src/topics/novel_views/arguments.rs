@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     /// Whether the server sends what a viewer will need next while nobody needs anything. Under a protocol both are shown unless this is off.
     #[arg(long, value_enum, default_value_t)]
     pub(super) anticipation: AnticipationName,
-    /// Whether what bones bend is sent as its triangles, once, instead of sampled at each update.
+    /// Whether what is less as its triangles than as samples is sent so, once.
     #[arg(long, value_enum, default_value_t)]
     pub(super) bodies: BodiesName,
     /// No video beside it.

@@ -61,6 +61,8 @@ impl<'a> Bench<'a> {
             scored,
             antialias: self.arguments.antialias,
             bodies: self.arguments.bodies == BodiesName::Auto,
+            relief: true,
+            told: None,
             anticipates: self.arguments.anticipation == AnticipationName::On,
         }
     }

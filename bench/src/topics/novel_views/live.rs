@@ -1,6 +1,7 @@
 //! One run of the real system: a server on a loopback port, a proxy that counts what crosses, and the headless viewer.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use client::draw::antialiasing::Antialias;
 use client::draw::frame;
@@ -9,7 +10,7 @@ use client::show::headless::{self, FrameRow, Summary, Way};
 use gpu::Gpu;
 use network::{Link, Proxy};
 use protocol::codec::Profile;
-use protocol::message::Clock;
+use protocol::message::{Clock, Draws};
 use server::Config;
 use server::coding::CodingRule;
 use server::imager::GpuImager;
@@ -43,8 +44,12 @@ pub struct Operation {
     pub scored: Drawn,
     /// Whether what a viewer will need next is sent while nobody needs anything.
     pub anticipates: bool,
-    /// Whether what bones bend is sent as it is.
+    /// Whether what is less as its triangles than as samples is sent so.
     pub bodies: bool,
+    /// Whether many objects of one shape are shown by one image.
+    pub relief: bool,
+    /// What the server is told that the client draws, where that is not what it draws.
+    pub told: Option<Draws>,
     /// Whether pictures are to be antialiased.
     pub antialias: bool,
 }
@@ -72,6 +77,14 @@ pub struct Lived {
     /// All bytes that crossed the socket from the opening of its connection on, with those of HTTP and websocket frames: from
     /// the client, and to it.
     pub socket_bytes: (u64, u64),
+    /// Real milliseconds until the server listened, its scene loaded before.
+    pub start_ms: f64,
+    /// Memory of this process that the server and the client took, in bytes, once all was shown.
+    pub memory_bytes: u64,
+}
+
+fn resident_bytes() -> u64 {
+    server::stats::resident_bytes().unwrap_or_default()
 }
 
 /// Runs the whole of a replay. The server begins at the trace's first pose, and the trace at the first set's arrival: all of
@@ -88,6 +101,7 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
         update_hz: SERVER_HZ,
         anticipation: operation.anticipates,
         bodies: operation.bodies,
+        relief: operation.relief,
         // Coding takes no time on the virtual clock: there error is judged against bytes.
         coding: CodingRule {
             profile: (operation.clock == Clock::Virtual).then_some(Profile::Dense),
@@ -96,10 +110,12 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
         ..Config::default()
     };
     let mut scene = replay.scene.clone();
+    let (started, before_bytes) = (Instant::now(), resident_bytes());
     scene.start = crate::topic::start_of(&replay.trace);
     let imager = Box::new(GpuImager::new(&server_gpu, &scene, &config)?);
     let runtime = Runtime::new()?;
     let server = runtime.block_on(server::serve(config, Arc::new(scene), imager))?;
+    let start_ms = started.elapsed().as_secs_f64() * 1000.0;
     let counter = runtime.block_on(Proxy::start(([127, 0, 0, 1], 0).into(), server.addr, Link::default()))?;
 
     let mut options =
@@ -111,6 +127,7 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
     options.link = Some(operation.link);
     options.drawn = operation.drawn;
     options.picture = picture_options(operation.antialias);
+    options.told = operation.told;
     let (width_px, height_px) = replay.size_px;
     let mut shown = Vec::new();
     let summary = headless::run_on(gpu, &options, &mut |drawn| {
@@ -118,10 +135,11 @@ pub fn run(gpu: &Gpu, replay: &Replay, operation: &Operation) -> anyhow::Result<
             shown.push(Shown { row: drawn.row.clone(), picture: Picture::from_rgba(width_px, height_px, drawn.rgba) });
         }
     });
+    let memory_bytes = resident_bytes().saturating_sub(before_bytes);
     let socket_bytes = counter.forwarded_bytes();
     runtime.block_on(async {
         counter.shutdown().await;
         server.stop().await;
     });
-    Ok(Lived { shown, summary: summary?, socket_bytes })
+    Ok(Lived { shown, summary: summary?, socket_bytes, start_ms, memory_bytes })
 }

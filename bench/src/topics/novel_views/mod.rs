@@ -12,7 +12,7 @@ mod bench;
 mod curves;
 mod expected;
 mod ffmpeg;
-mod live;
+pub(crate) mod live;
 mod moving;
 mod moving_table;
 mod outcome;
@@ -20,7 +20,7 @@ mod output;
 pub mod peers;
 pub mod setup;
 mod sheets;
-mod truths;
+pub(crate) mod truths;
 mod video;
 
 use anyhow::ensure;

@@ -116,7 +116,7 @@ impl Moved<'_> {
         let scored_frames = scored_frames(self.motion, bench.run.quick);
         let drawn = if bench.arguments.antialias { refining(self.motion, scored_frames) } else { scored_frames };
         let operation = bench.operation(network, drawn, scored_frames);
-        let Lived { shown, summary, socket_bytes } = live::run(bench.gpu, replay, &operation)?;
+        let Lived { shown, summary, socket_bytes, .. } = live::run(bench.gpu, replay, &operation)?;
         let pairs = paired(&mut self.truths, shown)?;
         let scores = scored(&pairs, bench.arguments.antialias)?;
         let method = format!("Vantage, {} images of {}", operation.images, operation.image_px);

@@ -108,7 +108,7 @@ pub fn ours(
     truths: &mut Truths,
     what: What,
 ) -> anyhow::Result<Outcome> {
-    let Lived { shown, summary, socket_bytes } = lived;
+    let Lived { shown, summary, socket_bytes, .. } = lived;
     let header = &summary.header;
     let rows = &summary.frames;
     let pairs = paired(truths, shown)?;

@@ -4,6 +4,7 @@
 //! was sent, on the CPU: a figure has some twenty. Vertices are bent by the vertex stage, so that nothing but a uniform buffer is needed and WebGL2 draws
 //! them, too. What shows less than a pixel, or lies beside the view, is left out.
 
+mod instances;
 mod pass;
 mod placed;
 mod store;

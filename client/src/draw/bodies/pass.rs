@@ -1,22 +1,24 @@
-//! The pass: one draw an object.
+//! The pass: one draw a body.
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::{DAffine3, Vec3};
-use gpu::uniforms::{Rows, rows};
+use glam::DAffine3;
 use gpu::{Gpu, PinholeUniform};
 use protocol::body::BoneRows;
 use protocol::{Body, Held};
 use shaders::ShaderError;
 use surface::GBuffer;
+use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, ShaderStages};
 
+use super::instances::{Group, InstanceVertex, groups};
 use super::placed::{BodyVertex, Placed};
-use super::store::{Bodies, world_from_object};
+use super::store::Bodies;
 use crate::draw::fullscreen::{Binding, bind, layout, uniform};
-use crate::draw::relief::{may_show, onto};
+use crate::draw::relief::onto;
 
 const BINDINGS: [Binding; 5] =
     [Binding::Uniform, Binding::Uniform, Binding::Uniform, Binding::SampledTexture, Binding::Sampler];
@@ -25,18 +27,33 @@ const BINDINGS: [Binding; 5] =
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub(super) struct BodyUniform {
-    eye_from_body: Rows,
-    world_normal_from_body: Rows,
     least: [f32; 4],
     size: [f32; 4],
     least_size_uv: [f32; 4],
-    tint: [f32; 4],
-    object: u32,
     material: u32,
     bone_count: u32,
-    cut_out: u32,
     is_flat: u32,
-    padding: [u32; 3],
+    mirrored: u32,
+}
+
+impl BodyUniform {
+    fn new(placed: &Placed, is_mirrored: bool) -> BodyUniform {
+        let body = &placed.body;
+        let steps = f32::from(u16::MAX);
+        let [x, y, z] = body.least;
+        let [step_x, step_y, step_z] = body.step.map(|step| step * steps);
+        let [u, v] = body.least_uv;
+        let [step_u, step_v] = body.step_uv.map(|step| step * steps);
+        BodyUniform {
+            least: [x, y, z, 0.0],
+            size: [step_x, step_y, step_z, 0.0],
+            least_size_uv: [u, v, step_u, step_v],
+            material: placed.material.into(),
+            bone_count: body.skin.as_ref().map_or(0, |skin| skin.clip.bones.into()),
+            is_flat: body.normals.is_empty().into(),
+            mirrored: is_mirrored.into(),
+        }
+    }
 }
 
 /// What is drawn, and from where.
@@ -47,40 +64,75 @@ pub(crate) struct BodyInputs<'a> {
     pub camera: &'a Pinhole,
 }
 
+/// How a body is drawn.
+#[derive(Debug, Clone, Copy)]
+struct Variant {
+    culled: Option<wgpu::Face>,
+    is_cut_out: bool,
+}
+
+impl Variant {
+    const COUNT: usize = 6;
+
+    fn of(placed: &Placed, is_mirrored: bool) -> Variant {
+        let culled = match (placed.body.double_sided, is_mirrored) {
+            (true, _) => None,
+            (false, false) => Some(wgpu::Face::Back),
+            (false, true) => Some(wgpu::Face::Front),
+        };
+        Variant { culled, is_cut_out: placed.is_cut_out }
+    }
+
+    fn index(self) -> usize {
+        let side = match self.culled {
+            None => 0,
+            Some(wgpu::Face::Back) => 1,
+            Some(wgpu::Face::Front) => 2,
+        };
+        2 * side + usize::from(self.is_cut_out)
+    }
+}
+
 /// See the module.
 #[derive(Debug)]
 pub(crate) struct BodyPass {
     gpu: Gpu,
     layout: wgpu::BindGroupLayout,
-    /// Of what has one side, and of what has two.
-    pipelines: [wgpu::RenderPipeline; 2],
+    module: wgpu::ShaderModule,
+    /// By [`Variant::index`], each made when it is first drawn by.
+    pipelines: [OnceLock<wgpu::RenderPipeline>; Variant::COUNT],
+    /// Of what is rigid: nothing of it is read.
+    no_bones: wgpu::Buffer,
 }
 
 impl BodyPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<BodyPass, ShaderError> {
         let module = gpu.shader("client/body.wgsl")?;
         let layout = layout(gpu, "bodies", ShaderStages::VERTEX_FRAGMENT, &BINDINGS);
-        let pipelines = [Some(wgpu::Face::Back), None].map(|culled| pipeline(gpu, &module, &layout, culled));
-        Ok(BodyPass { gpu: gpu.clone(), layout, pipelines })
+        let no_bones = uniform(gpu, "bones", bytemuck::cast_slice(&bone_rows(&[])));
+        Ok(BodyPass { gpu: gpu.clone(), layout, module, pipelines: Default::default(), no_bones })
     }
 
     /// Draws all objects that bodies show into `target`, which holds surfaces of the same view.
     pub(crate) fn encode(&self, encoder: &mut wgpu::CommandEncoder, inputs: &BodyInputs<'_>, target: &GBuffer) {
-        let BodyInputs { bodies, held, poses_now, camera } = *inputs;
-        let view = PinholeUniform::new(camera, camera.world_from_eye.translation);
-        let view = uniform(&self.gpu, "view", bytemuck::bytes_of(&view));
-        let shown = bodies.shown(held).filter_map(|(object, placed, instance)| {
-            let world_from_body = world_from_object(placed, (object, instance), poses_now);
-            Some((placed, body_uniform(placed, camera, (object, instance.tint), &world_from_body)?))
-        });
-        let shown: Vec<(&Placed, BodyUniform)> = shown.collect();
-        if shown.is_empty() {
+        let groups = groups(inputs);
+        if groups.is_empty() {
             return;
         }
+        let view = PinholeUniform::new(inputs.camera, inputs.camera.world_from_eye.translation);
+        let view = uniform(&self.gpu, "view", bytemuck::bytes_of(&view));
+        let instances: Vec<InstanceVertex> = groups.iter().flat_map(|group| &group.instances).copied().collect();
+        let instances = self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("body instances"),
+            contents: bytemuck::cast_slice(&instances),
+            usage: wgpu::BufferUsages::VERTEX,
+        });
         let mut pass = onto(encoder, target, "bodies");
-        for (placed, body) in shown {
-            let body = uniform(&self.gpu, "body", bytemuck::bytes_of(&body));
-            let bones = uniform(&self.gpu, "bones", bytemuck::cast_slice(&bone_rows(&bodies.bones(placed))));
+        let mut first = 0;
+        for Group { placed, is_mirrored, instances: of_group, .. } in &groups {
+            let body = uniform(&self.gpu, "body", bytemuck::bytes_of(&BodyUniform::new(placed, *is_mirrored)));
+            let own_bones = placed.is_bent().then(|| self.bones(inputs.bodies, placed));
+            let bones = own_bones.as_ref().unwrap_or(&self.no_bones);
             let inputs = [
                 view.as_entire_binding(),
                 body.as_entire_binding(),
@@ -88,12 +140,22 @@ impl BodyPass {
                 BindingResource::TextureView(&placed.colours),
                 BindingResource::Sampler(&placed.sampler),
             ];
-            pass.set_pipeline(&self.pipelines[usize::from(placed.body.double_sided)]);
+            let variant = Variant::of(placed, *is_mirrored);
+            let made = || pipeline(&self.gpu, &self.module, &self.layout, variant);
+            pass.set_pipeline(self.pipelines[variant.index()].get_or_init(made));
             pass.set_bind_group(0, &bind(&self.gpu, "body", &self.layout, &inputs), &[]);
+            // By its place in the buffer: WebGL2 draws no instances that begin past the first one.
+            let stride = size_of::<InstanceVertex>() as u64;
             pass.set_vertex_buffer(0, placed.vertices.slice(..));
+            pass.set_vertex_buffer(1, instances.slice(first * stride..));
             pass.set_index_buffer(placed.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..placed.body.indices.len() as u32, 0, 0..1);
+            pass.draw_indexed(0..placed.body.indices.len() as u32, 0, 0..of_group.len() as u32);
+            first += of_group.len() as u64;
         }
+    }
+
+    fn bones(&self, bodies: &Bodies, placed: &Placed) -> wgpu::Buffer {
+        uniform(&self.gpu, "bones", bytemuck::cast_slice(&bone_rows(&bodies.bones(placed))))
     }
 }
 
@@ -104,49 +166,11 @@ fn bone_rows(bones: &[BoneRows]) -> Vec<[f32; 4]> {
     rows
 }
 
-/// `None` where the view does not show it, or shows less than a pixel.
-fn body_uniform(
-    placed: &Placed,
-    view: &Pinhole,
-    (object, tint): (u16, [u8; 3]),
-    world_from_body: &DAffine3,
-) -> Option<BodyUniform> {
-    let body = &placed.body;
-    let [min, max] = body.bounds.map(|corner| Vec3::from(corner).as_dvec3());
-    let eye_from_body = view.world_from_eye.to_affine().inverse() * *world_from_body;
-    if !may_show(view, &eye_from_body, &camera::Bounds { min, max }) {
-        return None;
-    }
-    let normals = world_from_body.matrix3.inverse().transpose();
-    let steps = f32::from(u16::MAX);
-    let [x, y, z] = body.least;
-    let [step_x, step_y, step_z] = body.step.map(|step| step * steps);
-    let [u, v] = body.least_uv;
-    let [step_u, step_v] = body.step_uv.map(|step| step * steps);
-    let [red, green, blue] = tint.map(|share| f32::from(share) / 255.0);
-    let uniform = BodyUniform {
-        eye_from_body: rows(eye_from_body),
-        world_normal_from_body: rows(DAffine3::from_mat3(normals)),
-        least: [x, y, z, 0.0],
-        size: [step_x, step_y, step_z, 0.0],
-        least_size_uv: [u, v, step_u, step_v],
-        tint: [red, green, blue, 1.0],
-        object: object.into(),
-        material: placed.material.into(),
-        bone_count: body.skin.as_ref().map_or(0, |skin| skin.clip.bones.into()),
-        cut_out: placed.is_cut_out.into(),
-        is_flat: body.normals.is_empty().into(),
-        padding: [0; 3],
-    };
-    let mut numbers = uniform.eye_from_body.iter().chain(&uniform.world_normal_from_body).flatten();
-    numbers.all(|number| number.is_finite()).then_some(uniform)
-}
-
 fn pipeline(
     gpu: &Gpu,
     module: &wgpu::ShaderModule,
     layout: &wgpu::BindGroupLayout,
-    cull_mode: Option<wgpu::Face>,
+    variant: Variant,
 ) -> wgpu::RenderPipeline {
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("bodies"),
@@ -160,13 +184,20 @@ fn pipeline(
             module,
             entry_point: Some("place"),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: size_of::<BodyVertex>() as u64,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &BodyVertex::ATTRIBUTES,
-            })],
+            buffers: &[
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<BodyVertex>() as u64,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &BodyVertex::ATTRIBUTES,
+                }),
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<InstanceVertex>() as u64,
+                    step_mode: wgpu::VertexStepMode::Instance,
+                    attributes: &InstanceVertex::ATTRIBUTES,
+                }),
+            ],
         },
-        primitive: wgpu::PrimitiveState { cull_mode, ..wgpu::PrimitiveState::default() },
+        primitive: wgpu::PrimitiveState { cull_mode: variant.culled, ..wgpu::PrimitiveState::default() },
         depth_stencil: Some(wgpu::DepthStencilState {
             format: GBuffer::DEPTH,
             depth_write_enabled: Some(true),
@@ -177,7 +208,7 @@ fn pipeline(
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module,
-            entry_point: Some("show"),
+            entry_point: Some(if variant.is_cut_out { "show_cut" } else { "show" }),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets: &[GBuffer::COLOUR, GBuffer::NORMAL_IDS, GBuffer::W].map(|format| Some(format.into())),
         }),
@@ -196,17 +227,13 @@ mod tests {
             BodyUniform,
             "client/body.wgsl",
             "Body",
-            eye_from_body,
-            world_normal_from_body,
             least,
             size,
             least_size_uv,
-            tint,
-            object,
             material,
             bone_count,
-            cut_out,
-            is_flat
+            is_flat,
+            mirrored
         );
     }
 }

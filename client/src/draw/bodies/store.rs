@@ -6,14 +6,11 @@ use camera::Bounds;
 use glam::{DAffine3, Vec3};
 use gpu::Gpu;
 use protocol::body::BoneRows;
-use protocol::{Edit, Held, PatchId, Update};
+use protocol::{Body, Edit, Held, PatchId, Update};
 use surface::BuiltSurfaces;
 
 use super::placed::Placed;
 use crate::receive::follow::Follow;
-
-/// Pixels of the images of all bodies together: 90 MB of textures.
-const MOST_PIXELS: u64 = 1 << 24;
 
 /// The bodies of what is held, on the GPU, and the moment that they are shown at.
 #[derive(Debug)]
@@ -73,19 +70,20 @@ impl Bodies {
         let pixels = u64::from(width_px) * u64::from(height_px);
         let held_px: u64 = self.placed.values().map(|placed| placed.pixels).sum();
         // Before anything is allocated: a mask costs a bit a pixel, an image on the GPU some forty times as much.
-        if width_px.max(height_px) > most_px || held_px + pixels > MOST_PIXELS || body.indices.is_empty() {
+        if width_px.max(height_px) > most_px || held_px + pixels > Body::MOST_PIXELS || body.indices.is_empty() {
             return say(id);
         }
         self.revision += 1;
         self.placed.insert(id, Placed::new(&self.gpu, &patch.patch.image, body.clone()));
     }
 
-    /// Each object that a body shows, with where it stands and how it is tinted.
+    /// Each object that a body shows, with which, where it stands and how it is tinted.
     pub(super) fn shown<'a>(
         &'a self,
         held: &'a Held,
-    ) -> impl Iterator<Item = (u16, &'a Placed, &'a protocol::HeldInstance)> {
-        held.instances.iter().filter_map(|(&(object, id), instance)| Some((object, self.placed.get(&id)?, instance)))
+    ) -> impl Iterator<Item = (u16, PatchId, &'a Placed, &'a protocol::HeldInstance)> {
+        let shown = |(&(object, id), instance)| Some((object, id, self.placed.get(&id)?, instance));
+        held.instances.iter().filter_map(shown)
     }
 
     /// The maps of a body's bones at the moment that is shown.
@@ -114,7 +112,7 @@ pub(super) fn world_from_object(
 
 /// A box around all that bodies show at any time, in world space; `None` where they show nothing.
 pub(crate) fn bounds_world(bodies: &Bodies, held: &Held, poses_now: &BTreeMap<u16, DAffine3>) -> Option<Bounds> {
-    let of_object = |(object, placed, instance): (u16, &Placed, &protocol::HeldInstance)| {
+    let of_object = |(object, _, placed, instance): (u16, PatchId, &Placed, &protocol::HeldInstance)| {
         let world_from_body = world_from_object(placed, (object, instance), poses_now);
         let [low, high] = placed.body.bounds.map(|corner| Vec3::from(corner).as_dvec3());
         let bounds = Bounds { min: low, max: high };

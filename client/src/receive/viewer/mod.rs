@@ -17,7 +17,7 @@ mod tracks;
 use camera::{Motion, Rigid};
 use protocol::message::{Clock, Draws, Role, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SceneClock, SessionError};
-use protocol::{Held, Limits};
+use protocol::{Held, Inventory, Limits};
 use surface::Build;
 
 use crate::receive::connection::{Command, Connection, Ended};
@@ -89,6 +89,8 @@ pub struct Viewer {
     tracks: Tracks,
     /// Where the presenter's eye is, of a follower.
     presenter: Option<Rigid>,
+    /// As the server said last.
+    inventory: Inventory,
     advanced_to_s: f64,
     bytes: u64,
     updates: u64,
@@ -133,6 +135,7 @@ impl Viewer {
             motion: MotionEstimator::default(),
             tracks: Tracks::default(),
             presenter: None,
+            inventory: Inventory::default(),
             advanced_to_s: f64::NEG_INFINITY,
             bytes: 0,
             updates: 0,
@@ -241,6 +244,7 @@ impl Viewer {
                 }
                 ClientEvent::Update(update) => self.decoder.push(self.session_number, update),
                 ClientEvent::Presenter(world_from_eye) => self.presenter = Some(world_from_eye),
+                ClientEvent::Inventory(inventory) => self.inventory = inventory,
                 ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
             }
         }
@@ -303,6 +307,18 @@ impl Viewer {
         if let Some(session) = self.session.as_mut().filter(|session| session.is_open()) {
             session.set_view(view, now_s);
         }
+    }
+
+    /// Asks the server what it makes for this client, see [`Viewer::inventory`].
+    pub fn ask_inventory(&mut self, now_s: f64) {
+        if let Some(session) = self.session.as_mut().filter(|session| session.is_open()) {
+            session.ask(now_s);
+        }
+    }
+
+    /// What the server makes for this client, and what it leaves out, as it said last; nothing before.
+    pub fn inventory(&self) -> &Inventory {
+        &self.inventory
     }
 
     /// Does what is due, and uploads what was built of decoded updates and applies them until `budget_s` is spent (at least a piece, or one that is whole). Returns whether

@@ -40,7 +40,7 @@ pub(super) fn run(
         pump: Pump::new(sockets, url, Arc::new(|| {})),
         viewer: Viewer::new(&options.server, Clock::Virtual, options.view(), decoder, 0.0)
             .with_budget(options.budget_bytes)
-            .with_draws(options.picture.draws())
+            .with_draws(options.told.unwrap_or_else(|| options.picture.draws()))
             .with_role(options.role.clone()),
         up: LinkModel::new(link, options.seed),
         down: LinkModel::new(link, !options.seed),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use camera::Trace;
 use network::Link;
-use protocol::message::{Clock, Role, ViewSize};
+use protocol::message::{Clock, Draws, Role, ViewSize};
 
 use crate::draw::picture::PictureOptions;
 
@@ -50,6 +50,8 @@ pub struct Options {
     pub drawn: fn(usize) -> bool,
     /// How pictures are drawn.
     pub picture: PictureOptions,
+    /// What the server is told that they are drawn with, for who measures what that costs; `None`: what they are.
+    pub told: Option<Draws>,
     /// How long the server may take to answer, in seconds of real time.
     pub patience_s: f64,
 }
@@ -73,6 +75,7 @@ impl Options {
             warm_up: true,
             drawn: |_| true,
             picture: PictureOptions::default(),
+            told: None,
             patience_s: 60.0,
         }
     }

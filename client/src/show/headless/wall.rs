@@ -26,7 +26,7 @@ pub(super) fn run(
     let decoder = Decoder::on_thread(Limits::default(), Arc::new(|| {})).map_err(HeadlessError::Thread)?;
     let mut viewer = Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0)
         .with_budget(options.budget_bytes)
-        .with_draws(options.picture.draws())
+        .with_draws(options.told.unwrap_or_else(|| options.picture.draws()))
         .with_role(options.role.clone());
     viewer.set_build(stage.build());
     let mut pump = Pump::new(sockets, url, Arc::new(|| {}));

@@ -20,8 +20,8 @@ pub(super) mod picture;
 mod serve;
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 
 use camera::{Bounds, Spoc};
 use glam::DVec3;
@@ -157,19 +157,19 @@ impl Reliefs {
         self.shapes.values().filter(|shape| shape.verdict.is_some()).count()
     }
 
-    /// What a viewer should be shown by which images; `shown` says what it is shown by now. A shape that comes into reach for the first
+    /// What a viewer should be shown by which images; `shown` says what it is shown by now, and what is shown as it is by `bodies`. A shape that comes into reach for the first
     /// time is judged, or asked for, and what was found is said in the log; one a call, for it takes a software renderer a second.
     pub fn wanted(
         &mut self,
         (scene, snapshot): (&Scene, &Snapshot),
         eye: Eye,
-        shown: &BTreeMap<u16, Vec<End>>,
+        (shown, bodies): (&BTreeMap<u16, Vec<End>>, &BTreeSet<u16>),
         imager: &mut dyn Imager,
     ) -> Result<BTreeMap<Key, Wanted>, ImagerError> {
         let mut wanted: BTreeMap<Key, Wanted> = BTreeMap::new();
         let mut has_judged = false;
         for (&mesh, shape) in &mut self.shapes {
-            for &object in &shape.objects {
+            for &object in shape.objects.iter().filter(|object| !bodies.contains(object)) {
                 let now = shown.get(&object);
                 let Some(bounds) = scene.bounds_of(snapshot, object) else { continue };
                 let Some(side_px) = side_px(&bounds, eye, if now.is_some() { SLACK } else { 1.0 }) else { continue };

@@ -17,8 +17,10 @@ pub fn serve(
     (account, kept): (&mut Account, &mut KeptReliefs),
     imager: &mut dyn Imager,
 ) -> Result<(), StageError> {
+    // What is shown as it is needs no relief.
+    let bodies = account.shown_as_bodies();
     let wanted = match eye {
-        Some(eye) => reliefs.wanted(at, eye, &kept.shown(account.held()), imager)?,
+        Some(eye) => reliefs.wanted(at, eye, (&kept.shown(account.held()), &bodies), imager)?,
         None => BTreeMap::new(),
     };
     let mut shown_by: BTreeMap<PatchId, Wanted> = BTreeMap::new();
@@ -37,9 +39,8 @@ pub fn serve(
         shown_by.insert(patch, wanted);
     }
     let lacking = withdraw_others(&shown_by, account)?;
-    for (patch, objects) in lacking {
-        account.place(patch, objects.into_iter().map(|object| instance(at, object)).collect())?;
-    }
+    let instances = |objects: Vec<u16>| objects.into_iter().map(|object| instance(at, object)).collect();
+    account.place(lacking.into_iter().map(|(patch, objects)| (patch, instances(objects))).collect())?;
     coarser.into_iter().try_for_each(|patch| account.remove_whole(patch))?;
     Ok(())
 }

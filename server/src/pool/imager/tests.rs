@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use camera::Rigid;
 use glam::DAffine3;
 
@@ -17,7 +19,9 @@ impl Told {
             Blended::LeftOut => 1,
             Blended::Layer(layer) => 2 + layer.0,
         };
-        [self.settings.is_smooth.into(), self.settings.left_out.iter().map(|&object| object as u8).sum(), blended, 0]
+        let sum = |objects: &BTreeSet<u16>| objects.iter().map(|&object| object as u8).sum();
+        let LeftOut { absent, hiding } = &self.settings.left_out;
+        [self.settings.is_smooth.into(), sum(absent), blended, sum(hiding)]
     }
 }
 
@@ -58,8 +62,8 @@ impl Imager for Told {
         self.settings.is_smooth = is_smooth;
     }
 
-    fn leave_out(&mut self, objects: BTreeSet<u16>) {
-        self.settings.left_out = objects;
+    fn leave_out(&mut self, left_out: LeftOut) {
+        self.settings.left_out = left_out;
     }
 
     fn blend(&mut self, blended: Blended) {
@@ -111,10 +115,11 @@ fn twins(pool: &Arc<Pool>) -> [Box<dyn Imager>; 2] {
 fn what_was_drawn_otherwise_is_never_an_answer() {
     let pool = Arc::new(Pool::default());
     let mut imagers = twins(&pool);
-    let tell: [fn(&mut dyn Imager); 6] = [
+    let tell: [fn(&mut dyn Imager); 7] = [
         |imager| imager.smooth(true),
-        |imager| imager.leave_out(BTreeSet::from([3, 4])),
-        |imager| imager.leave_out(BTreeSet::from([5])),
+        |imager| imager.leave_out(LeftOut { absent: BTreeSet::from([3, 4]), ..LeftOut::default() }),
+        |imager| imager.leave_out(LeftOut { absent: BTreeSet::from([5]), ..LeftOut::default() }),
+        |imager| imager.leave_out(LeftOut { hiding: BTreeSet::from([5]), ..LeftOut::default() }),
         |imager| imager.blend(Blended::LeftOut),
         |imager| imager.blend(Blended::Layer(Layer(0))),
         |imager| imager.blend(Blended::Layer(Layer(1))),
@@ -128,7 +133,7 @@ fn what_was_drawn_otherwise_is_never_an_answer() {
             assert_eq!(seen[0].colour[0], told.colour());
         }
     }
-    assert_eq!((pool.drawn(), pool.shared()), (6, 6));
+    assert_eq!((pool.drawn(), pool.shared()), (7, 7));
 }
 
 #[test]

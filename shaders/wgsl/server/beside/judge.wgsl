@@ -130,8 +130,8 @@ fn covers_falsely(p: vec2i) -> bool {
     if !held.is_there {
         return false;
     }
-    let hit = truth_at(p);
-    if hit.is_there && held.w <= hit.w + tolerance(hit, held, p) {
+    let point = stands_at(p);
+    if point.is_there && held.w <= point.w + tolerance(point, held, p) {
         return false;
     }
     for (var y = -1; y <= 1; y++) {

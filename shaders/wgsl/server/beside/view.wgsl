@@ -199,17 +199,23 @@ fn at(p: vec2i) -> u32 {
     return u32(p.y) * beside.size_px.x + u32(p.x);
 }
 
-// The hit of the scene at a pixel.
-fn truth_at(p: vec2i) -> Point {
+// What stands at a pixel; of what only hides, without a triangle.
+fn stands_at(p: vec2i) -> Point {
     if !is_inside(p) {
         return nothing();
     }
     let id = textureLoad(ids, p, 0).xy;
-    if id.x == 0u {
+    let w = textureLoad(depth, p, 0) / beside.near_m;
+    return Point(w, octahedral_normal(id.y >> 16u), id.y & 0xffffu, id.x, 0.0, 0.0, id.x != 0u || w > 0.0);
+}
+
+// The hit of the scene at a pixel.
+fn truth_at(p: vec2i) -> Point {
+    let point = stands_at(p);
+    if point.triangle == 0u {
         return nothing();
     }
-    let w = textureLoad(depth, p, 0) / beside.near_m;
-    return Point(w, octahedral_normal(id.y >> 16u), id.y & 0xffffu, id.x, 0.0, 0.0, true);
+    return point;
 }
 
 // The place in `patches` of an id; `patches` of none.
