@@ -141,7 +141,7 @@ impl Stage {
         }
         match (self.rules.anticipates, animated) {
             (true, _) => {
-                parts.makes("views ahead", "while nobody needs anything", "what comes into view next is there before")
+                parts.makes("views ahead", "while nobody needs anything", "what comes into view next is there before");
             }
             (false, true) => parts.leaves_out("views ahead", "the scene never rests"),
             (false, false) => parts.leaves_out("views ahead", "they are off"),

@@ -6,12 +6,19 @@ use bytemuck::{Pod, Zeroable};
 use camera::{Bounds, Pinhole};
 use glam::{DAffine3, DVec3, Vec3};
 use gpu::uniforms::{Rows, normal_matrix, rows};
-use protocol::PatchId;
+use protocol::{Held, PatchId};
 
-use super::pass::BodyInputs;
 use super::placed::Placed;
-use super::store::world_from_object;
+use super::store::{Bodies, world_from_object};
 use crate::draw::relief::may_show;
+
+/// What is drawn, and from where.
+pub(crate) struct BodyInputs<'a> {
+    pub bodies: &'a Bodies,
+    pub held: &'a Held,
+    pub poses_now: &'a BTreeMap<u16, DAffine3>,
+    pub camera: &'a Pinhole,
+}
 
 /// Of `Vertex` of `client/body.wgsl` what is of the object.
 #[repr(C)]

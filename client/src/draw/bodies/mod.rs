@@ -9,6 +9,7 @@ mod pass;
 mod placed;
 mod store;
 
-pub(crate) use pass::{BodyInputs, BodyPass};
+pub(crate) use instances::BodyInputs;
+pub(crate) use pass::BodyPass;
 pub use store::Bodies;
 pub(crate) use store::bounds_world;

@@ -1,20 +1,17 @@
 //! The pass: one draw a body.
 
-use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
-use camera::Pinhole;
-use glam::DAffine3;
 use gpu::{Gpu, PinholeUniform};
+use protocol::Body;
 use protocol::body::BoneRows;
-use protocol::{Body, Held};
 use shaders::ShaderError;
 use surface::GBuffer;
 use wgpu::util::DeviceExt;
 use wgpu::{BindingResource, ShaderStages};
 
-use super::instances::{Group, InstanceVertex, groups};
+use super::instances::{BodyInputs, Group, InstanceVertex, groups};
 use super::placed::{BodyVertex, Placed};
 use super::store::Bodies;
 use crate::draw::fullscreen::{Binding, bind, layout, uniform};
@@ -54,14 +51,6 @@ impl BodyUniform {
             mirrored: is_mirrored.into(),
         }
     }
-}
-
-/// What is drawn, and from where.
-pub(crate) struct BodyInputs<'a> {
-    pub bodies: &'a Bodies,
-    pub held: &'a Held,
-    pub poses_now: &'a BTreeMap<u16, DAffine3>,
-    pub camera: &'a Pinhole,
 }
 
 /// How a body is drawn.
