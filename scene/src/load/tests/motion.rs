@@ -95,7 +95,11 @@ proptest! {
     }
 
     #[test]
-    fn what_turns_keeps_its_shape_and_scale_its_range(turns in keys(4, -1.0..1.0_f32), scales in keys(3, 0.01..100.0_f32), share in -2.0..3.0_f64) {
+    fn what_turns_keeps_its_shape_and_scale_its_range(
+        turns in keys(4, -1.0..1.0_f32),
+        scales in keys(3, 0.01..100.0_f32),
+        share in -2.0..3.0_f64,
+    ) {
         let place = |scene: &Scene, time_s: f64| scene.at(time_s).world_from_mesh[0];
         let turn = place(&turns.moves("rotation", "LINEAR", "VEC4"), share * turns.period_s());
         let off = turn.matrix3 * turn.matrix3.transpose() - DMat3::IDENTITY;
@@ -124,7 +128,11 @@ proptest! {
     }
 
     #[test]
-    fn what_morphs_stays_between_its_shapes(keys in keys(1, 0.0..1.0_f32), lift in -50.0..50.0_f32, share in -2.0..3.0_f64) {
+    fn what_morphs_stays_between_its_shapes(
+        keys in keys(1, 0.0..1.0_f32),
+        lift in -50.0..50.0_f32,
+        share in -2.0..3.0_f64,
+    ) {
         let mut builder = Builder::of_positions(&TRIANGLE);
         let target = builder.floats(&[0.0, 0.0, lift].repeat(3), "VEC3");
         builder.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": target}]);
