@@ -306,10 +306,12 @@ prop_compose! {
         let material: Vec<u8> = bytes(0).collect();
         // Of reflectors alone.
         let rests = bytes(1).zip(&material).map(|(rest, material)| if material & 1 == 1 { rest } else { 0 });
-        let ends = (0..count).map(|at| (0..4).fold(0, |all, side| with_level(all, side, if pick(at, 2) >> (side % 3) & 1 == 1 { ends::MOST } else { 0 })));
-        let camera = Pinhole { near_m, ..Pinhole::symmetric(Rigid::IDENTITY, size_px, 1.0, 0.1) };
+        let level = |at: usize, side: usize| if pick(at, 2) >> (side % 3) & 1 == 1 { ends::MOST } else { 0 };
+        let ends = (0..count).map(|at| (0..4).fold(0, |all, side| with_level(all, side, level(at, side))));
+        let pose = Rigid { translation: DVec3::splat(far), ..Rigid::IDENTITY };
+        let camera = Pinhole { near_m, ..Pinhole::symmetric(pose, size_px, 1.0, 0.1) };
         DepthImage {
-            camera: Camera::Pinhole(Pinhole { world_from_eye: Rigid { translation: DVec3::splat(far), ..Rigid::IDENTITY }, ..camera }),
+            camera: Camera::Pinhole(camera),
             depth_scale: DepthScale { w_min: depth_scale.0, w_step: depth_scale.1 },
             depth: shorts(3).collect(),
             normal: bytes(4).zip(bytes(5)).map(|(x, y)| [x, y]).collect(),
@@ -334,7 +336,11 @@ proptest! {
     }
 
     #[test]
-    fn images_of_the_ends_of_all_ranges_come_back(image in extreme_image(), time_s in any::<f64>(), object in any::<u16>()) {
+    fn images_of_the_ends_of_all_ranges_come_back(
+        image in extreme_image(),
+        time_s in any::<f64>(),
+        object in any::<u16>(),
+    ) {
         let pose = ObjectPose { object, world_from_object: DAffine3::from_scale(DVec3::new(1e300, -1e-300, 0.0)) };
         let time_s = if time_s.is_nan() { f64::INFINITY } else { time_s };
         round_trip(&Patch { capture_time_s: time_s, objects: vec![pose], ..patch(u32::MAX, image) });

@@ -78,7 +78,11 @@ proptest! {
     }
 
     #[test]
-    fn depths_at_the_ends_have_codes_at_the_ends(w_min in 0.0..1.0_f32, range in 1e-3..1e3_f32, odd in prop::num::f32::ANY) {
+    fn depths_at_the_ends_have_codes_at_the_ends(
+        w_min in 0.0..1.0_f32,
+        range in 1e-3..1e3_f32,
+        odd in prop::num::f32::ANY,
+    ) {
         let scale = DepthScale::for_view(EPSILON_PX, 500.0, 1e9, w_min, w_min + range);
         prop_assert_eq!((scale.code(w_min), scale.code(w_min + range)), (0, u16::MAX));
         // Whatever a depth is, its code is one.
@@ -97,7 +101,11 @@ proptest! {
     }
 
     #[test]
-    fn any_vector_has_a_code_and_any_code_a_unit_vector(numbers in any::<[f32; 3]>(), code in any::<[u8; 2]>(), rest in any::<u8>()) {
+    fn any_vector_has_a_code_and_any_code_a_unit_vector(
+        numbers in any::<[f32; 3]>(),
+        code in any::<[u8; 2]>(),
+        rest in any::<u8>(),
+    ) {
         let again = octahedral_normal(octahedral_code(Vec3::from(numbers)));
         prop_assert!((again.length() - 1.0).abs() < 1e-5);
         let normal = octahedral_normal_with_rest(code, rest);
@@ -131,7 +139,8 @@ proptest! {
             for at in 0..Clip::NUMBERS {
                 let found = rows[at / 4][at % 4];
                 let values = (0..clip.moments()).map(|moment| number(&clip, moment, bone, at));
-                let (least, most) = values.fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)));
+                let ends = |(least, most): (f32, f32), value: f32| (least.min(value), most.max(value));
+                let (least, most) = values.fold((f32::INFINITY, f32::NEG_INFINITY), ends);
                 let slack = 4.0 * f32::EPSILON * least.abs().max(most.abs());
                 prop_assert!(found >= least - slack && found <= most + slack, "{found} of {least} to {most}");
                 // A hair beside a moment it may be of the next one: at most a hair of the whole way.
@@ -150,15 +159,18 @@ proptest! {
             for at in 0..Clip::NUMBERS {
                 let (found, wanted) = (rows[at / 4][at % 4], number(&clip, moment, bone, at));
                 // Times round, so it may be a hair before or after; and a number beside a much larger one, of 24 bits.
-                let beside = [moment.saturating_sub(1), (moment + 1).min(last)].map(|moment| number(&clip, moment, bone, at).abs());
-                prop_assert!((found - wanted).abs() <= 1e-6 * (beside[0] + wanted.abs() + beside[1]), "{found} instead of {wanted}");
+                let beside = [moment.saturating_sub(1), (moment + 1).min(last)];
+                let beside = beside.map(|moment| number(&clip, moment, bone, at).abs());
+                let slack = 1e-6 * (beside[0] + wanted.abs() + beside[1]);
+                prop_assert!((found - wanted).abs() <= slack, "{found} instead of {wanted}");
             }
         }
     }
 
     #[test]
     fn a_clip_is_finite_at_any_time(clip in clip(), odd in any::<f64>()) {
-        for time_s in [1e9, -1e9, 1e300, -1e300, 0.0, -0.0, odd, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MIN_POSITIVE, -f64::MIN_POSITIVE] {
+        let ages = [1e9, -1e9, 1e300, -1e300, 0.0, -0.0, f64::MIN_POSITIVE, -f64::MIN_POSITIVE];
+        for time_s in ages.into_iter().chain([odd, f64::INFINITY, f64::NEG_INFINITY, f64::NAN]) {
             let maps = clip.at(time_s);
             prop_assert_eq!(maps.len(), usize::from(clip.bones));
             prop_assert!(maps.iter().flatten().flatten().all(|number| number.is_finite()), "at {time_s}");
@@ -166,7 +178,10 @@ proptest! {
     }
 
     #[test]
-    fn what_bones_that_do_nothing_bend_stays(codes in prop::collection::vec(any::<[u16; 3]>(), 1..20), shares in any::<[u16; 3]>()) {
+    fn what_bones_that_do_nothing_bend_stays(
+        codes in prop::collection::vec(any::<[u16; 3]>(), 1..20),
+        shares in any::<[u16; 3]>(),
+    ) {
         // Four shares that are all of it.
         let mut cuts = shares;
         cuts.sort_unstable();

@@ -98,7 +98,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn what_is_redundant_is_held_and_what_is_held_is_redundant(this in view(), earlier in prop::collection::vec(view(), 1..4)) {
+    fn what_is_redundant_is_held_and_what_is_held_is_redundant(
+        this in view(),
+        earlier in prop::collection::vec(view(), 1..4),
+    ) {
         let (this, earlier) = (capture(this), earlier.into_iter().map(capture).collect::<Vec<_>>());
         for test in RedundancyTest::ALL.into_iter().filter(|test| !test.needs_rays()) {
             let said = redundant_samples(&this, &earlier, Redundancy::by(test), DVec3::ZERO, None);

@@ -3,10 +3,11 @@
 use camera::{Pinhole, Rigid};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
+use protocol::held::HeldPatch;
 use protocol::image::{octahedral_code, octahedral_rest};
-use protocol::{DepthImage, DepthScale, Mask, Purpose};
+use protocol::{DepthImage, DepthScale, Mask, Patch, PatchId, Purpose};
 use vantage_surface::corners::{Corner, Plane, averaged, own_plane, planes};
-use vantage_surface::{CornerRules, mesh};
+use vantage_surface::{CornerRules, Corners, ProvokingVertex, mesh};
 
 /// A sample around a corner, near to the others often enough to be one surface with them.
 fn plane() -> impl Strategy<Value = Plane> {
@@ -57,7 +58,8 @@ proptest! {
             let group = usize::from(corner.group[index]);
             prop_assert!(group <= index && usize::from(corner.group[group]) == group, "{:?}", corner.group);
             prop_assert_eq!(around[group].map(|plane| plane.object), around[index].map(|plane| plane.object));
-            prop_assert_eq!((corner.w[index], corner.shift_px[index], corner.ends[index]), (corner.w[group], corner.shift_px[group], corner.ends[group]));
+            let place = |of: usize| (corner.w[of], corner.shift_px[of], corner.ends[of]);
+            prop_assert_eq!(place(index), place(group));
             // A quad keeps its pixel's middle: it never turns over.
             prop_assert!(corner.shift_px[index].iter().all(|shift| shift.abs() < 0.5), "{:?}", corner.shift_px);
             prop_assert!(corner.w[index] > 0.0 && corner.w[index].is_finite(), "{:?}", corner.w);
@@ -74,7 +76,13 @@ proptest! {
     /// to go on that are as long the first.
     #[test]
     fn a_mirrored_corner_is_the_mirror_of_the_corner(around in around(), rules in rules()) {
-        let tame = |plane: Plane| Plane { slope: plane.slope.map(|slope| slope.clamp(-0.2, 0.2) * plane.w), tolerance: 0.1, end_rise: f32::INFINITY, ends: 0, ..plane };
+        let tame = |plane: Plane| Plane {
+            slope: plane.slope.map(|slope| slope.clamp(-0.2, 0.2) * plane.w),
+            tolerance: 0.1,
+            end_rise: f32::INFINITY,
+            ends: 0,
+            ..plane
+        };
         let around = around.map(|plane| plane.map(tame));
         let (corner, mirror) = (corner_of(&around, &rules), corner_of(&mirrored(&around), &rules));
         for (index, other) in [(0, 1), (1, 0), (2, 3), (3, 2)] {
@@ -84,7 +92,8 @@ proptest! {
             let slack = 1e-4 * corner.w[index];
             prop_assert!((corner.w[index] - mirror.w[other]).abs() <= slack, "{:?} and {:?}", corner.w, mirror.w);
             let [shift, mirror_shift] = [corner.shift_px[index], mirror.shift_px[other]];
-            prop_assert!((shift[0] + mirror_shift[0]).abs() < 1e-4 && (shift[1] - mirror_shift[1]).abs() < 1e-4, "{shift:?} and {mirror_shift:?}");
+            let off = [shift[0] + mirror_shift[0], shift[1] - mirror_shift[1]];
+            prop_assert!(off.iter().all(|off| off.abs() < 1e-4), "{shift:?} and {mirror_shift:?}");
             prop_assert_eq!(corner.ends[index], mirror.ends[other]);
         }
     }
@@ -113,7 +122,9 @@ proptest! {
         let mut mask = Mask::empty(side_px, side_px);
         let pixels: Vec<(u32, u32)> = (0..side_px).flat_map(|y| (0..side_px).map(move |x| (x, y))).collect();
         pixels.iter().for_each(|&(x, y)| mask.set(x, y, true));
-        let w: Vec<f32> = pixels.iter().map(|&(x, y)| seen(&camera, normal, distance_m, f64::from(x) + 0.5, f64::from(y) + 0.5) as f32).collect();
+        let seen_at = |u: f64, v: f64| seen(&camera, normal, distance_m, u, v);
+        let w_of = |&(x, y): &(u32, u32)| seen_at(f64::from(x) + 0.5, f64::from(y) + 0.5) as f32;
+        let w: Vec<f32> = pixels.iter().map(w_of).collect();
         let (least, most) = w.iter().fold((f32::INFINITY, 0.0_f32), |(least, most), &w| (least.min(w), most.max(w)));
         prop_assume!(least > 0.0);
         let depth_scale = DepthScale { w_min: least, w_step: (most - least) / 65535.0 };
@@ -143,8 +154,9 @@ proptest! {
                 let around = [at(1, 1), at(0, 1), at(1, 0), at(0, 0)];
                 let corner = averaged(around, &rules);
                 let first = around.iter().position(Option::is_some).unwrap_or_default();
-                prop_assert!((0..4).all(|index| around[index].is_none() || usize::from(corner.group[index]) == first), "one surface");
-                let wanted = seen(&camera, normal, distance_m, x.into(), y.into());
+                let is_first = |index: usize| around[index].is_none() || usize::from(corner.group[index]) == first;
+                prop_assert!((0..4).all(is_first), "one surface");
+                let wanted = seen_at(x.into(), y.into());
                 // What neighbours predict from either side of a corner cancels. At a border it is off by what the coded normal is, half a pixel away.
                 let off = (f64::from(corner.w[first]) / wanted - 1.0).abs();
                 let ray = camera.ray_eye_from_image(x.into(), y.into());
@@ -154,14 +166,17 @@ proptest! {
                 prop_assert!(off < most, "{off:e} at {x}, {y}");
             }
         }
-        let vertices = mesh::build(
-            &protocol::held::HeldPatch {
-                patch: protocol::Patch { id: protocol::PatchId(1), purpose: Purpose::Eye, capture_time_s: 0.0, objects: Vec::new(), image },
-                trims: Vec::new(),
-            },
-            &mesh::MeshOptions { corners: Default::default(), rules, provoking: mesh::ProvokingVertex::First, exact_w: None, offset_image: None },
-        );
+        let (purpose, objects) = (Purpose::Eye, Vec::new());
+        let patch = Patch { id: PatchId(1), purpose, capture_time_s: 0.0, objects, image };
+        let options = mesh::MeshOptions {
+            corners: Corners::default(),
+            rules,
+            provoking: ProvokingVertex::First,
+            exact_w: None,
+            offset_image: None,
+        };
+        let built = mesh::build(&HeldPatch { patch, trims: Vec::new() }, &options);
         // Watertight: a vertex a corner, six indices a sample.
-        prop_assert_eq!((vertices.vertices.len(), vertices.indices.len()), (81, 64 * 6));
+        prop_assert_eq!((built.vertices.len(), built.indices.len()), (81, 64 * 6));
     }
 }
