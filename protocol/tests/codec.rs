@@ -286,7 +286,7 @@ prop_compose! {
 prop_compose! {
     /// Planes of the ends of their ranges, in images of one pixel, one row or column, and beside the width of a word.
     fn extreme_image()(
-        size_px in prop::sample::select(vec![(1, 1), (1, 64), (64, 1), (63, 2), (65, 3), (32, 32), (1024, 1), (1, 1024)]),
+        size_px in prop::sample::select(vec![(1, 1), (1, 64), (64, 1), (63, 2), (65, 3), (32, 32), (512, 1), (1, 512)]),
         seeds in prop::collection::vec(any::<u64>(), 64),
         far in prop::sample::select(vec![0.0, 1e300, -1e300, f64::MIN_POSITIVE]),
         near_m in prop::sample::select(vec![f64::MIN_POSITIVE, 1e-3, 1e300]),
@@ -328,12 +328,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn any_image_comes_back(image in any_image()) {
-        round_trip(&patch(PatchId(9).0, image));
-    }
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn images_of_the_ends_of_all_ranges_come_back(
@@ -344,6 +339,15 @@ proptest! {
         let pose = ObjectPose { object, world_from_object: DAffine3::from_scale(DVec3::new(1e300, -1e-300, 0.0)) };
         let time_s = if time_s.is_nan() { f64::INFINITY } else { time_s };
         round_trip(&Patch { capture_time_s: time_s, objects: vec![pose], ..patch(u32::MAX, image) });
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_image_comes_back(image in any_image()) {
+        round_trip(&patch(PatchId(9).0, image));
     }
 
     #[test]
