@@ -559,12 +559,11 @@ impl Assembler {
         if offset as usize != self.bytes.len() || bytes.is_empty() {
             return Err(WireError::Fragment("not where the last one ended"));
         }
-        self.bytes.extend_from_slice(&bytes);
-        match self.bytes.len().cmp(&(total_bytes as usize)) {
-            std::cmp::Ordering::Less => Ok(None),
-            std::cmp::Ordering::Equal => Ok(Some(std::mem::take(&mut self.bytes))),
-            std::cmp::Ordering::Greater => Err(WireError::Fragment("past the update's end")),
+        if self.bytes.len() + bytes.len() > total_bytes as usize {
+            return Err(WireError::Fragment("past the update's end"));
         }
+        self.bytes.extend_from_slice(&bytes);
+        Ok((self.bytes.len() == total_bytes as usize).then(|| std::mem::take(&mut self.bytes)))
     }
 
     /// Bytes of the update that is still on its way, received and in all.

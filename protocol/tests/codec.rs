@@ -283,6 +283,65 @@ prop_compose! {
     }
 }
 
+prop_compose! {
+    /// Planes of the ends of their ranges, in images of one pixel, one row or column, and beside the width of a word.
+    fn extreme_image()(
+        size_px in prop::sample::select(vec![(1, 1), (1, 64), (64, 1), (63, 2), (65, 3), (32, 32), (512, 1), (1, 512)]),
+        seeds in prop::collection::vec(any::<u64>(), 64),
+        far in prop::sample::select(vec![0.0, 1e300, -1e300, f64::MIN_POSITIVE]),
+        near_m in prop::sample::select(vec![f64::MIN_POSITIVE, 1e-3, 1e300]),
+        depth_scale in prop::sample::select(vec![(0.0, 0.0), (f32::MIN_POSITIVE, f32::MAX), (f32::MAX, f32::MIN_POSITIVE)]),
+        planes in any::<u8>(),
+    ) -> DepthImage {
+        const BYTES: [u8; 8] = [0, 1, 63, 64, 127, 128, 254, 255];
+        const SHORTS: [u16; 8] = [0, 1, 255, 256, 32_767, 32_768, 65_534, 65_535];
+        let pick = |at: usize, plane: u32| (seeds[at % 64].rotate_left(at as u32 / 64) >> (3 * plane)) as usize & 7;
+        let mut mask = Mask::empty(size_px.0, size_px.1);
+        let all = (0..size_px.1).flat_map(|y| (0..size_px.0).map(move |x| (x, y)));
+        all.enumerate().for_each(|(at, (x, y))| mask.set(x, y, planes & 1 == 0 || pick(at, 20) > 3));
+        let count = mask.count();
+        let bytes = |plane: u32| (0..count).map(move |at| BYTES[pick(at, plane)]);
+        let shorts = |plane: u32| (0..count).map(move |at| SHORTS[pick(at, plane)]);
+        let some = |bit: u8, plane: Vec<u8>| if planes >> bit & 1 == 1 { plane } else { Vec::new() };
+        let material: Vec<u8> = bytes(0).collect();
+        // Of reflectors alone.
+        let rests = bytes(1).zip(&material).map(|(rest, material)| if material & 1 == 1 { rest } else { 0 });
+        let level = |at: usize, side: usize| if pick(at, 2) >> (side % 3) & 1 == 1 { ends::MOST } else { 0 };
+        let ends = (0..count).map(|at| (0..4).fold(0, |all, side| with_level(all, side, level(at, side))));
+        let pose = Rigid { translation: DVec3::splat(far), ..Rigid::IDENTITY };
+        let camera = Pinhole { near_m, ..Pinhole::symmetric(pose, size_px, 1.0, 0.1) };
+        DepthImage {
+            camera: Camera::Pinhole(camera),
+            depth_scale: DepthScale { w_min: depth_scale.0, w_step: depth_scale.1 },
+            depth: shorts(3).collect(),
+            normal: bytes(4).zip(bytes(5)).map(|(x, y)| [x, y]).collect(),
+            normal_rest: some(1, rests.collect()),
+            ends: if planes >> 2 & 1 == 1 { ends.collect() } else { Vec::new() },
+            colour: bytes(6).zip(bytes(7)).zip(bytes(8)).map(|((r, g), b)| [r, g, b]).collect(),
+            colour_rest: some(3, bytes(9).map(|rest| rest & 63).collect()),
+            object: shorts(10).collect(),
+            share: some(4, bytes(11).map(|share| share.clamp(1, DepthImage::WHOLE)).collect()),
+            material,
+            mask,
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn images_of_the_ends_of_all_ranges_come_back(
+        image in extreme_image(),
+        time_s in any::<f64>(),
+        object in any::<u16>(),
+    ) {
+        let pose = ObjectPose { object, world_from_object: DAffine3::from_scale(DVec3::new(1e300, -1e-300, 0.0)) };
+        let time_s = if time_s.is_nan() { f64::INFINITY } else { time_s };
+        round_trip(&Patch { capture_time_s: time_s, objects: vec![pose], ..patch(u32::MAX, image) });
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 

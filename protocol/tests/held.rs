@@ -354,3 +354,18 @@ fn a_million_held_samples_are_one_more_update() {
     let left = (1 << 20) - 4 * (PATCHES * SIZE_PX) as usize + 4 * image().sample_count();
     assert_eq!((client.sample_count(), server.sample_count()), (left, left));
 }
+
+#[test]
+fn after_the_last_number_only_a_fresh_start_follows() {
+    let mut server = Held::default();
+    server.number = u64::MAX - 1;
+    let last = server.commit(vec![Edit::Clear, add(1)], 0.5, 0).unwrap();
+    let mut client = Held::default();
+    client.apply(&last).unwrap();
+    for number in [0, 1, u64::MAX] {
+        let next = Update { number, edits: Vec::new(), ..last.clone() };
+        assert_eq!(client.apply(&next), Err(HeldError::Number { held: u64::MAX, update: number }));
+    }
+    let anew = Held::default().commit(vec![Edit::Clear], 0.5, 0).unwrap();
+    assert_eq!((client.apply(&anew), client.number), (Ok(()), 1));
+}

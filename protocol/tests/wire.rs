@@ -176,6 +176,8 @@ fn fragments_out_of_sequence_are_refused() {
         let result: Result<Vec<_>, _> =
             fragments.into_iter().map(|fragment| assembler.push(fragment, &limits)).collect();
         assert!(matches!(result, Err(WireError::Fragment(_))), "{result:?}");
+        let (here, all) = assembler.progress_bytes();
+        assert!(here <= all, "{here} of {all} bytes: what is refused is not kept");
     }
     let huge = Fragment { update: 1, total_bytes: u32::MAX, offset: 0, bytes: vec![0] };
     assert!(matches!(Assembler::default().push(huge, &limits), Err(WireError::TooLarge { .. })));

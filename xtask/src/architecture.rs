@@ -14,7 +14,7 @@ const ORDER: &[&[&str]] = &[
     &["surface"],
     &["server", "client"],
     &["web", "bench"],
-    &["tests"],
+    &["tests", "fuzz"],
 ];
 
 /// What must stay thin: these never see a scene.

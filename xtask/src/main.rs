@@ -6,6 +6,7 @@ mod architecture;
 mod beside;
 mod circles;
 mod frames;
+mod fuzz;
 mod run;
 mod setup;
 mod test;
@@ -54,6 +55,8 @@ enum Command {
     },
     /// Show models beside three.js: the same camera and environment, FLIP, a table and contact sheets.
     Beside(beside::BesideArgs),
+    /// Look for bytes that break a promise: LLVM's fuzzer around a target of the fuzz crate, e.g. `fuzz wire --seconds 600`.
+    Fuzz(fuzz::FuzzArgs),
     /// Walk in a browser beside a server on this machine: pictures a second, and the intervals between them.
     Frames {
         /// Passed on to tests/browser/frames.mjs, e.g. `--scene urban webgl2`.
@@ -84,6 +87,7 @@ fn main() -> anyhow::Result<()> {
         Command::Test { only } => test::run_all(&only),
         Command::Report { arguments } => report(&arguments),
         Command::Beside(arguments) => beside::beside(&arguments),
+        Command::Fuzz(arguments) => fuzz::fuzz(&arguments),
         Command::Frames { arguments } => frames::frames(&arguments),
         Command::View { arguments } => run_release("vantage-client", "vantage-view", &arguments),
         Command::Web { release } => {

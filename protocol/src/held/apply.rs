@@ -50,7 +50,8 @@ impl Held {
     /// the update says.
     pub fn apply_within(&mut self, update: &Update, limits: &Limits) -> Result<(), HeldError> {
         let clears = matches!(update.edits.first(), Some(Edit::Clear));
-        if !clears && update.number != self.number + 1 {
+        // An update that clears may have said any number, the last one too.
+        if !clears && self.number.checked_add(1) != Some(update.number) {
             return Err(HeldError::Number { held: self.number, update: update.number });
         }
         if !update.scene_time_s.is_finite() {

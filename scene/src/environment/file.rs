@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Cursor, Read};
 use std::path::Path;
 
+use exr::meta::{BlockDescription, MetaData};
 use image::codecs::hdr::{HdrDecoder, HdrEncoder};
 use image::codecs::openexr::OpenExrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageResult, Rgb};
@@ -15,6 +16,8 @@ const MAX_FILE_BYTES: u64 = Environment::MAX_PIXELS * 16;
 /// A header that claims more lies: a run of a Radiance file is of 127 pixels at most, and deflate, which OpenEXR uses on at least 3
 /// bytes a pixel, makes a byte of no more than 1032.
 const MAX_PIXELS_A_BYTE: u64 = 1032 / 3;
+/// What a block of an OpenEXR file may unpack to, whatever the file's size: a tile of 1024 x 1024 pixels of four floats may be larger than its picture.
+const MAX_BLOCK_BYTES: u64 = 1024 * 1024 * 16;
 /// How a Radiance file begins; older writers wrote the second.
 const HDR_SIGNATURES: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
 /// How an OpenEXR file begins.
@@ -42,6 +45,7 @@ impl Environment {
             return read_pixels(HdrDecoder::new_nonstrict(Cursor::new(bytes)), bytes.len(), path, malformed);
         }
         if bytes.starts_with(EXR_SIGNATURE) {
+            check_blocks(bytes).map_err(|reason| EnvironmentError::Malformed { path: path.to_owned(), reason })?;
             let decoder = OpenExrDecoder::with_alpha_preference(Cursor::new(bytes), Some(false));
             return read_pixels(decoder, bytes.len(), path, malformed);
         }
@@ -57,6 +61,24 @@ impl Environment {
         let encoded = HdrEncoder::new(file).encode(&pixels, self.width_px as usize, self.height_px as usize);
         encoded.map_err(|error| io(std::io::Error::other(error)))
     }
+}
+
+/// Blocks that claim more than their bytes unpack to: the decoder would take memory for one of any size.
+fn check_blocks(bytes: &[u8]) -> Result<(), String> {
+    let read = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let most = MAX_BLOCK_BYTES.max(bytes.len() as u64 * MAX_PIXELS_A_BYTE);
+    for header in &read.headers {
+        let (width, height) = match header.blocks {
+            BlockDescription::Tiles(tiles) => (tiles.tile_size.width(), tiles.tile_size.height()),
+            BlockDescription::ScanLines => (header.layer_size.width(), header.compression.scan_lines_per_block()),
+        };
+        let pixels = (width as u64).saturating_mul(height as u64);
+        let claimed = pixels.saturating_mul(header.channels.bytes_per_pixel as u64);
+        if claimed > most {
+            return Err(format!("a block of {claimed} bytes is claimed in {} bytes", bytes.len()));
+        }
+    }
+    Ok(())
 }
 
 fn read_pixels<D: ImageDecoder>(

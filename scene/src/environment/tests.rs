@@ -91,6 +91,27 @@ fn an_exr_file_is_read_and_its_values_are_made_usable() {
 }
 
 #[test]
+fn an_exr_file_whose_blocks_claim_more_than_it_can_hold_gets_no_memory() {
+    let path = scratch_file("blocks.exr");
+    let pixels = exr::prelude::SpecificChannels::rgb(|_: exr::prelude::Vec2<usize>| (0.5_f32, 0.5_f32, 0.5_f32));
+    let mut picture = exr::prelude::Image::from_channels((40, 2), pixels);
+    picture.layer_data.encoding.blocks = exr::prelude::Blocks::Tiles((64, 64).into());
+    exr::prelude::WritableImage::write(&picture).to_file(&path).unwrap();
+    let tiled = std::fs::read(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(Environment::decode(&tiled, &path).unwrap().radiance, [[0.5; 3]; 80]);
+    // Width and height of a tile follow the size of the attribute.
+    let name = b"tiledesc\0\x09\0\0\0";
+    let at = tiled.windows(name.len()).position(|window| window == name).unwrap() + name.len() + 4;
+    for height in [1_i32 << 22, 1 << 28] {
+        let mut claims = tiled.clone();
+        claims[at..at + 4].copy_from_slice(&height.to_le_bytes());
+        let error = Environment::decode(&claims, &path).unwrap_err().to_string();
+        assert!(error.contains("bytes is claimed in"), "{error}");
+    }
+}
+
+#[test]
 fn errors_say_what_is_wrong() {
     let missing = Environment::load(Path::new("no/such.hdr")).unwrap_err();
     assert!(missing.to_string().starts_with("cannot use no/such.hdr: "), "{missing}");

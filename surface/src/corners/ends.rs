@@ -61,7 +61,14 @@ pub(super) fn place_ends(corner: &mut Corner, around: [Option<&Plane>; 4], rules
     for index in 0..4 {
         let Some(own) = around[index] else { continue };
         let group = whole.group[index];
-        let ending = &endings[usize::from(group)];
+        let first = usize::from(group);
+        if first < index {
+            // One place for all of a surface, though each of its samples would have it kept near to itself.
+            (corner.w[index], corner.shift_px[index], corner.ends[index]) =
+                (corner.w[first], corner.shift_px[first], corner.ends[first]);
+            continue;
+        }
+        let ending = &endings[first];
         let said = ending.place != [None; 2];
         let shift = if said || rules.rim == Rim::NONE {
             [0, 1].map(|axis| ending.place[axis].map_or_else(|| behind(axis, group, &whole, &endings), |at| at - 0.5))

@@ -19,7 +19,7 @@ const BYTES_PER_VERTEX: u64 = 136;
 pub(super) struct Decompressed<'a> {
     mesh: Mesh,
     compressed: &'a Draco,
-    /// All in range.
+    /// All below [`Decompressed::vertices`].
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -59,6 +59,11 @@ impl<'a> Decompressed<'a> {
             Some((name, id)) => Err(format!("the stream has no attribute {id}, which {name} refers to")),
             None => Ok(Decompressed { mesh, compressed, triangles }),
         }
+    }
+
+    /// How many each of its attributes is for.
+    pub fn vertices(&self) -> usize {
+        self.mesh.num_points()
     }
 
     fn attribute(&self, name: &str) -> Option<&PointAttribute> {

@@ -41,6 +41,11 @@ impl Primitive {
             return Ok(None);
         };
         let count = positions.len();
+        if let Some(vertices) = compressed.as_ref().map(Decompressed::vertices).filter(|&vertices| vertices != count) {
+            // Positions of an accessor go with triangles of the stream where that has none.
+            let fault = format!("the stream has {vertices} vertices, POSITION has {count}");
+            return Err(LoadError::malformed(format!("{at}.extensions.KHR_draco_mesh_compression"), fault));
+        }
         let material = match source.material {
             Some(index) if index < place.document.materials.len() => index,
             Some(index) => {

@@ -4,6 +4,7 @@ mod build;
 mod formats;
 mod gltf;
 mod hostile;
+mod motion;
 mod packed;
 mod points;
 

@@ -150,6 +150,15 @@ fn a_draco_stream_decodes_to_no_more_than_is_declared() {
     assert!(refusal(few).contains("indices: 384 is more than the limit"));
 }
 
+#[test]
+fn positions_beside_a_draco_stream_must_be_as_many_as_its_vertices() {
+    let beside = edited(EDGEBREAKER, "\"POSITION\":0", "\"POSITIOM\":0");
+    for count in ["80", "82"] {
+        let error = refusal(load_gltf(&edited(&beside, "\"count\":81", &format!("\"count\":{count}"))));
+        assert!(error.contains(&format!("the stream has 81 vertices, POSITION has {count}")), "{error}");
+    }
+}
+
 /// How many damaged copies of each file are tried: `VANTAGE_DAMAGED`, or so many that it takes a second.
 fn damaged_copies() -> u64 {
     std::env::var("VANTAGE_DAMAGED").ok().and_then(|count| count.parse().ok()).unwrap_or(100)
