@@ -85,6 +85,10 @@ impl Trace {
     pub fn at(&self, t_s: f64) -> Rigid {
         let after = self.poses.partition_point(|pose| pose.t_s <= t_s);
         let (before, after) = (&self.poses[after.saturating_sub(1)], &self.poses[after.min(self.poses.len() - 1)]);
+        if before.world_from_eye == after.world_from_eye {
+            // Who stands still does so to the last bit: rounding would be another place at every look.
+            return before.world_from_eye;
+        }
         let span_s = after.t_s - before.t_s;
         let share = if span_s > 0.0 { ((t_s - before.t_s) / span_s).clamp(0.0, 1.0) } else { 0.0 };
         Rigid {

@@ -84,7 +84,7 @@ pub trait Imager: Send {
     /// The lights of a snapshot, as clients shade with them.
     fn lighting(&self, snapshot: &Snapshot) -> Lighting;
 
-    /// Light from all around; `None` of a look without.
+    /// Light from all around; `None` of a look without, and where it falls on nothing.
     fn sky(&self) -> Option<Arc<Sky>> {
         None
     }
@@ -286,7 +286,8 @@ impl Imager for GpuImager {
     }
 
     fn sky(&self) -> Option<Arc<Sky>> {
-        self.look.sky().cloned()
+        let is_lit = self.renderer.materials().iter().any(|material| !material.unlit);
+        self.look.sky().filter(|_| is_lit).cloned()
     }
 
     fn captures(

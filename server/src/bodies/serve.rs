@@ -1,6 +1,6 @@
 //! Sends a client the bodies that it should hold.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 use protocol::{Body, Held, Instance, Limits, ObjectPose, PatchId};
@@ -16,6 +16,14 @@ use crate::stage_error::StageError;
 /// The bodies that a client was sent, by the first object of their shape.
 #[derive(Debug, Clone, Default)]
 pub struct KeptBodies(BTreeMap<u16, PatchId>);
+
+impl KeptBodies {
+    /// The objects of which a body is held, shown by it or not.
+    pub fn objects(&self, bodies: &Bodies) -> BTreeSet<u16> {
+        let held = bodies.shapes.iter().filter(|shape| self.0.contains_key(&shape.objects[0]));
+        held.flat_map(|shape| &shape.objects).copied().collect()
+    }
+}
 
 /// Sends a client bodies of objects that it is better sent so. `probe` draws what is seen, in a small image, where that must be known.
 pub fn serve(

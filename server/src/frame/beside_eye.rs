@@ -51,8 +51,9 @@ impl Stage {
         let focal_px = f64::from(viewer.view.height_px) / 2.0 / (viewer.view.fov_y_rad / 2.0).tan();
         // One coarse image is there sooner than reliefs.
         let eye = (!client.begins_coarsely).then_some(Eye { eye_world, focal_px });
+        let bodies = client.bodies.objects(&self.bodies);
         let held = (&mut client.account, &mut client.reliefs);
-        relief::serve(&mut reliefs, (&self.scene, snapshot), eye, now, held, &mut *self.imager)?;
+        relief::serve(&mut reliefs, (&self.scene, snapshot), (eye, &bodies), now, held, &mut *self.imager)?;
         self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         Ok(())
     }

@@ -93,7 +93,7 @@ impl Stage {
         }
         match self.imager.sky() {
             Some(_) => parts.makes("sky", "one image", "light comes from all around"),
-            None => parts.leaves_out("sky", "a plain look has none"),
+            None => parts.leaves_out("sky", "a plain look has none, and what is unlit needs none"),
         }
     }
 

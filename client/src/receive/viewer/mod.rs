@@ -526,7 +526,7 @@ impl Viewer {
             bytes_received: self.bytes_received(),
             round_trip_ms: self.round_trip_ms(),
             ping_ms,
-            samples: self.held.sample_count() as u64,
+            samples: samples_of_surfaces(&self.held) as u64,
             patches: self.held.patches.len(),
             uncovered_share: self.counters.uncovered_share,
             age_ms: self.age_ms(now_s).map(|age_ms| age_ms.max(0.0)),
@@ -551,3 +551,9 @@ fn log_broken(error: &str) {
 /// A browser has no log that a person reads; the panel's figures go on.
 #[cfg(target_arch = "wasm32")]
 fn log_broken(_: &str) {}
+
+/// Pixels of the images of bodies are no samples of surfaces.
+fn samples_of_surfaces(held: &Held) -> usize {
+    let of_bodies = held.bodies.keys().filter_map(|id| held.patches.get(id));
+    held.sample_count() - of_bodies.map(|held| held.patch.image.sample_count()).sum::<usize>()
+}

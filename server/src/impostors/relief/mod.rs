@@ -157,7 +157,7 @@ impl Reliefs {
         self.shapes.values().filter(|shape| shape.verdict.is_some()).count()
     }
 
-    /// What a viewer should be shown by which images; `shown` says what it is shown by now, and what is shown as it is by `bodies`. A shape that comes into reach for the first
+    /// What a viewer should be shown by which images; `shown` says what it is shown by now, and of what triangles are held by `bodies`. A shape that comes into reach for the first
     /// time is judged, or asked for, and what was found is said in the log; one a call, for it takes a software renderer a second.
     pub fn wanted(
         &mut self,

@@ -8,19 +8,17 @@ use crate::account::{Account, Surroundings};
 use crate::imager::Imager;
 use crate::stage_error::StageError;
 
-/// Sends a client the reliefs that it should be shown objects by, places and withdraws objects. Without an eye it is shown nothing so.
+/// Sends a client the reliefs that it should be shown objects by, places and withdraws objects. Without an eye it is shown nothing so, nor are objects whose triangles are held.
 pub fn serve(
     reliefs: &mut Reliefs,
     at: (&Scene, &Snapshot),
-    eye: Option<Eye>,
+    (eye, bodies): (Option<Eye>, &BTreeSet<u16>),
     now: &Surroundings<'_>,
     (account, kept): (&mut Account, &mut KeptReliefs),
     imager: &mut dyn Imager,
 ) -> Result<(), StageError> {
-    // What is shown as it is needs no relief.
-    let bodies = account.shown_as_bodies();
     let wanted = match eye {
-        Some(eye) => reliefs.wanted(at, eye, (&kept.shown(account.held()), &bodies), imager)?,
+        Some(eye) => reliefs.wanted(at, eye, (&kept.shown(account.held()), bodies), imager)?,
         None => BTreeMap::new(),
     };
     let mut shown_by: BTreeMap<PatchId, Wanted> = BTreeMap::new();
