@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use camera::Pinhole;
+use client::draw::bodies::Bodies;
 use client::draw::frame::{FrameRenderer, Options};
 use client::draw::impostors::Impostors;
 use client::draw::occlusion;
@@ -25,6 +26,8 @@ pub struct HeldSet {
     pub surfaces: HeldSurfaces,
     /// Wall time for building the surfaces.
     pub build_ms: f64,
+    /// Objects as their triangles.
+    pub bodies: Bodies,
 }
 
 impl HeldSet {
@@ -53,7 +56,14 @@ impl HeldSet {
         }
         gpu.wait_idle()?;
         let build_ms = started.elapsed().as_secs_f64() * 1000.0;
-        Ok(HeldSet { held, surfaces, build_ms })
+        Ok(HeldSet { build_ms, ..HeldSet::of(gpu, held, surfaces) })
+    }
+
+    /// What is held, with its surfaces.
+    pub fn of(gpu: &Gpu, held: Held, surfaces: HeldSurfaces) -> HeldSet {
+        let mut bodies = Bodies::new(gpu);
+        bodies.rebuild(&held);
+        HeldSet { held, surfaces, build_ms: 0.0, bodies }
     }
 
     /// What a frame shows of it.
@@ -62,7 +72,7 @@ impl HeldSet {
             surfaces: &self.surfaces,
             held: &self.held,
             impostors,
-            bodies: None,
+            bodies: Some(&self.bodies),
             lights: None,
             occluders: None,
             layers: None,

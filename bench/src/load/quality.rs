@@ -47,7 +47,7 @@ pub(super) fn flip_covered(scene: Scene, fov_y_rad: f64, moments: Vec<Moment>) -
         let truth = picture(&stage.smooth_truth(&camera)?);
         let mut surfaces = HeldSurfaces::new(&gpu);
         surfaces.rebuild(&held);
-        let set = HeldSet { held, surfaces, build_ms: 0.0 };
+        let set = HeldSet::of(&gpu, held, surfaces);
         let drawn = view.frame(&set, &camera, Default::default())?;
         score(&drawn.picture, &truth, None)?.flip_covered.context("nothing is covered")
     };

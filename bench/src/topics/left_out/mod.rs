@@ -122,7 +122,10 @@ fn describe(report: &mut Report, measured_s: f64, quick: bool) {
 fn measure(gpu: &Gpu, scene: &str, (run, measured_s): (&Run, f64), report: &mut Report) -> anyhow::Result<()> {
     let still = setup::moving(scene, run.size_px, None)?;
     let motion = if still.scene.walk { Motion::Walk } else { Motion::Orbit };
-    let mut trace = motion::way(motion, &still.scene, ORBIT_S * 2.0, CLIENT_HZ).trace;
+    let mut trace = match run.read_trace()? {
+        Some(trace) => setup::a_pose_a_picture(&trace, None),
+        None => motion::way(motion, &still.scene, ORBIT_S * 2.0, CLIENT_HZ).trace,
+    };
     trace.poses.truncate((measured_s * CLIENT_HZ) as usize);
     let link = Link { rtt_s: 0.1, jitter_s: 0.02, ..Link::default() };
     let replay = Replay { trace, networks: vec![Network::of_link(link)], ..still };

@@ -115,7 +115,7 @@ impl Animation for Held {
 }
 
 /// The trace at the very times of the pictures, from its first pose on.
-fn a_pose_a_picture(trace: &Trace, frames: Option<usize>) -> Trace {
+pub fn a_pose_a_picture(trace: &Trace, frames: Option<usize>) -> Trace {
     // A picture that the rounding of milliseconds puts just past the end still counts.
     let whole = (trace.duration_s() * CLIENT_HZ + 0.01).floor() as usize + 1;
     at_the_pictures((0..frames.unwrap_or(whole).max(1)).map(|index| trace.at(index as f64 / CLIENT_HZ)))

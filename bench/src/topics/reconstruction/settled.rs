@@ -52,7 +52,8 @@ impl Server {
         surfaces.rebuild(&held);
         let build_ms = started.elapsed().as_secs_f64() * 1000.0;
         let images: Vec<DepthImage> = held.patches.values().map(|held| held.patch.image.clone()).collect();
-        let drawn = view.frame(&HeldSet { held, surfaces, build_ms }, output, Options::default())?;
+        let set = HeldSet { build_ms, ..HeldSet::of(&self.gpu, held, surfaces) };
+        let drawn = view.frame(&set, output, Options::default())?;
         let of_held: Vec<HeldImage> = images.iter().map(HeldImage::new).collect();
         Ok(Shown {
             eye: index,

@@ -216,7 +216,7 @@ impl Walker {
             stage: if setup.relief { stage.with_reliefs(Judged::AtOnce) } else { stage },
             client: Client { draws, ..Client::default() },
             viewer: Viewer::at_start(view, start, 0.0),
-            set: HeldSet { held: Held::default(), surfaces: HeldSurfaces::new(gpu), build_ms: 0.0 },
+            set: HeldSet::of(gpu, Held::default(), HeldSurfaces::new(gpu)),
             impostors: Impostors::new(gpu),
             lights: LightImages::new(gpu, Corners::default()),
             occluders: occlusion::occluders(gpu, Corners::default()),
@@ -242,11 +242,12 @@ impl Walker {
         if let Some(made) = made {
             let encoded = wire::encode_update(&made.update, made.coding);
             let update = wire::decode_update(&encoded.bytes, &Limits::default())?;
-            let HeldSet { held, surfaces, build_ms } = &mut self.set;
+            let HeldSet { held, surfaces, build_ms, bodies } = &mut self.set;
             held.apply(&update)?;
             let started = Instant::now();
             surfaces.apply(held, &update);
             let built = &mut BuiltSurfaces::default();
+            bodies.follow(held, &update, false, built);
             self.impostors.follow(held, &update, false, built);
             self.lights.follow(held, &update, false, built);
             self.occluders.follow(held, &update, false, built);

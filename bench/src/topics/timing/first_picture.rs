@@ -104,7 +104,7 @@ fn connect(gpu: &Gpu, url: &str, camera: &Pinhole, truth: &Picture, view: &mut C
             continue;
         }
         let opened_s = opened_s.context("a picture before the socket was open")?;
-        let set = HeldSet { held: viewer.held().clone(), surfaces, build_ms: 0.0 };
+        let set = HeldSet::of(gpu, viewer.held().clone(), surfaces);
         view.draw(&set, camera, Options::default())?;
         let shown_ms = (now_s() - opened_s) * 1000.0;
         let any_ms = *any_ms.get_or_insert(shown_ms);
