@@ -10,12 +10,11 @@ struct Body {
     // The same of texture coordinates.
     least_size_uv: vec4f,
     material: u32,
-    // 0 of what is rigid.
-    bone_count: u32,
     // Whether each triangle is shaded as the plane that it is.
     is_flat: u32,
     // Whether it is placed by maps that turn left to right.
     mirrored: u32,
+    padding: u32,
 }
 
 // The twin of `protocol::Body::NORMAL_STEPS`.
@@ -107,15 +106,23 @@ fn decoded_normal(code: vec2f) -> vec3f {
     return vec3f(p, z);
 }
 
+fn at_rest(vertex: Vertex) -> vec4f {
+    return vec4f(body.least.xyz + vertex.position.xyz * body.size.xyz, 1.0);
+}
+
 @vertex
 fn place(vertex: Vertex) -> Varying {
-    var p = vec4f(body.least.xyz + vertex.position.xyz * body.size.xyz, 1.0);
-    var normal = decoded_normal(vertex.normal);
-    if body.bone_count > 0u {
-        let rows = bone_of(vertex);
-        p = vec4f(moved(rows, p), 1.0);
-        normal = turned(rows, normal);
-    }
+    return placed(vertex, at_rest(vertex), decoded_normal(vertex.normal));
+}
+
+// The same of what bones bend. By itself, not by a branch on a uniform: software Vulkan compiles a shader anew at each draw for what its branches depend on.
+@vertex
+fn place_bent(vertex: Vertex) -> Varying {
+    let rows = bone_of(vertex);
+    return placed(vertex, vec4f(moved(rows, at_rest(vertex)), 1.0), turned(rows, decoded_normal(vertex.normal)));
+}
+
+fn placed(vertex: Vertex, p: vec4f, normal: vec3f) -> Varying {
     let p_eye = moved(Bone(vertex.eye_from_body_x, vertex.eye_from_body_y, vertex.eye_from_body_z), p);
     var out: Varying;
     out.clip = pinhole_clip_from_eye(view, p_eye);

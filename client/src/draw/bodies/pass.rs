@@ -28,9 +28,9 @@ pub(super) struct BodyUniform {
     size: [f32; 4],
     least_size_uv: [f32; 4],
     material: u32,
-    bone_count: u32,
     is_flat: u32,
     mirrored: u32,
+    padding: u32,
 }
 
 impl BodyUniform {
@@ -46,9 +46,9 @@ impl BodyUniform {
             size: [step_x, step_y, step_z, 0.0],
             least_size_uv: [u, v, step_u, step_v],
             material: placed.material.into(),
-            bone_count: body.skin.as_ref().map_or(0, |skin| skin.clip.bones.into()),
             is_flat: body.normals.is_empty().into(),
             mirrored: is_mirrored.into(),
+            padding: 0,
         }
     }
 }
@@ -58,10 +58,11 @@ impl BodyUniform {
 struct Variant {
     culled: Option<wgpu::Face>,
     is_cut_out: bool,
+    is_bent: bool,
 }
 
 impl Variant {
-    const COUNT: usize = 6;
+    const COUNT: usize = 12;
 
     fn of(placed: &Placed, is_mirrored: bool) -> Variant {
         let culled = match (placed.body.double_sided, is_mirrored) {
@@ -69,7 +70,7 @@ impl Variant {
             (false, false) => Some(wgpu::Face::Back),
             (false, true) => Some(wgpu::Face::Front),
         };
-        Variant { culled, is_cut_out: placed.is_cut_out }
+        Variant { culled, is_cut_out: placed.is_cut_out, is_bent: placed.is_bent() }
     }
 
     fn index(self) -> usize {
@@ -78,7 +79,7 @@ impl Variant {
             Some(wgpu::Face::Back) => 1,
             Some(wgpu::Face::Front) => 2,
         };
-        2 * side + usize::from(self.is_cut_out)
+        4 * side + 2 * usize::from(self.is_cut_out) + usize::from(self.is_bent)
     }
 }
 
@@ -171,7 +172,7 @@ fn pipeline(
         layout: Some(&pipeline_layout),
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some("place"),
+            entry_point: Some(if variant.is_bent { "place_bent" } else { "place" }),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[
                 Some(wgpu::VertexBufferLayout {
@@ -220,7 +221,6 @@ mod tests {
             size,
             least_size_uv,
             material,
-            bone_count,
             is_flat,
             mirrored
         );
