@@ -447,7 +447,7 @@ impl Stage {
             return Ok(plan.views.clone());
         }
         let candidates = region_views(&plan.coverage, &Rules { images: 1 + PLACES_ON_RIM, ..self.rules });
-        let probes: Vec<Pinhole> = candidates.iter().map(placement::probe).collect();
+        let probes: Vec<Pinhole> = candidates.iter().map(|view| placement::probe(view, placement::PROBE_PX)).collect();
         let probes = self.imager.captures(snapshot, &probes, Discretization::Conventional)?;
         let chosen = placement::place(&probes, half_view(plan.coverage.view), Budget::of(plan.views.len()));
         tracing::debug!(views = ?chosen.views, missing = ?chosen.missing, "placed by probes");

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use camera::Pinhole;
 use glam::DVec3;
 use protocol::PatchId;
 use scene::{Scene, Snapshot};
@@ -20,7 +19,7 @@ const TIMES_SAMPLED: f64 = 2.0;
 /// About what it takes to place an object whose body is held.
 const PLACE_BYTES: f64 = 60.0;
 /// Pixels along the longer side of the image that tells what is seen.
-const PROBE_PX: u32 = 192;
+pub const PROBE_PX: u32 = 192;
 
 /// Who looks, from where.
 #[derive(Debug, Clone, Copy)]
@@ -60,22 +59,7 @@ impl Eye {
         std::f64::consts::PI * radius_px * radius_px
     }
 
-    /// The image that tells what is seen, of a view that is looked from.
-    pub fn probe(view: &Pinhole) -> Pinhole {
-        let share = f64::from(PROBE_PX) / f64::from(view.width_px.max(view.height_px));
-        let side = |px: u32| (f64::from(px) * share).round().max(1.0);
-        let (width_px, height_px) = (side(view.width_px), side(view.height_px));
-        let centre_px = view.centre_px / glam::DVec2::new(view.width_px.into(), view.height_px.into());
-        Pinhole {
-            width_px: width_px as u32,
-            height_px: height_px as u32,
-            centre_px: centre_px * glam::DVec2::new(width_px, height_px),
-            focal_px: view.focal_px * share,
-            ..*view
-        }
-    }
-
-    /// How many pixels of the output each object is seen in, by that image.
+    /// How many pixels of the output each object is seen in, by a [probe](PROBE_PX).
     pub fn seen_px(&self, probe: &Capture) -> BTreeMap<u16, f64> {
         let share = (self.focal_px / probe.camera.focal_px).powi(2);
         let mut seen = BTreeMap::new();

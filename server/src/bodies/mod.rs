@@ -20,7 +20,7 @@ mod serve;
 mod store;
 
 pub use build::build;
-pub use decide::Eye;
+pub use decide::{Eye, PROBE_PX};
 pub use made::{Made, Unfit};
 pub use serve::{KeptBodies, serve};
 pub use store::Bodies;

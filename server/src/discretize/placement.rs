@@ -26,8 +26,8 @@ pub enum Placement {
     Probes,
 }
 
-/// The longer side of a probe.
-const PROBE_PX: u32 = 96;
+/// The longer side of a probe that views are chosen by.
+pub const PROBE_PX: u32 = 96;
 
 /// When no more images are added.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,9 +55,9 @@ pub struct Chosen {
     pub missing: Vec<f64>,
 }
 
-/// A probe of a view: the same field, small.
-pub fn probe(view: &Pinhole) -> Pinhole {
-    let share = f64::from(PROBE_PX) / f64::from(view.width_px.max(view.height_px));
+/// A probe of a view: the same field, its longer side of so many pixels.
+pub fn probe(view: &Pinhole, longer_px: u32) -> Pinhole {
+    let share = f64::from(longer_px) / f64::from(view.width_px.max(view.height_px));
     let side = |side_px: u32| ((f64::from(side_px) * share).round() as u32).max(1);
     Pinhole {
         width_px: side(view.width_px),

@@ -13,7 +13,7 @@ use scene::Snapshot;
 use super::{BYTES_PER_SAMPLE, COARSE_SIDE, Client, LightWork, Stage, StageError, free};
 use crate::account::Surroundings;
 use crate::bodies;
-use crate::discretize::Discretization;
+use crate::discretize::{Discretization, placement};
 use crate::impostors::Shot;
 use crate::impostors::relief::{self, Eye};
 use crate::lights::{self, Serving};
@@ -82,7 +82,8 @@ impl Stage {
         let at = (&*self.scene, snapshot);
         let imager = &mut *self.imager;
         let probe = || {
-            let views: Vec<Pinhole> = plan.views.first().map(bodies::Eye::probe).into_iter().collect();
+            let views: Vec<Pinhole> =
+                plan.views.first().map(|view| placement::probe(view, bodies::PROBE_PX)).into_iter().collect();
             imager.leave_out(LeftOut::default());
             imager.blend(Blended::LeftOut);
             Ok(imager.captures(snapshot, &views, Discretization::Conventional)?.pop())

@@ -313,13 +313,13 @@ impl SceneRenderer {
         &self.material_table
     }
 
-    /// Which of their codes belong together.
     /// By material of the scene, its index into the table; `None` where it, or its normal, is told place by place.
     pub(crate) fn material_codes(&self) -> Vec<Option<u8>> {
         let code = |material: &materials::SurfaceMaterial| (!material.is_detailed()).then_some(material.code as u8);
         self.surface_materials.iter().map(code).collect()
     }
 
+    /// Which codes of the samples' materials belong together.
     pub(crate) fn kinds(&self) -> &Kinds {
         &self.kinds
     }

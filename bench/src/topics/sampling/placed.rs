@@ -6,7 +6,7 @@ use camera::Pinhole;
 use glam::DVec2;
 use gpu::Gpu;
 use server::discretize::Discretization;
-use server::discretize::placement::{Budget, place, probe};
+use server::discretize::placement::{Budget, PROBE_PX, place, probe};
 
 use super::made::{Made, make, sample_count};
 use super::metrics::Bench;
@@ -39,7 +39,8 @@ impl Choice {
     fn new(bench: &mut Bench<'_>, (triangle, near_m): (&ViewTriangle, f64), images: usize) -> anyhow::Result<Choice> {
         let started = Instant::now();
         // A probe has a size of its own.
-        let probes: Vec<_> = triangle.grid(GRID_ROWS, (1024, 1024), near_m).iter().map(probe).collect();
+        let probes: Vec<_> =
+            triangle.grid(GRID_ROWS, (1024, 1024), near_m).iter().map(|view| probe(view, PROBE_PX)).collect();
         let captures = bench.captures(&probes, Discretization::Conventional)?;
         let chosen = place(&captures, DVec2::INFINITY, Budget::of(images));
         Ok(Choice { views: chosen.views, ms: started.elapsed().as_secs_f64() * 1000.0 })
