@@ -33,7 +33,7 @@ const FOLIAGE: [&str; 2] = ["grass", "tree"];
 const MOST_HOLES: f64 = 0.01;
 const MOST_FLIP: f64 = 0.08;
 /// The same of a view at rest against one sample a pixel; and antialiased, against 16.
-const MOST_FLIP_AT_REST: [f64; 2] = [0.012, 0.02];
+const MOST_FLIP_AT_REST: [f64; 2] = [0.008, 0.014];
 
 fn main() {
     let arguments = Arguments::from_args();
@@ -121,7 +121,8 @@ fn exact_at_rest(scene: Scene, antialias: bool) -> anyhow::Result<()> {
     println!("{}: FLIP {:.4} on the way, {:.4} at rest", system.scene.name, flips[0], flips[1]);
     ensure!(scores[1].holes_share == Some(0.0), "holes {:?} at rest", scores[1].holes_share);
     if reflectors.is_empty() {
-        ensure!(flips[1] <= 0.5 * flips[0] && flips[1] <= MOST_FLIP_AT_REST[usize::from(antialias)], "FLIP {flips:?}");
+        // What goes as its triangles is nearly exact on the way, too: no share of the error there has to go at rest.
+        ensure!(flips[1] < flips[0] && flips[1] <= MOST_FLIP_AT_REST[usize::from(antialias)], "FLIP {flips:?}");
     }
     Ok(())
 }
