@@ -27,7 +27,7 @@ use crate::coding::CodingRule;
 use crate::config::Config;
 use crate::density;
 use crate::discretize::Discretization;
-use crate::discretize::placement::{self, Budget, Placement};
+use crate::discretize::placement::Placement;
 use crate::imager::{Imager, ImagerError, Occasion};
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
@@ -48,8 +48,6 @@ use crate::viewer::Viewer;
 const LEAST_VIEWS_HELD: u64 = 3;
 /// Side of the one image that a client gets before its first set, as a share of theirs: of four images it has 1/16 of the pixels.
 const COARSE_SIDE: f64 = 0.5;
-/// Places on the region's rim that probes are taken from.
-const PLACES_ON_RIM: usize = 12;
 
 /// What makes updates: the scene, and what draws it.
 pub struct Stage {
@@ -330,7 +328,7 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
-        let pixels = plan.pixels();
+        let mut pixels = plan.pixels();
         let denser = self.denser(snapshot, viewer);
         let plan = &Plan { views: plan.views.iter().map(denser).collect(), ..plan.clone() };
         self.imager.draw_for(if Stage::stands(plan, viewer) { Occasion::Standing } else { Occasion::Passing });
@@ -347,7 +345,9 @@ impl Stage {
         self.imager.leave_out(client.account.left_out());
         self.imager.blend(Blended::LeftOut);
         let account = &mut client.account;
-        if anew {
+        if !self.may_lack(plan, snapshot, account) {
+            pixels = 0;
+        } else if anew {
             let views = self.set_views(plan, snapshot)?;
             let captures = timed(Part::Scene, || self.imager.captures(snapshot, &views, self.method))?;
             for mut capture in captures {
@@ -384,7 +384,8 @@ impl Stage {
         let found_nothing = counts.is_still() && !plan.is_coarse;
         let settled = found_nothing || is_full || self.method == Discretization::Conventional;
         // After a coarse picture the first set is still to come.
-        client.focus = (!client.begins_coarsely).then_some(Focus { coverage: plan.coverage, settled, looks });
+        let passing = plan.reason.is_passing();
+        client.focus = (!client.begins_coarsely).then_some(Focus { coverage: plan.coverage, settled, passing, looks });
         self.take_stock(client, viewer);
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
@@ -439,19 +440,6 @@ impl Stage {
             client.account.remove_whole(patch)?;
         }
         Ok(())
-    }
-
-    /// The views of a set by itself.
-    fn set_views(&mut self, plan: &Plan, snapshot: &Snapshot) -> Result<Vec<Pinhole>, StageError> {
-        if self.placement == Placement::Fixed || plan.views.len() < 2 {
-            return Ok(plan.views.clone());
-        }
-        let candidates = region_views(&plan.coverage, &Rules { images: 1 + PLACES_ON_RIM, ..self.rules });
-        let probes: Vec<Pinhole> = candidates.iter().map(|view| placement::probe(view, placement::PROBE_PX)).collect();
-        let probes = self.imager.captures(snapshot, &probes, Discretization::Conventional)?;
-        let chosen = placement::place(&probes, half_view(plan.coverage.view), Budget::of(plan.views.len()));
-        tracing::debug!(views = ?chosen.views, missing = ?chosen.missing, "placed by probes");
-        Ok(chosen.views.into_iter().map(|view| candidates[view]).collect())
     }
 
     /// What a client's copy may cost it: never less than all of a plan's views of the least size, and one more.

@@ -22,7 +22,7 @@ pub struct Made {
     pub coding: Coding,
     /// What it did.
     pub counts: Counts,
-    /// Pixels of the views that it was made from.
+    /// Pixels of the views that it was made from; 0 where nothing in view is shown by samples.
     pub pixels: u64,
     /// What of it is for lights.
     pub lights: LightWork,

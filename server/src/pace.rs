@@ -67,9 +67,12 @@ impl Pace {
         Load { side_share: SIDE_SHARES[self.load_step] }
     }
 
-    /// An update for a viewer who moves was made from views of so many pixels together.
+    /// An update for a viewer who moves was made from views of so many pixels together. One that was made from none says nothing of what views cost.
     pub fn made(&mut self, bytes: usize, pixels: u64) {
-        let cost = bytes as f64 / pixels.max(1) as f64;
+        if pixels == 0 {
+            return;
+        }
+        let cost = bytes as f64 / pixels as f64;
         self.bytes_per_px = Some(self.bytes_per_px.map_or(cost, |old| old + SMOOTHING * (cost - old)));
     }
 

@@ -129,6 +129,8 @@ pub struct Focus {
     pub coverage: Coverage,
     /// Whether it found nothing lacking, anywhere.
     pub settled: bool,
+    /// Whether it was a look in passing: it sees nothing from the region's rim but from one place, and few of them trim what stands over.
+    pub passing: bool,
     /// Looks so far.
     pub looks: usize,
 }
@@ -257,7 +259,7 @@ fn widened(half_view: DVec2, margin_rad: f64) -> DVec2 {
 }
 
 fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reason> {
-    let Some(Focus { coverage: held, settled, .. }) = last else { return Some(Reason::First) };
+    let Some(Focus { coverage: held, settled, passing, .. }) = last else { return Some(Reason::First) };
     let moved_m = held.world_from_eye.translation.distance(wanted.world_from_eye.translation);
     let turn = held.world_from_eye.rotation.conjugate() * wanted.world_from_eye.rotation;
     let turn_rad = 2.0 * turn.xyz().length().min(1.0).asin();
@@ -269,7 +271,7 @@ fn reason(rules: &Rules, last: Option<&Focus>, wanted: &Coverage) -> Option<Reas
         Some(Reason::Moved)
     } else if turn_rad > LEAST_TURN_RAD {
         Some(Reason::Turned)
-    } else if !settled {
+    } else if !settled || *passing {
         Some(Reason::Settling)
     } else {
         None

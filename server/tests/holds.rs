@@ -205,6 +205,18 @@ fn time_that_jumps_back_while_nothing_lacks_is_followed() {
 }
 
 #[test]
+fn when_time_stops_what_stands_over_is_looked_for_once_more() {
+    let mut session = Session::small(moving_ball(|time_s| swing(time_s, 4.0)), 2);
+    session.ticks(50);
+    let looked = session.client.focus.expect("it was looked for");
+    assert!(looked.settled && looked.passing, "in passing nothing lacks");
+    session.now_s -= INTERVAL_S;
+    session.tick();
+    let again = session.client.focus.expect("it is looked for");
+    assert!(again.looks == looked.looks + 1 && !again.passing, "not all looks in passing trim");
+}
+
+#[test]
 fn steps_ahead_lead_where_objects_will_be() {
     let mut session = Session::small(moving_ball(|time_s| swing(time_s, 4.0)), 2);
     session.now_s = 0.3;

@@ -106,6 +106,19 @@ fn what_a_body_hid_is_sent_when_it_has_gone() {
 }
 
 #[test]
+fn where_all_in_view_goes_as_triangles_no_view_is_drawn() {
+    let board = |z: f64| DAffine3::from_scale_rotation_translation(DVec3::splat(HALF_M), DQuat::IDENTITY, DVec3::Z * z);
+    // A wall that samples are less for stands behind the viewer.
+    let materials = vec![coloured([0.6, 0.5, 0.4, 1.0]), coloured([0.2, 0.5, 0.8, 1.0])];
+    let placed = [(0, board(-BOARD_M)), (1, DAffine3::from_rotation_y(std::f64::consts::PI) * board(-WALL_M))];
+    let mut session = Session::small(scene(vec![square(1, 0), square(200, 1)], materials, &placed), 2).with_bodies();
+    let first = session.tick().expect("the board is sent");
+    assert_eq!((first.pixels, session.held.bodies.len(), objects(&session)), (0, 1, BTreeSet::new()));
+    session.walk_to(camera::Rigid::look_along(DVec3::ZERO, DVec3::Z), 8);
+    assert_eq!(objects(&session), BTreeSet::from([1]), "the wall came into view");
+}
+
+#[test]
 fn bodies_of_one_mesh_are_one_wherever_they_stand() {
     let place = |x: f64, scale: DVec3| {
         DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_y(0.3 * x), DVec3::new(x, 0.0, -2.0))

@@ -81,6 +81,8 @@ pub struct SurfacePoint {
     pub p_world: DVec3,
     /// The interpolated unit normal; that of a double-sided material faces the camera.
     pub normal_world: DVec3,
+    /// The triangle's own.
+    pub facet_normal_world: DVec3,
 }
 
 /// What a camera sees; planes are row-major, one value a pixel. All but the colours are those of the ray through the
@@ -150,6 +152,7 @@ impl RayTruth {
         let point = |surface: Surface| SurfacePoint {
             p_world: self.surfaces.geometry.anchor_world + surface.p,
             normal_world: surface.shading,
+            facet_normal_world: surface.geometric,
         };
         TracedPicture {
             size_px,

@@ -52,6 +52,11 @@ impl Account {
         self.delete(&evicted)
     }
 
+    /// Whether anything is held for a purpose.
+    pub fn holds_for(&self, purpose: Purpose) -> bool {
+        self.surfaces_of(purpose).next().is_some()
+    }
+
     /// Samples that are held for a purpose.
     pub fn samples_for(&self, purpose: Purpose) -> usize {
         self.surfaces_of(purpose).map(|(_, held, _)| held.patch.image.sample_count()).sum()

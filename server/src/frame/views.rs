@@ -3,15 +3,53 @@
 use std::sync::Arc;
 
 use camera::Pinhole;
+use glam::Vec3;
 use protocol::Purpose;
 use scene::Snapshot;
 
-use super::{Account, AccountRules, Plan, Stage, StageError, Surroundings};
+use super::{Account, AccountRules, Plan, Stage, StageError, Surroundings, half_view, region_views};
+use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::look_times::{Part, timed};
+use crate::plan::Rules;
+use crate::render::{Frustum, world_bounds};
 use crate::revise::{Revision, revise, revise_kept};
 
+/// Places on the region's rim that probes are taken from.
+const PLACES_ON_RIM: usize = 12;
+
 impl Stage {
+    /// Whether a look from a plan's views can change anything: samples are held for the eye, or an object lies in a view that is shown by samples.
+    pub(super) fn may_lack(&self, plan: &Plan, snapshot: &Snapshot, account: &Account) -> bool {
+        if account.holds_for(Purpose::Eye) {
+            return true;
+        }
+        let (scene, otherwise) = (&self.scene, account.shown_otherwise());
+        let frusta: Vec<Frustum> = plan.views.iter().map(Frustum::new).collect();
+        let objects = scene.instances.iter().zip(&snapshot.world_from_mesh).zip(0_u16..);
+        objects.into_iter().any(|((instance, world_from_mesh), object)| {
+            let mesh = || scene.meshes.get(instance.mesh as usize).filter(|_| !instance.deforms);
+            let is_outside = || {
+                let bounds = mesh().map(|mesh| world_bounds(world_from_mesh, mesh.bounds.map(Vec3::from)));
+                bounds.is_some_and(|bounds| !frusta.iter().any(|frustum| frustum.may_see(&bounds)))
+            };
+            !otherwise.contains(&object) && !is_outside()
+        })
+    }
+
+    /// The views of a set by itself.
+    pub(super) fn set_views(&mut self, plan: &Plan, snapshot: &Snapshot) -> Result<Vec<Pinhole>, StageError> {
+        if self.placement == Placement::Fixed || plan.views.len() < 2 {
+            return Ok(plan.views.clone());
+        }
+        let candidates = region_views(&plan.coverage, &Rules { images: 1 + PLACES_ON_RIM, ..self.rules });
+        let probes: Vec<Pinhole> = candidates.iter().map(|view| placement::probe(view, placement::PROBE_PX)).collect();
+        let probes = self.imager.captures(snapshot, &probes, Discretization::Conventional)?;
+        let chosen = placement::place(&probes, half_view(plan.coverage.view), Budget::of(plan.views.len()));
+        tracing::debug!(views = ?chosen.views, missing = ?chosen.missing, "placed by probes");
+        Ok(chosen.views.into_iter().map(|view| candidates[view]).collect())
+    }
+
     /// Brings what the eye's copy shows of a plan's views up to date.
     pub(super) fn look_from_all(
         &mut self,

@@ -26,7 +26,7 @@ fn first(viewer: &Viewer, now_s: f64) -> Coverage {
 }
 
 fn settled(coverage: &Coverage) -> Focus {
-    Focus { coverage: *coverage, settled: true, looks: 1 }
+    Focus { coverage: *coverage, settled: true, passing: false, looks: 1 }
 }
 
 #[test]
@@ -39,6 +39,9 @@ fn a_still_viewer_is_looked_for_until_nothing_lacks_and_then_no_more() {
         assert_eq!(plan(&RULES, &viewer, now_s, Some(&last)), None);
         let again = plan(&RULES, &viewer, now_s, Some(&lacking)).expect("a look");
         assert_eq!((again.reason, again.views.len()), (Reason::Settling, 4));
+        let passing = Focus { passing: true, ..last };
+        let again = plan(&RULES, &viewer, now_s, Some(&passing)).map(|plan| plan.reason);
+        assert_eq!(again, Some(Reason::Settling), "in passing not all is looked for");
     }
 }
 
@@ -141,7 +144,7 @@ fn views_from_the_rim_take_turns() {
     let coverage = first(&viewer, 0.0);
     let eyes: Vec<DVec3> = (0..RIM_VIEWS)
         .map(|looks| {
-            let last = Focus { coverage, settled: true, looks };
+            let last = Focus { coverage, settled: true, passing: false, looks };
             let plan = plan(&rules, &viewer, 0.1, Some(&last)).expect("the scene moved on");
             assert_eq!((plan.reason, plan.views.len()), (Reason::Animated, 2));
             plan.views[1].world_from_eye.translation

@@ -20,6 +20,7 @@ mod rays;
 mod texture;
 mod upload;
 
+pub(crate) use cull::{Frustum, world_bounds};
 pub use error::RenderError;
 use layers::Layers;
 pub use layers::{Blended, Layer};
@@ -202,7 +203,7 @@ impl SceneRenderer {
         for (slot, record) in self.slots.iter_mut().zip(&mut self.records) {
             let world_from_mesh = &snapshot.world_from_mesh[slot.object as usize];
             place(record, world_from_mesh, anchor_world);
-            slot.bounds_world = cull::world_bounds(world_from_mesh, slot.bounds_mesh);
+            slot.bounds_world = world_bounds(world_from_mesh, slot.bounds_mesh);
         }
         self.gpu.queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
         self.anchor_world = anchor_world;
@@ -398,7 +399,7 @@ impl SceneRenderer {
 
     /// What `camera` may see of the objects that are drawn.
     pub(crate) fn visible_runs(&self, camera: &Pinhole, is_drawn: &dyn Fn(u16) -> bool) -> Vec<Run> {
-        let frustum = cull::Frustum::new(camera);
+        let frustum = Frustum::new(camera);
         self.runs(camera.world_from_eye.translation, is_drawn, |bounds| frustum.may_see(bounds))
     }
 

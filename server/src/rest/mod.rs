@@ -107,7 +107,7 @@ mod tests {
             way: None,
         };
         Client {
-            focus: Some(Focus { coverage, settled: false, looks: 1 }),
+            focus: Some(Focus { coverage, settled: false, passing: false, looks: 1 }),
             picture_sent_at_s: Some(0.0),
             ..Client::default()
         }

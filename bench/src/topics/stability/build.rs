@@ -126,7 +126,7 @@ pub fn cuboid() -> Mesh {
 }
 
 /// Where object `.0` is at time `.1`, which stands at `.2` by itself.
-type Places = fn(usize, f64, DAffine3) -> DAffine3;
+pub type Places = fn(usize, f64, DAffine3) -> DAffine3;
 
 struct Moving {
     still: Arc<dyn Animation>,

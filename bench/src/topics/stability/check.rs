@@ -20,7 +20,7 @@ const ALIKE_SHARE: f64 = 0.001;
 /// Of the pixels inside of surfaces.
 const HOLES_SHARE: f64 = 0.001;
 /// See [`Check::depth`].
-const DEPTH_PX: f64 = 0.1;
+pub const DEPTH_PX: f64 = 0.1;
 /// See [`Check::colours`].
 const COLOURS: f64 = 4.0;
 
@@ -52,7 +52,7 @@ impl Check {
 
     /// [`Check::depth`], or where the near plane is so near that 16 bits are coarser, what they leave.
     pub fn depth_of(errors: &Errors) -> Check {
-        let found = (!errors.parallax_px.is_empty()).then(|| errors.worst_px());
+        let found = errors.worst_px();
         if errors.finest_px <= DEPTH_PX {
             return Check::depth(found);
         }
@@ -68,12 +68,19 @@ impl Check {
 
     /// [`Check::mean`], or what 16 bits leave from the near plane on where that is coarser.
     fn mean_of(errors: &Errors) -> Check {
-        let found = (!errors.parallax_px.is_empty()).then(|| errors.mean_px());
+        let found = errors.mean_px();
         if errors.finest_px <= DEPTH_PX / 4.0 {
             return Check::mean(found);
         }
         let from = "half a step of the finest depth that 16 bits have from the near plane on";
         Check::new("mean of depths inside of surfaces", (errors.finest_px / 2.0, found), "px", from)
+    }
+
+    /// Of surfaces whose planes rise by more than two footprints a pixel, which are seen at less than 27 degrees.
+    pub fn steep(found: Option<f64>) -> Check {
+        let from = "a tenth of a pixel, half of what the plane of a surface rises a pixel beyond two footprints, which nobody believes that no neighbour \
+                    shows, and what the error of its normal moves a corner by";
+        Check::new("depths inside of steep surfaces, of what each may be off", (1.0, found), "share", from)
     }
 
     pub fn colours(found: Option<f64>) -> Check {
@@ -90,12 +97,16 @@ impl Check {
     /// What all surfaces must keep.
     pub fn of_all(errors: &Errors) -> Vec<Check> {
         let some = |is_some: bool, found: f64| is_some.then_some(found);
-        vec![
+        let mut checks = vec![
             Check::unfit(some(errors.unfit.buffers > 0, errors.unfit.values as f64)),
             Check::holes(some(errors.inside > 0, errors.holes_share())),
-            Check::depth_of(errors),
-            Check::mean_of(errors),
-        ]
+        ];
+        // What is steep everywhere has nothing else to be judged by, and most has nothing steep.
+        if errors.worst_px().is_some() || errors.steep().is_none() {
+            checks.extend([Check::depth_of(errors), Check::mean_of(errors)]);
+        }
+        checks.extend(errors.steep().map(|steep| Check::steep(Some(steep))));
+        checks
     }
 
     /// What flat ones must keep beside.

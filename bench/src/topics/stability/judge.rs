@@ -1,8 +1,10 @@
 //! What a picture is wrong by.
 
 use glam::DVec3;
+use surface::corners::CornerRules;
 
 use super::buffers::Unfit;
+use super::check::DEPTH_PX;
 use super::way::Shown;
 
 /// The errors of some pictures.
@@ -10,8 +12,12 @@ use super::way::Shown;
 pub struct Errors {
     /// How far a sample shifts for an eye at the region's rim by what its depth is wrong, in pixels; inside of surfaces.
     pub parallax_px: Vec<f64>,
-    /// The sum of these shifts, each with its sign.
+    /// Those of what is not seen at a steep angle.
+    gentle_px: Vec<f64>,
+    /// The sum of the latter, each with its sign.
     shift_px: f64,
+    /// Those of what is, over what each may be off ([`steep_px`]).
+    steep: Vec<f64>,
     /// Pixels inside of surfaces without a surface in the picture.
     pub holes: usize,
     /// Pixels inside of surfaces.
@@ -48,8 +54,15 @@ impl Errors {
                     self.holes += 1;
                     continue;
                 };
-                self.parallax_px.push(shown.parallax_px(w - true_w));
-                self.shift_px += shown.parallax_px(w - true_w).copysign(w - true_w);
+                let shift_px = shown.parallax_px(w - true_w);
+                self.parallax_px.push(shift_px);
+                match steep_px(shown, pixel) {
+                    Some(bound_px) => self.steep.push(shift_px / bound_px),
+                    None => {
+                        self.gentle_px.push(shift_px);
+                        self.shift_px += shift_px.copysign(w - true_w);
+                    }
+                }
                 let colours = (&shown.drawn.picture.rgb[3 * pixel..][..3], &shown.truth.rgb[pixel]);
                 let off = colours.0.iter().zip(colours.1).map(|(a, b)| a.abs_diff(*b)).max();
                 self.colours.push(off.unwrap_or(0).into());
@@ -57,14 +70,19 @@ impl Errors {
         }
     }
 
-    /// The greatest shift.
-    pub fn worst_px(&self) -> f64 {
-        worst(&self.parallax_px)
+    /// The greatest shift of what is not steep; `None` where all is.
+    pub fn worst_px(&self) -> Option<f64> {
+        (!self.gentle_px.is_empty()).then(|| worst(&self.gentle_px))
     }
 
-    /// The mean shift, in which what errs to both sides makes good for each other; without its sign.
-    pub fn mean_px(&self) -> f64 {
-        (self.shift_px / self.parallax_px.len().max(1) as f64).abs()
+    /// The mean shift of the same, in which what errs to both sides makes good for each other; without its sign.
+    pub fn mean_px(&self) -> Option<f64> {
+        (!self.gentle_px.is_empty()).then(|| (self.shift_px / self.gentle_px.len() as f64).abs())
+    }
+
+    /// The greatest share of what something steep may be off; `None` where nothing is steep.
+    pub fn steep(&self) -> Option<f64> {
+        (!self.steep.is_empty()).then(|| worst(&self.steep))
     }
 
     /// The colour that is furthest off.
@@ -81,6 +99,24 @@ impl Errors {
 /// The greatest value, or one that is no number where there is any.
 fn worst(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |worst: f64, &value| if value > worst || value.is_nan() { value } else { worst })
+}
+
+/// By how much what is seen at a steep angle may shift; `None` of what is not.
+///
+/// A plane whose normal has the angle `t` with the way to the eye rises by `tan t` footprints a pixel. Whoever rebuilds it believes no more than
+/// [`CornerRules::free_slope_footprints`] where no neighbour shows it, and a corner is half a pixel away: it is off by half of the rest at most. And a normal that is off by an
+/// angle, by its code and by how far the shading normal is from the triangle's, moves a corner half a diagonal away by that times `0.7 / cos^2 t`.
+fn steep_px(shown: &Shown, pixel: usize) -> Option<f64> {
+    let rules = CornerRules::default();
+    let point = shown.truth.first[pixel]?;
+    let to_eye = (shown.camera.world_from_eye.translation - point.p_world).normalize_or_zero();
+    let cosine = to_eye.dot(point.facet_normal_world).abs();
+    let slope = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine;
+    let unbelieved = slope - f64::from(rules.free_slope_footprints);
+    let bent_rad = point.facet_normal_world.dot(point.normal_world).abs().min(1.0).acos();
+    let turned = 0.7 * (f64::from(rules.normal_error_rad) + bent_rad) / (cosine * cosine);
+    let footprint_px = shown.parallax_px(shown.true_w(pixel)? / shown.camera.focal_px);
+    (unbelieved > 0.0).then(|| DEPTH_PX.max(shown.finest_px()) + footprint_px * (0.5 * unbelieved + turned))
 }
 
 /// Samples whose normals turn by more are of two surfaces to who rebuilds them (`surface::CornerRules`).
@@ -125,7 +161,8 @@ mod tests {
     fn wall(w: impl Fn(usize) -> f32) -> Shown {
         let camera = Pinhole::symmetric(Rigid::IDENTITY, (SIDE_PX, SIDE_PX), 1.0, 0.1);
         let pixels = (SIDE_PX * SIDE_PX) as usize;
-        let point = SurfacePoint { p_world: DVec3::Z * 2.0, normal_world: DVec3::NEG_Z };
+        let point =
+            SurfacePoint { p_world: DVec3::Z * 2.0, normal_world: DVec3::NEG_Z, facet_normal_world: DVec3::NEG_Z };
         let truth = TracedPicture {
             size_px: (SIDE_PX, SIDE_PX),
             rgb: vec![[0; 3]; pixels],
@@ -150,6 +187,26 @@ mod tests {
         let focal_px = wall(|_| 0.5).camera.focal_px;
         let shifts = wrong.parallax_px.iter().filter(|shift| (**shift - focal_px * 0.5 * 0.1).abs() < 1e-5).count();
         assert_eq!((shifts, wrong.parallax_px.len()), (12, 18));
+    }
+
+    #[test]
+    fn what_is_steep_has_a_bound_of_its_own() {
+        let mut shown = wall(|_| 0.6);
+        let steep = DVec3::new(0.0, 1.0, -0.1).normalize();
+        for point in shown.truth.first.iter_mut().flatten() {
+            (point.normal_world, point.facet_normal_world) = (steep, steep);
+        }
+        let errors = Errors::of(&[shown]);
+        assert_eq!((errors.worst_px(), errors.mean_px(), errors.parallax_px.len()), (None, None, 36));
+        // Ten footprints a pixel, on the middle's ray: eight of them need not be believed.
+        let middle = wall(|_| 0.6).parallax_px(0.1)
+            / (0.1 + wall(|_| 0.5).parallax_px(0.5) / wall(|_| 0.5).camera.focal_px * (4.0 + 0.7 * 0.0145 * 101.0));
+        assert!(
+            errors.steep().is_some_and(|steep| (steep / middle - 1.0).abs() < 0.5),
+            "{:?} {middle}",
+            errors.steep()
+        );
+        assert_eq!(Errors::of(&[wall(|_| 0.5)]).steep(), None);
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::topics::sent_once::walk::{Setup, Walker};
 
 /// Side of the server's views, which see 90 degrees: a sample is 1.4 pixels of the picture wide in the middle of one.
 const IMAGE_PX: u32 = 192;
-const MARGIN_PX: usize = 2;
+pub const MARGIN_PX: usize = 2;
 
 /// A server and a viewer who stands in the middle of a case.
 pub struct Served {

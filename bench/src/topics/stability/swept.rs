@@ -75,8 +75,8 @@ pub fn swept(
     let progress = Progress::new(format!("{label}: {}", sweep.name), values.len() as u64);
     let mut first: Option<Vec<Shown>> = None;
     let mut points: [Vec<(f64, f64)>; 3] = Default::default();
-    let mut bounds =
-        [Check::unfit, Check::holes, Check::depth, Check::mean, Check::alike].map(|check| Bound::new(check(None)));
+    let mut bounds = [Check::unfit, Check::holes, Check::depth, Check::mean, Check::steep, Check::alike]
+        .map(|check| Bound::new(check(None)));
     for decade in values {
         let value = 10_f64.powi(decade);
         let method = format!("{} = 1e{decade}", sweep.parameter);
@@ -105,14 +105,15 @@ pub fn swept(
         row.counts.set("unfit", errors.unfit.values as f64);
         differing.into_iter().for_each(|share| row.counts.set("differing_share", share));
         report.rows.push(row);
-        let worst_px = parallax.map(|parallax| parallax.worst);
         let (unfit, holes) = (Some(errors.unfit.values as f64), Some(errors.holes_share()));
-        let found = [unfit, holes, worst_px, worst_px.map(|_| errors.mean_px()), differing];
+        let found = [unfit, holes, errors.worst_px(), errors.mean_px(), errors.steep(), differing];
         let at = (value, decade <= sweep.holds_to);
         bounds.iter_mut().zip(found).for_each(|(bound, found)| bound.add(at, found));
         first.get_or_insert(shown);
     }
-    let is_told = [true, sweep.bounds_depth, sweep.bounds_depth, sweep.bounds_depth, sweep.looks_alike];
+    // Of steep surfaces and others a sweep has one or both.
+    let [depth, steep] = [2, 4].map(|check: usize| sweep.bounds_depth && bounds[check].check.found.is_some());
+    let is_told = [true, sweep.bounds_depth, depth, depth, steep, sweep.looks_alike];
     let range = (sweep.parameter, [sweep.decades[0], sweep.holds_to].map(|decade| 10_f64.powi(decade)));
     let told = bounds.iter().zip(is_told).filter(|(_, is_told)| *is_told);
     told.for_each(|(bound, _)| bound.tell(label, range, report));

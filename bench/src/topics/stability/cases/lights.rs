@@ -73,7 +73,7 @@ const WRONG: f64 = 0.25;
 const STEADY: f64 = 0.125;
 /// How far from edges of shadows it is compared, in pixels: two samples of what the light sees, each as wide as two pixels of the picture.
 const MARGIN_PX: usize = 4;
-/// Light that grazes more is left out: with the plane of a surface a shadow map's bias grows with the tangent of the angle, here up to ten texels.
+/// Light that grazes more is left out, and of lamps the share of the points whose light does: with the plane of a surface a shadow map's bias grows with the tangent of the angle, here up to ten texels.
 const GRAZING_COS: f64 = 0.1;
 
 fn away(distance_m: f64) -> DVec3 {
@@ -108,11 +108,12 @@ fn judged(lab: &Lab, light: SceneLight, shadows: Shadows) -> anyhow::Result<Vec<
     let mut wrong = 0;
     let settled: Vec<usize> = settled(&seen).filter(|&pixel| shown.drawn.w[pixel] > 0.0).collect();
     for &pixel in &settled {
+        let Some(light) = seen[pixel] else { continue };
         let arrives = arriving.as_ref().map_or(1.0, |shares| f64::from(shares[pixel][0]) / 255.0);
-        wrong += usize::from((arrives - seen[pixel].unwrap_or(arrives)).abs() > WRONG);
+        wrong += usize::from((arrives - light.share).abs() > WRONG + light.grazing);
     }
     let share = (!settled.is_empty()).then(|| wrong as f64 / settled.len() as f64);
-    let from = "four pixels from the edges of shadows, two samples of what the light sees, a quarter more or less is no blur; a thousandth is left to contacts, under \
+    let from = "four pixels from the edges of shadows, two samples of what the light sees, a quarter more or less, and as much as grazes, is no blur; a thousandth is left to contacts, under \
                 which light leaks by half a texel";
     Ok(vec![
         Check::unfit(Some(shown.unfit.values as f64)),
@@ -135,8 +136,17 @@ fn points(light: &SceneLight, shadows: Shadows) -> Vec<DVec3> {
     }
 }
 
-/// The share of the light that each pixel's surface sees; `None` where there is none or light grazes it.
-fn seen(truth: &RayTruth, shown: &Shown, points: &[DVec3]) -> Vec<Option<f64>> {
+/// What a surface sees of a light.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    /// Of its points.
+    share: f64,
+    /// The share of the points whose light grazes the surface.
+    grazing: f64,
+}
+
+/// What each pixel's surface sees of the light; `None` where it sees nothing or light grazes it.
+fn seen(truth: &RayTruth, shown: &Shown, points: &[DVec3]) -> Vec<Option<Seen>> {
     let hidden = truth.hidden_points(&shown.camera, points);
     let share = |(words, first): (&Option<Vec<u64>>, &Option<crate::raytrace::SurfacePoint>)| {
         let (words, first) = (words.as_ref()?, first.as_ref()?);
@@ -144,13 +154,15 @@ fn seen(truth: &RayTruth, shown: &Shown, points: &[DVec3]) -> Vec<Option<f64>> {
         let middle = points.iter().sum::<DVec3>() / points.len() as f64;
         let faces = cosine(middle) > GRAZING_COS && points.iter().all(|point| cosine(*point) > 0.0);
         let hidden: u32 = words.iter().map(|word| word.count_ones()).sum();
-        faces.then(|| 1.0 - f64::from(hidden) / points.len() as f64)
+        let share_of = |count: usize| count as f64 / points.len() as f64;
+        let grazing = points.iter().filter(|point| cosine(**point) < GRAZING_COS).count();
+        faces.then(|| Seen { share: 1.0 - share_of(hidden as usize), grazing: share_of(grazing) })
     };
     hidden.iter().zip(&shown.truth.first).map(share).collect()
 }
 
 /// The pixels around which as much arrives.
-fn settled(seen: &[Option<f64>]) -> impl Iterator<Item = usize> + '_ {
+fn settled(seen: &[Option<Seen>]) -> impl Iterator<Item = usize> + '_ {
     let side = PICTURE_PX as usize;
     let inner = MARGIN_PX..side - MARGIN_PX;
     let pixels = inner.clone().flat_map(move |y| inner.clone().map(move |x| y * side + x));
@@ -158,7 +170,8 @@ fn settled(seen: &[Option<f64>]) -> impl Iterator<Item = usize> + '_ {
         let reach = 0..=2 * MARGIN_PX;
         let first = pixel - MARGIN_PX * side - MARGIN_PX;
         let mut around = reach.clone().flat_map(|y| reach.clone().map(move |x| first + y * side + x));
-        let is_like = |beside: usize| seen[beside].zip(seen[*pixel]).is_some_and(|(a, b)| (a - b).abs() <= STEADY);
+        let is_like =
+            |beside: usize| seen[beside].zip(seen[*pixel]).is_some_and(|(a, b)| (a.share - b.share).abs() <= STEADY);
         around.all(is_like)
     })
 }
