@@ -126,8 +126,8 @@ impl ClientView {
     }
 
     /// How ambient occlusion is measured from now on.
-    pub fn set_occlusion(&mut self, settings: occlusion::Settings) -> anyhow::Result<()> {
-        Ok(self.frames.set_occlusion(settings)?)
+    pub fn set_occlusion(&mut self, settings: occlusion::Settings) {
+        self.frames.set_occlusion(settings);
     }
 
     /// How shadows are drawn from now on.

@@ -38,7 +38,7 @@ fn draw(held: &Held, camera: &Pinhole, settings: &[Settings]) -> Frame {
         picture = stage.shoot(held, camera);
     }
     for settings in settings {
-        stage.frames.set_occlusion(*settings).expect("the shaders compile");
+        stage.frames.set_occlusion(*settings);
         picture = stage.shoot(held, camera);
     }
     let shares = stage.frames.ambient_shares().map_or_else(Vec::new, |shares| stage.read(shares));
@@ -64,6 +64,22 @@ fn an_open_floor_is_light_and_the_foot_of_a_wall_darkens() {
         assert!(open > 0.97, "{occlusion:?}: open {open}");
         // Slices towards the wall hide up to (1 - d/r)^2 = 0.9 of their half of the sky, 0.1 m from it; contacts come out lighter.
         assert!((0.5..0.8).contains(&foot), "{occlusion:?}: from the foot on {shares:?}");
+    }
+}
+
+#[test]
+fn what_occlusion_would_not_change_it_is_not_drawn_for() {
+    let wall = (DVec3::new(-3.0, 0.0, -2.0), DVec3::new(3.0, 2.0, -1.5));
+    let camera = view(DVec3::new(0.0, 3.0, 5.0), DVec3::new(0.0, 0.0, -0.5));
+    let lit = held(&[FLOOR, wall], DVec3::ZERO);
+    assert!(!draw(&lit, &camera, &[by(Occlusion::Plain)]).shares.is_empty());
+    let mut unlit = lit.clone();
+    unlit.materials.iter_mut().for_each(|material| material.unlit = true);
+    let mut dark = lit.clone();
+    dark.lighting.iter_mut().for_each(|lighting| lighting.ambient = [0.0; 3]);
+    for held in [unlit, dark] {
+        let frame = draw(&held, &camera, &[by(Occlusion::Plain)]);
+        assert!(frame.shares.is_empty() && frame.picture == draw(&held, &camera, &[]).picture);
     }
 }
 

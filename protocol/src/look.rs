@@ -259,6 +259,11 @@ impl Lighting {
     /// The most lights that cast shadows: those that bring the most to the viewer.
     pub const MAX_CASTING: usize = 4;
 
+    /// Whether light comes from all around, which what stands near may keep off.
+    pub fn is_around(&self) -> bool {
+        self.sky > 0.0 || self.ambient.iter().any(|&ambient| ambient > 0.0)
+    }
+
     /// The lights that bring anything to a place, the strongest first, by their numbers.
     pub fn strongest_at(&self, place_world: DVec3) -> Vec<usize> {
         let strengths = self.lights.iter().take(Lighting::MAX_LIGHTS).map(|light| light.strength_at(place_world));

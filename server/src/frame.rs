@@ -62,6 +62,8 @@ pub struct Stage {
     sheds_load: bool,
     imager: Box<dyn Imager>,
     materials: Vec<Material>,
+    /// Whether light changes how any of them looks.
+    is_lit: bool,
     /// By object: the id of its first triangle. Empty where nothing deforms.
     first_triangles: Arc<[u32]>,
     /// Samples a pixel of an output at most, along each axis.
@@ -115,6 +117,7 @@ impl Stage {
             coarse_first: false,
             sheds_load: false,
             imager,
+            is_lit: materials.iter().any(|material| !material.unlit),
             materials,
             densest,
             still,
@@ -135,6 +138,7 @@ impl Stage {
             sheds_load: self.sheds_load,
             imager: self.imager.twin()?,
             materials: self.materials.clone(),
+            is_lit: self.is_lit,
             first_triangles: self.first_triangles.clone(),
             densest: self.densest,
             needs: self.needs.clone(),

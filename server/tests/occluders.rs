@@ -8,6 +8,7 @@ use common::session::Session;
 use common::{coloured, scene, sphere, square};
 use glam::{DAffine3, DVec3};
 use protocol::image::octahedral_normal;
+use protocol::message::Shadows;
 use protocol::{DepthImage, Purpose};
 use scene::Scene;
 
@@ -88,6 +89,19 @@ fn who_draws_no_occlusion_is_sent_nothing() {
         session.ticks(2);
         assert!(images(&session, Purpose::Occluders).is_empty(), "a reach of {reach_m} m");
     }
+}
+
+#[test]
+fn for_what_is_not_lit_nothing_is_sent() {
+    let mut unlit = ball_before_wall();
+    unlit.materials.iter_mut().for_each(|material| material.unlit = true);
+    let mut session = occluded(Session::new(unlit), 1.0);
+    session.client.draws.shadows = Shadows::Soft;
+    session.ticks(3);
+    assert!(!images(&session, Purpose::Eye).is_empty());
+    assert!(session.held.patches.values().all(|held| held.patch.purpose == Purpose::Eye));
+    let left_out: Vec<_> = session.client.inventory.parts.iter().filter(|part| part.why == "nothing is lit").collect();
+    assert_eq!(left_out.len(), 2, "{left_out:?}");
 }
 
 /// Balls that touch a wall.

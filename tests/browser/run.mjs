@@ -70,12 +70,12 @@ async function pictures(at, scene, wishes, suffices, more = undefined) {
   return taken;
 }
 
-/** What a viewer sees of a file from 5.5 m before it, under an environment, its light as it is, once it is there. */
-async function showsMaterials(at, { scene, environment }, name, options, isThere) {
+/** What a viewer sees of a file from 5.5 m before its place, under an environment, its light as it is, once it is there. */
+async function showsMaterials(at, { scene, environment }, name, options, isThere, [x, y, z] = [0, 0, 0]) {
   const more = ['--image-size', '256', '--images', '2', '--environment', environment, '--tone', 'none', ...options];
   const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more });
   try {
-    const page = await smallPage(at, `${server.origin}/?renderer=${at.renderer}&antialias=on&eye=0,0,5.5&target=0,0,0&fov=39.966`);
+    const page = await smallPage(at, `${server.origin}/?renderer=${at.renderer}&antialias=on&eye=${x},${y},${z + 5.5}&target=${x},${y},${z}&fov=39.966`);
     await isThere(page);
     const picture = await still(page, join(shots, `${at.renderer}-${name}.png`));
     await page.close();
@@ -363,6 +363,20 @@ function tests(renderer) {
       const pixel = (Math.round(height / 2 - 0.6 * height / 4) * width + Math.round(width / 2 - 0.6 * height / 4)) * 4;
       const pane = [...data.subarray(pixel, pixel + 3)];
       assert.ok(pane.every((value, channel) => Math.abs(value - [188, 0, 188][channel]) <= 6), `a pane before blue: ${pane}`);
+    }],
+    ['shows what is far from the origin as at the origin', async () => {
+      // 1e7 m away; as triangles where these are less, and as samples alone.
+      const away = [8e6, 2e6, -5.6e6];
+      for (const bodies of ['auto', 'off']) {
+        const options = ['--rest', 'off', '--bodies', bodies];
+        const [near, distant] = await Promise.all([[0, 0, 0], away].map((place, index) => withMaterials((file) => (
+          showsMaterials(at, file, `place-${index}-bodies-${bodies}`, options, settled, place)
+        ), place)));
+        assert.ok(colours(near) >= 8, `only ${colours(near)} colours`);
+        const share = difference(near, distant, 1);
+        console.log(`        bodies ${bodies}: ${(100 * share).toFixed(3)} % of the pixels differ`);
+        assert.ok(share <= 0.001, `${100 * share} % of the pixels differ by more than 1 of 255`);
+      }
     }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))

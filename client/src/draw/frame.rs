@@ -95,7 +95,8 @@ const MOST_SAMPLES: u64 = 1 << 24;
 pub struct FrameRenderer {
     gpu: Gpu,
     held: HeldPass,
-    /// `None` while ambient light arrives everywhere.
+    occlusion_settings: occlusion::Settings,
+    /// `None` while ambient light arrives everywhere, or there is none.
     occlusion: Option<OcclusionRenderer>,
     /// `None` while every light arrives everywhere.
     shadows: Option<ShadowRenderer>,
@@ -130,6 +131,7 @@ impl FrameRenderer {
         Ok(FrameRenderer {
             gpu: gpu.clone(),
             held: HeldPass::new(gpu)?,
+            occlusion_settings: occlusion::Settings::default(),
             occlusion: None,
             shadows: None,
             light: LightPass::new(gpu),
@@ -146,11 +148,11 @@ impl FrameRenderer {
         })
     }
 
-    /// How ambient occlusion is measured from now on; not at all before this is first called. What it needs is made here and
-    /// when it is first drawn, and dropped when it is switched off.
-    pub fn set_occlusion(&mut self, settings: occlusion::Settings) -> Result<(), SurfaceError> {
-        self.occlusion = OcclusionRenderer::new(&self.gpu, settings)?;
-        Ok(())
+    /// How ambient occlusion is measured from now on; not at all before this is first called. What it needs is made when it is first drawn, and dropped
+    /// when it is switched off or changes nothing.
+    pub fn set_occlusion(&mut self, settings: occlusion::Settings) {
+        self.occlusion_settings = settings;
+        self.occlusion = None;
     }
 
     /// How shadows are drawn from now on; none are before this is first called. What they need is made when a light first casts, and dropped
@@ -259,6 +261,11 @@ impl FrameRenderer {
         let targets = self.targets.take().expect("surfaces are drawn first");
         let at_rest = shown.rows_of(camera);
         let drawn = drawn_camera(camera, self.samples);
+        self.occlusion = match self.occlusion.take() {
+            _ if !occlusion::changes(held) => None,
+            None => OcclusionRenderer::new(&self.gpu, self.occlusion_settings).expect(EMBEDDED),
+            made => made,
+        };
         if let Some(occlusion) = &mut self.occlusion {
             occlusion.encode(encoder, shown, &drawn, &targets.gbuffer);
         }

@@ -118,7 +118,7 @@ impl Picture {
         let mut renderer = FrameRenderer::new(gpu, format)?;
         let InTime { shadows, occlusion } = options.in_time;
         if options.occlusion.occlusion != Occlusion::None && !occlusion {
-            renderer.set_occlusion(options.occlusion)?;
+            renderer.set_occlusion(options.occlusion);
         }
         if !shadows {
             renderer.set_shadows(options.shadow);
@@ -216,7 +216,7 @@ impl Picture {
         if drawn.occlusion != before.occlusion {
             let off = occlusion::Settings::default();
             let settings = if drawn.occlusion { self.options.occlusion } else { off };
-            self.renderer.set_occlusion(settings).expect(EMBEDDED);
+            self.renderer.set_occlusion(settings);
             let occludes = drawn.occlusion && settings.occlusion == Occlusion::Graph;
             self.occluders = occludes.then(|| occlusion::occluders(&self.gpu, corners));
             self.occluders.iter_mut().for_each(|occluders| occluders.rebuild(held));

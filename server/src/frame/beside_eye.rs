@@ -129,7 +129,7 @@ impl Stage {
         viewer: Viewpoint,
     ) -> Result<LightWork, StageError> {
         let shadows = client.draws.shadows;
-        if shadows == Shadows::None || client.begins_coarsely {
+        if shadows == Shadows::None || client.begins_coarsely || !self.is_lit {
             return Ok(LightWork::default());
         }
         let (started, first) = (Instant::now(), client.account.edits());
@@ -157,7 +157,8 @@ impl Stage {
         eye_world: DVec3,
     ) -> Result<(), StageError> {
         let reach_m = client.draws.occlusion_reach_m;
-        if !(reach_m > 0.0 && reach_m.is_finite()) || client.begins_coarsely {
+        let reaches = reach_m > 0.0 && reach_m.is_finite();
+        if !reaches || client.begins_coarsely || !(self.is_lit && now.lighting.is_around()) {
             return Ok(());
         }
         let serving = occluders::Serving {

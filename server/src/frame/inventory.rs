@@ -104,6 +104,7 @@ impl Stage {
             held.map(|held| held.patch.image.sample_count()).sum::<usize>()
         };
         match (client.draws.shadows, client.lights.made()) {
+            _ if !self.is_lit => parts.leaves_out("light sets", "nothing is lit"),
             (Shadows::None, _) => parts.leaves_out("light sets", "the client draws no shadows"),
             (_, (0, 0)) => parts.leaves_out("light sets", "there is no light that casts"),
             (_, (0, _)) => parts.leaves_out("light sets", "no light casts anything on anything"),
@@ -113,6 +114,7 @@ impl Stage {
             }
         }
         match (client.draws.occlusion_reach_m > 0.0, samples(|purpose| purpose == Purpose::Occluders)) {
+            _ if !self.is_lit => parts.leaves_out("occluders", "nothing is lit"),
             (false, _) => parts.leaves_out("occluders", "the client draws no ambient occlusion"),
             (true, 0) => parts.leaves_out("occluders", "nothing occludes that the eye has not seen"),
             (true, count) => {

@@ -115,12 +115,18 @@ function materialsFile() {
   return document(places.map((at, material) => ({ ...SQUARE, at, material })), materials, images);
 }
 
-/** Writes both, hands their paths to `use`, and takes them away. */
-export async function withMaterials(use) {
+/** The same document at another place in metres: below a node, so that no number of it is rounded. */
+function movedBy(place, file) {
+  const nodes = [...file.nodes, { translation: place, children: file.nodes.map((_, node) => node) }];
+  return { ...file, nodes, scenes: [{ nodes: [file.nodes.length] }] };
+}
+
+/** Writes both, the file at a place, hands their paths to `use`, and takes them away. */
+export async function withMaterials(use, place = [0, 0, 0]) {
   const folder = await mkdtemp(join(tmpdir(), 'vantage-'));
   try {
     const [scene, environment] = [join(folder, 'materials.gltf'), join(folder, 'above.hdr')];
-    await writeFile(scene, JSON.stringify(materialsFile()));
+    await writeFile(scene, JSON.stringify(movedBy(place, materialsFile())));
     await writeFile(environment, lightFromAbove());
     return await use({ scene, environment });
   } finally {

@@ -39,12 +39,12 @@ export function colours({ width, height, data }) {
   return [...counts.values()].filter((count) => count >= width * height / 1000).length;
 }
 
-/** The share of pixels that differ by more than 24 of 255 in some channel. */
-export function difference(a, b) {
+/** The share of pixels that differ by more than `most` of 255 in some channel. */
+export function difference(a, b, most = 24) {
   if (a.width !== b.width || a.height !== b.height) return 1;
   let differing = 0;
   for (let i = 0; i < a.data.length; i += 4) {
-    if ([0, 1, 2].some((c) => Math.abs(a.data[i + c] - b.data[i + c]) > 24)) differing += 1;
+    if ([0, 1, 2].some((c) => Math.abs(a.data[i + c] - b.data[i + c]) > most)) differing += 1;
   }
   return differing / (a.width * a.height);
 }

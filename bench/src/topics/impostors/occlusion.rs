@@ -175,7 +175,7 @@ fn row(
     (shown, followed, traced): (&Shown, &[usize], &[f64]),
 ) -> anyhow::Result<StabilityRow> {
     let mut client = ClientView::new(gpu, (views[0].width_px, views[0].height_px))?;
-    client.set_occlusion(settings)?;
+    client.set_occlusion(settings);
     let mut read: Vec<Vec<f64>> = vec![Vec::new(); followed.len()];
     let mut times_ms = Vec::with_capacity(views.len());
     for (view, shown) in views.iter().zip(shown) {

@@ -3,6 +3,7 @@
 //! The real server and the headless viewer run over a real socket and an emulated network, on the virtual clock, along the same motion each time. What is
 //! forced in is made and sent although the scene or the client has no use for it: the picture should be no better for it.
 
+mod apart;
 mod forced;
 
 use std::path::Path;
@@ -92,9 +93,12 @@ impl Topic for LeftOut {
         let progress = Progress::new("left-out", run.scenes.len() as u64);
         for scene in &run.scenes {
             progress.say(scene_label(scene));
-            if let Err(error) = measure(&gpu, scene, (run, measured_s), report) {
-                report.rows.push(Row::failed(&scene_label(scene), "as decided", &error));
-            }
+            let rows = match run.scenes.len() {
+                1 => measure(&gpu, scene, (run, measured_s)),
+                _ => apart::rows(self.name(), run, scene),
+            };
+            let failed = |error| vec![Row::failed(&scene_label(scene), "as decided", &error)];
+            report.rows.extend(rows.unwrap_or_else(failed));
             progress.step();
         }
         bars(report);
@@ -119,7 +123,7 @@ fn describe(report: &mut Report, measured_s: f64, quick: bool) {
     );
 }
 
-fn measure(gpu: &Gpu, scene: &str, (run, measured_s): (&Run, f64), report: &mut Report) -> anyhow::Result<()> {
+fn measure(gpu: &Gpu, scene: &str, (run, measured_s): (&Run, f64)) -> anyhow::Result<Vec<Row>> {
     let still = setup::moving(scene, run.size_px, None)?;
     let motion = if still.scene.walk { Motion::Walk } else { Motion::Orbit };
     let mut trace = match run.read_trace()? {
@@ -133,11 +137,12 @@ fn measure(gpu: &Gpu, scene: &str, (run, measured_s): (&Run, f64), report: &mut 
     let singles = THINGS.iter().filter(|_| !run.quick).map(|thing| (thing.name.to_owned(), Forced::only(thing)));
     let all = ("everything".to_owned(), Forced::everything());
     let decided = ("as decided".to_owned(), Forced::default());
-    for (method, forced) in std::iter::once(decided).chain(singles).chain([all]) {
+    let runs = std::iter::once(decided).chain(singles).chain([all]);
+    let found = |(method, forced): (String, Forced)| {
         let lived = live::run(gpu, &replay, &forced.operation(link))?;
-        report.rows.push(row(&replay, &method, lived, &mut truths)?);
-    }
-    Ok(())
+        row(&replay, &method, lived, &mut truths)
+    };
+    runs.map(found).collect()
 }
 
 fn row(replay: &Replay, method: &str, lived: Lived, truths: &mut Truths) -> anyhow::Result<Row> {

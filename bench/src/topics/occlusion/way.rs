@@ -101,7 +101,7 @@ pub(super) fn walk(
     let size_px = (settings.output_px, settings.output_px);
     let client = |way: &Way| {
         let mut client = ClientView::new(gpu, size_px)?;
-        client.set_occlusion(Measure { occlusion: way.occlusion, reach_m, taps: way.taps })?;
+        client.set_occlusion(Measure { occlusion: way.occlusion, reach_m, taps: way.taps });
         Ok(client)
     };
     let mut clients: Vec<ClientView> = ways.iter().map(client).collect::<anyhow::Result<_>>()?;

@@ -26,8 +26,8 @@ mod pass;
 use ::camera::{Bounds, Pinhole};
 use glam::DVec3;
 use gpu::{Gpu, MaterialUniform, PinholeUniform};
-use protocol::Purpose;
 use protocol::message::Welcome;
+use protocol::{Held, Lighting, Purpose};
 use surface::{CornerRules, Corners, GBuffer, HeldSurfaces, PointBuffer, PointPass, SurfaceError};
 use wgpu::{BindingResource, TextureFormat};
 
@@ -115,6 +115,11 @@ struct Targets {
     rough: Target,
     /// Smoothed along surfaces.
     occlusion: Target,
+}
+
+/// Whether occlusion changes anything: light comes from all around, and something is lit.
+pub(crate) fn changes(held: &Held) -> bool {
+    held.lighting.as_ref().is_some_and(Lighting::is_around) && held.materials.iter().any(|material| !material.unlit)
 }
 
 /// Of the size of an object that is turned.

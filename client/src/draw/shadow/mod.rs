@@ -248,6 +248,9 @@ impl ShadowRenderer {
         let Some((lighting, bounds)) = shown.held.lighting.as_ref().zip(held_pass::bounds_world(shown)) else {
             return Vec::new();
         };
+        if shown.held.materials.iter().all(|material| material.unlit) {
+            return Vec::new();
+        }
         let caster = |index: usize| {
             let light = &lighting.lights[index];
             if let Some(lamp) = Lamp::of(light).filter(|_| self.settings.is_soft()) {

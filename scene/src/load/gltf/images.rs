@@ -54,10 +54,12 @@ pub(super) fn read(
     images
 }
 
-/// By image, whether some material needs it.
+/// By image, whether some material that is shown needs it.
 fn needs(document: &Document) -> Vec<bool> {
     let mut needs = vec![false; document.images.len()];
-    let used = document.materials.iter().flat_map(|material| material.textures().map(|(_, info)| info));
+    let shown = document.shown_materials();
+    let materials = shown.iter().filter_map(|&material| document.materials.get(material));
+    let used = materials.flat_map(|material| material.textures().map(|(_, info)| info));
     used.filter_map(|info| image_of(document, Some(info))).for_each(|image| needs[image] = true);
     needs
 }

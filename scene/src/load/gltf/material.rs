@@ -74,20 +74,31 @@ pub(super) struct Materials {
     pub uv_sources: Vec<UvSources>,
 }
 
+impl Materials {
+    fn add(&mut self, material: Material, uv_sources: UvSources) {
+        self.materials.push(material);
+        self.uv_sources.push(uv_sources);
+    }
+}
+
 /// Makes the scene's materials from the document's and the images that they need.
 pub(super) fn read(document: &Document, images: Vec<Option<RgbaImage>>, warnings: &mut Warnings) -> Materials {
     let mut textures = Textures { document, images, textures: Vec::new(), known: HashMap::new() };
     let mut all = Materials { materials: Vec::new(), textures: Vec::new(), uv_sources: Vec::new() };
+    let shown = document.shown_materials();
     for (index, material) in document.materials.iter().enumerate() {
+        if !shown.contains(&index) {
+            all.add(Material::default(), [None; 2]);
+            continue;
+        }
         let name = material.name.as_deref().map_or(String::new(), |name| format!(" {:?}", shorten(name)));
         let at = format!("materials[{index}]{name}");
         let textured = textured(material, &mut textures, &at, warnings);
         let numbers = numbers(material, &at, warnings);
-        all.uv_sources.push(textured.uv_sources);
-        all.materials.push(Material { texture: textured.base, bumps: textured.bumps, maps: textured.maps, ..numbers });
+        let Textured { uv_sources, base, bumps, maps } = textured;
+        all.add(Material { texture: base, bumps, maps, ..numbers }, uv_sources);
     }
-    all.materials.push(Material { metallic: 1.0, ..Material::default() });
-    all.uv_sources.push([None; 2]);
+    all.add(Material { metallic: 1.0, ..Material::default() }, [None; 2]);
     all.textures = textures.textures;
     all
 }

@@ -394,7 +394,7 @@ fn a_room_seen_from_inside_is_walked_in_and_a_box_is_turned() {
 }
 
 /// A document of one triangle with three sets of texture coordinates and a material; a texture of one grey texel, 51.
-fn with_material(material: serde_json::Value) -> Scene {
+fn textured_triangle(material: serde_json::Value) -> Builder {
     let mut builder = Builder::of_positions(&TRIANGLE);
     let uvs = builder.floats(&[1.0, 0.0, 0.0, 1.0, 0.5, 0.5], "VEC2");
     let others = [builder.floats(&[0.0, 0.0, 1.0, 0.0, 1.0, 1.0], "VEC2"), builder.floats(&[0.25; 6], "VEC2")];
@@ -411,7 +411,11 @@ fn with_material(material: serde_json::Value) -> Scene {
     let view = builder.view(&png.into_inner());
     builder.json["images"] = json!([{"bufferView": view, "mimeType": "image/png"}]);
     builder.json["textures"] = json!([{"source": 0}]);
-    load_gltf(&builder.glb()).unwrap()
+    builder
+}
+
+fn with_material(material: serde_json::Value) -> Scene {
+    load_gltf(&textured_triangle(material).glb()).unwrap()
 }
 
 #[test]
@@ -436,6 +440,19 @@ fn every_texture_of_a_material_lies_where_its_transform_says() {
     // (u, v) scaled to (3 u, v), turned to (v, -3 u), moved to (v, 1 - 3 u).
     let [u, v] = through(emissive.from_uv, uvs[2]);
     assert!((u - 0.5).abs() < 1e-6 && (v + 0.5).abs() < 1e-6, "{u} {v}");
+}
+
+#[test]
+fn textures_of_what_nothing_shows_are_not_read() {
+    let mut builder = textured_triangle(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+    let unused = builder.push("images", json!({"uri": "data:image/png;base64,AAAA"}));
+    let texture = builder.push("textures", json!({"source": unused}));
+    builder.push("materials", json!({"emissiveTexture": {"index": texture}, "emissiveFactor": [1.0, 1.0, 1.0]}));
+    let shown = load_gltf(&builder.glb()).unwrap();
+    assert_eq!((shown.textures.len(), shown.warnings.len()), (1, 0), "{:?}", shown.warnings);
+    let mut builder = textured_triangle(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+    builder.json["images"][0] = json!({"uri": "data:image/png;base64,AAAA"});
+    assert!(load_gltf(&builder.glb()).unwrap().warnings[0].contains("images[0] is left out"));
 }
 
 #[test]

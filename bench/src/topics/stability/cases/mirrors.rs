@@ -139,7 +139,7 @@ fn ambient(lab: &Lab, case: Case, reach_m: f64) -> anyhow::Result<Vec<Check>> {
     let mut served = Served::new(lab, case, &Setup { occlusion_reach_m: reach_m, ..Served::usual() })?;
     served.tick(0.0)?;
     let mut view = ClientView::new(&lab.gpu, (PICTURE_PX, PICTURE_PX))?;
-    view.set_occlusion(Settings { occlusion: Occlusion::Graph, reach_m, ..Settings::default() })?;
+    view.set_occlusion(Settings { occlusion: Occlusion::Graph, reach_m, ..Settings::default() });
     let shown = served.shown(&lab.gpu, &mut view, &Effects::PLAIN)?;
     let shares = view.ambient_shares(&shown.camera)?;
     let outside = shares.iter().filter(|share| !(0.0..=1.0).contains(*share)).count();

@@ -8,6 +8,8 @@
 mod geometry;
 mod material;
 
+use std::collections::BTreeSet;
+
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -82,6 +84,12 @@ impl Document {
     pub fn forget_unknown_meshes(&mut self) {
         let count = self.meshes.len();
         self.nodes.iter_mut().for_each(|node| node.mesh = node.mesh.filter(|&mesh| mesh < count));
+    }
+
+    /// Those of meshes that nodes place, of any scene. Nothing is read for others.
+    pub fn shown_materials(&self) -> BTreeSet<usize> {
+        let meshes = self.nodes.iter().filter_map(|node| self.meshes.get(node.mesh?));
+        meshes.flat_map(|mesh| &mesh.primitives).filter_map(|primitive| primitive.material).collect()
     }
 
     /// A file without nodes is a library of meshes: each is given a node, so that it is shown where it was modelled.
