@@ -1,5 +1,6 @@
 //! The scene as everything else sees it: meshes, materials and objects, and where they are at a time.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
@@ -462,6 +463,12 @@ impl Scene {
     /// The scene at `time_s` in seconds.
     pub fn at(&self, time_s: f64) -> Snapshot {
         self.animation.at(self, time_s)
+    }
+
+    /// The materials of meshes that instances place, by index.
+    pub fn shown_materials(&self) -> BTreeSet<u32> {
+        let meshes = self.instances.iter().filter_map(|instance| self.meshes.get(instance.mesh as usize));
+        meshes.map(|mesh| mesh.material).collect()
     }
 
     /// [`Snapshot::world_from_mesh`] at `time_s`, without anything else of the snapshot; of what deforms it may be any place.

@@ -11,6 +11,8 @@ use glam::DVec3;
 use libtest_mimic::{Arguments, Failed, Trial};
 use network::Link;
 use protocol::Look;
+use protocol::codec::Profile;
+use protocol::message::{Draws, Shadows};
 use scene::Scene;
 use server::look::SceneLook;
 use vantage_tests::system::{Shown, System, moved, trace};
@@ -59,6 +61,7 @@ fn main() {
         trials.push(test(antialiased, move || exact_at_rest(built_in(name)?, true)));
     }
     trials.push(test("every pose gets its picture at 500 ms".into(), every_pose_gets_its_picture));
+    trials.push(test("an unlit box costs next to nothing".into(), unlit_box_costs_nothing));
     trials.push(test("a scene far from the origin looks as at the origin".into(), far_looks_as_near));
     libtest_mimic::run(&arguments, trials).exit();
 }
@@ -227,6 +230,55 @@ fn far_looks_as_near() -> anyhow::Result<()> {
     let holes = scores[0].holes_share.unwrap_or(1.0);
     ensure!(holes <= MOST_HOLES, "holes {holes}");
     vantage_tests::golden::check("far", &picture(&shown[0])?)
+}
+
+/// All of a box that no light changes, its view at rest included, in bytes.
+const MOST_BYTES_OF_A_BOX: u64 = 5 * 1024;
+/// On the virtual clock each frame's pose is answered, by a number, two times and the headers of a message and a frame.
+const MOST_BYTES_OF_AN_ANSWER: u64 = 24;
+
+fn unlit_box_costs_nothing() -> anyhow::Result<()> {
+    // As on a path that is narrow: on others coding takes less time, and of the view at rest twice the bytes.
+    let system = System::start(unlit_box()?, |config| config.coding.profile = Some(Profile::Dense))?;
+    let start = system.start_pose();
+    let shown = system.view(trace(vec![start; 360]), |options| {
+        options.drawn = |frame| [179, 359].contains(&frame);
+        options.told = Some(Draws { shadows: Shadows::Hard, occlusion_reach_m: 0.5, antialiased: false });
+    })?;
+    let received: Vec<u64> = shown.iter().map(|shown| shown.row.bytes_received).collect();
+    let [first, then] = received[..] else { anyhow::bail!("two frames, {} pictures", shown.len()) };
+    let later = then - first;
+    println!("an unlit box: {} bytes, and {later} for 180 answers", first - later);
+    ensure!(later <= 180 * MOST_BYTES_OF_AN_ANSWER, "nothing changes, and {later} bytes are sent in three seconds");
+    ensure!(first - later <= MOST_BYTES_OF_A_BOX, "{} bytes in all", first - later);
+    let flip = system.scores(&shown)?[1].flip_covered;
+    ensure!(flip.is_some_and(|flip| flip < MOST_FLIP_AT_REST[0]), "FLIP {flip:?}");
+    Ok(())
+}
+
+/// A box of a metre and one colour, which no light changes.
+fn unlit_box() -> anyhow::Result<Scene> {
+    let corner = |index: u8| [0, 1, 2].map(|axis| f32::from(index >> axis & 1) - 0.5);
+    let corners: Vec<u8> = (0..8).flat_map(corner).flat_map(f32::to_le_bytes).collect();
+    // Each face by two of its triangles, as seen from outside.
+    let faces: [[u8; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let indices: Vec<u8> = faces.iter().flat_map(|[a, b, c, d]| [*a, *b, *c, *a, *c, *d]).collect();
+    let document = r#"{
+        "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_materials_unlit"],
+        "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.2, 0.1, 1.0]}, "extensions": {"KHR_materials_unlit": {}}}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 8, "min": [-0.5, -0.5, -0.5], "max": [0.5, 0.5, 0.5]},
+            {"bufferView": 1, "componentType": 5121, "type": "SCALAR", "count": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 96}, {"buffer": 0, "byteOffset": 96, "byteLength": 36}],
+        "buffers": [{"uri": "box.bin", "byteLength": 132}]}"#;
+    let folder = std::env::temp_dir().join(format!("vantage-box-{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    std::fs::write(folder.join("box.bin"), [corners, indices].concat())?;
+    std::fs::write(folder.join("box.gltf"), document)?;
+    let scene = server::source::load(&folder.join("box.gltf").to_string_lossy(), 1.0, &|_| {});
+    std::fs::remove_dir_all(&folder)?;
+    Ok(scene?)
 }
 
 fn picture(shown: &Shown) -> anyhow::Result<image::RgbaImage> {

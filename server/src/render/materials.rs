@@ -65,20 +65,27 @@ pub(crate) struct Tables {
     pub kinds: Kinds,
 }
 
-/// The table of the materials that differ in what samples need. A scene with more than 256 such keeps the first and maps the others to the
+/// The table of the materials that are shown and differ in what samples need; all others have its first code. A scene with more than 256 such keeps the first and maps the others to the
 /// nearest, which is logged. What is left of the table goes to those that vary from place to place, see [`super::palette`], if they are
 /// asked for; else each is everywhere what it is on the whole.
 pub(crate) fn tables(scene: &Scene, varied: bool) -> Tables {
     let mut table: Vec<Material> = Vec::new();
     let mut dropped = 0;
-    let is_varied = |material: &scene::Material| varied && !material.maps.is_empty();
-    let varying = scene.materials.iter().filter(|material| is_varied(material)).count();
+    let shown = scene.shown_materials();
+    let is_shown = |index: usize| shown.contains(&(index as u32));
+    let is_varied = |index: usize| varied && is_shown(index) && !scene.materials[index].maps.is_empty();
+    let mut wanted: Vec<usize> = (0..scene.materials.len()).filter(|&index| is_varied(index)).collect();
+    let varying = wanted.len();
     // Each that varies gets one code at least.
     let most = MaterialUniform::TABLE_LEN.saturating_sub(varying).max(MaterialUniform::TABLE_LEN / 2);
     let codes: Vec<usize> = scene
         .materials
         .iter()
-        .map(|material| {
+        .enumerate()
+        .map(|(index, material)| {
+            if !is_shown(index) {
+                return 0;
+            }
             let wanted = palette::on_the_whole(material, &scene.textures);
             table.iter().position(|known| *known == wanted).unwrap_or_else(|| {
                 if table.len() < most {
@@ -94,8 +101,9 @@ pub(crate) fn tables(scene: &Scene, varied: bool) -> Tables {
     if dropped > 0 {
         tracing::warn!("{dropped} materials past the first {most} are shown as the nearest");
     }
-    let mut wanted: Vec<usize> =
-        (0..scene.materials.len()).filter(|&index| is_varied(&scene.materials[index])).collect();
+    if table.is_empty() {
+        table.push(Material::default());
+    }
     let room = MaterialUniform::TABLE_LEN - table.len();
     if wanted.len() > room {
         tracing::warn!("{} materials past the first {room} that vary are shown as on the whole", wanted.len() - room);
