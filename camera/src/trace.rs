@@ -62,6 +62,7 @@ impl Trace {
         const ELEVATION_RAD: f64 = 20.0 / 180.0 * std::f64::consts::PI;
         let middle = (bounds_min_world + bounds_max_world) / 2.0;
         let radius_m = (bounds_max_world - bounds_min_world).length() / 2.0;
+        // Bounds that are a point are looked at from the least distance that is not 0. Nothing divides by it, and sums round it away.
         let distance_m = radius_m.max(f64::MIN_POSITIVE) / (fov_rad / 2.0).sin();
         let steps = (duration_s * POSES_PER_S).round().max(1.0);
         let pose = |step: f64| {

@@ -69,6 +69,7 @@ impl Impostor {
             bounds_max_anchor: (bounds.max - anchor_world).to_array().map(above),
             w_max: above(range.max),
             size_px: size_px.as_vec2().to_array(),
+            // As `Walk::new` has it.
             fine_px: 1.0_f64.min(fine_px).max(1.0 / 256.0) as f32,
             top_level: self.pyramid().levels() as u32 - 1,
             pole_px: (size_px / 2.0).as_vec2().to_array(),

@@ -53,6 +53,8 @@ pub(crate) struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     pub fn new(impostor: &'a Impostor, fine_px: f64) -> Walk<'a> {
+        // Chosen: 256 steps a pixel; 0 would be no length. No step is shorter than 1 / `MAX_STEPS` of its curve, so that a curve of more than 256 px is not walked more finely
+        // whatever this is.
         Walk { impostor, fine_px: 1.0_f64.min(fine_px).max(1.0 / 256.0), count: StepCount::default() }
     }
 

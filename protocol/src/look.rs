@@ -136,7 +136,7 @@ impl Light {
         match self {
             Light::Directional { irradiance, .. } => luminance(*irradiance),
             Light::Point { position_world, intensity, .. } => {
-                // As near as the look lets a surface be to a light.
+                // As near as the look lets a surface be to a light: a centimetre, as in `common/shade.wgsl`.
                 luminance(*intensity) / DVec3::from(*position_world).distance_squared(place_world).max(1e-4)
             }
         }

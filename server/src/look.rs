@@ -206,6 +206,7 @@ fn exposed_light(light: &SceneLight, exposure: f32) -> Light {
 /// Orders lights of one kind; a directional light comes first.
 fn strength(light: &Light) -> f32 {
     match light {
+        // Chosen: more than the intensity of a lamp that brings `TYPICAL_IRRADIANCE` to what is 400 m away, 5 * 400^2. One that lights what is farther comes first.
         Light::Directional { irradiance, .. } => 1e6 + luminance(*irradiance),
         Light::Point { intensity, .. } => luminance(*intensity),
     }
@@ -227,6 +228,7 @@ fn probes(scene: &Scene, snapshot: &Snapshot) -> Vec<DVec3> {
 
 /// See the module. `radius_m` bounds how near a light counts: a hundredth of the scene.
 fn exposure(lights: &[SceneLight], probes: &[DVec3], radius_m: f64) -> f32 {
+    // Not 0 in a scene without extent. This square of a micrometre is the greater of the two in scenes with a radius of less than 1e-4 m.
     let nearest_squared = (radius_m / 100.0).powi(2).max(1e-12);
     let irradiance = |probe: &DVec3| -> f64 {
         let from = |light: &SceneLight| match *light {

@@ -152,7 +152,8 @@ impl GraphCamera {
     }
 
     /// How far outside of a plane rounding can put a point on it: a few roundings, in the planes' normals and in the products
-    /// with them, of coordinates as large as the camera's and the point's.
+    /// with them, of coordinates as large as the camera's and the point's. Eight in a product and about four in each number of a normal, by half of [`f64::EPSILON`]
+    /// each, are ten of it: 64 are six times as many.
     fn rounding_m(&self, p_world: DVec3) -> f64 {
         64.0 * f64::EPSILON * (self.size_m + p_world.abs().max_element())
     }

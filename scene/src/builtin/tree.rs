@@ -116,6 +116,7 @@ fn grow(wood: &mut Mesher, leaves: &mut Mesher, rng: &mut Rng, twig: &Twig) {
     }
     let children = [8, 8][twig.depth];
     for k in 0..children {
+        // Not quite to the last point, as one must come after it.
         let t = (0.25 + 0.75 * k as f32 / (children - 1) as f32) * pieces as f32 * 0.999;
         let at = spine[t as usize].lerp(spine[t as usize + 1], t.fract());
         let around = k as f32 * 2.399_963 + rng.range(-0.4, 0.4);

@@ -93,6 +93,7 @@ fn pixel(x: u32, y: u32) -> DVec3 {
 
 /// What a ray from the middle of the room meets.
 fn radiance(direction: DVec3) -> DVec3 {
+    // Never divides by 0. The longest axis of a unit vector is 0.58 and more, so that no other is met as near: any number does that is far smaller.
     let reach = ROOM_HALF_M / direction.abs().max(DVec3::splat(1e-12));
     let axis = [0, 1, 2].into_iter().min_by(|&a, &b| reach[a].total_cmp(&reach[b])).expect("there are three axes");
     let hit_m = direction * reach[axis];

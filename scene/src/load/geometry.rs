@@ -106,6 +106,7 @@ impl Geometry {
         for (index, normal) in normals.iter_mut().enumerate() {
             let v = Vec3::from(*normal);
             let length = v.length();
+            // Not 0. The squares of an f32 vanish before, where the length is some 1e-23.
             if length.is_finite() && length > f32::MIN_POSITIVE {
                 scaled += usize::from((length - 1.0).abs() > UNIT_TOLERANCE);
                 *normal = (v / length).into();

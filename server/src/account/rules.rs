@@ -21,7 +21,8 @@ pub struct AccountRules {
     /// rim may lie right before a wall that the viewer will never be as near to. In a room of pillars that was a fifth of all
     /// samples sent.
     pub refines: bool,
-    /// A view that lacks less than this share of its pixels gets nothing, unless it is the viewer's own.
+    /// A view that lacks less than this share of its pixels gets nothing, unless it is the viewer's own. Chosen: of 640 x 360 pixels 0.0005 are 115. A tenth
+    /// would be 11, and ten times as much a hole of 34 x 34.
     pub least_missing: f64,
     /// While the viewer or the scene moves, what covers falsely is trimmed, and what finer samples cover given up, at every so manieth look
     /// only: the next views may not show it any more.

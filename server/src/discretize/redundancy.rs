@@ -233,7 +233,8 @@ impl<'a> Earlier<'a> {
     }
 }
 
-/// How much of a ray's length positions are unsure by: eight roundings of the coordinates at its ends.
+/// How much of a ray's length positions are unsure by: eight roundings of the coordinates at its ends. Each is 2^-23 of them at most, what one f32 is from
+/// the next; 2^-20 is eight times that. 1e-30 keeps a ray without length from dividing by 0, and any number does that is shorter than every ray.
 fn unsure(origin: Vec3, direction: Vec3) -> f32 {
     let sizes = origin.abs() + (origin + direction).abs();
     (-20.0_f32).exp2() * sizes.max_element() / direction.length().max(1e-30)

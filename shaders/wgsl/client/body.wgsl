@@ -162,6 +162,7 @@ fn show_cut(in: Varying, @builtin(front_facing) is_front: bool) -> Shown {
 }
 
 fn shown(in: Varying, is_front: bool, texel: vec4f, plane_world: vec3f) -> Shown {
+    // Colours come times alpha, in 8 bits: less than a step of it, which only filtering leaves, tells no colour.
     let base = texel.rgb / max(texel.a, 1.0 / 255.0) * in.colour;
     let vertex_world = select(-in.normal_world, in.normal_world, is_front == (body.mirrored == 0u));
     let normal_world = select(vertex_world, plane_world, body.is_flat != 0u);

@@ -96,7 +96,7 @@ fn with_tap(slices: Slices, frame: Tangents, footprint: f32, q: vec3f) -> Slices
     let least = LEAST_SINE * LEAST_SINE;
     let hidden = max(sine_squared - least, 0.0) / (1.0 - least) * (1.0 - reach);
     let across = vec2f(dot(way, frame.x), dot(way, frame.y));
-    // Straight above belongs to all slices.
+    // Never divides by 0. Within a millionth of straight above the way across is mostly rounding, by 2^-24 of its places: the azimuth shrinks to 0 there, and no slice counts it.
     let azimuth = across * inverseSqrt(max(dot(across, across), 1e-12 * squared));
     // Cosines to the middles of four slices that are a quarter turn apart, turned by 0, 45, 22.5 and 67.5 degrees.
     let quarter = vec4f(azimuth.x, azimuth.y, -azimuth.x, -azimuth.y);

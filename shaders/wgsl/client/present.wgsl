@@ -47,6 +47,7 @@ fn level_at(level: texture_2d<f32>, open: texture_2d<f32>, pixel: vec2f, scale: 
         sum += vec4f(value.rgb * value.a, value.a) * weight;
         open_sum += textureLoad(open, texel, 0).y * weight;
     }
+    // Never divides by 0. Only what is covered by more than ENCLOSED is shown, so any number does that is smaller.
     return Around(vec4f(sum.rgb / max(sum.a, 1e-6), sum.a), open_sum);
 }
 

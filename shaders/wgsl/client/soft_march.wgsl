@@ -26,6 +26,7 @@ const FIRST_LEVEL: u32 = 1u;
 const TOP_LEVEL: u32 = 2u;
 // How far beyond a cell's side the next cell is looked up, in pixels: coordinates of a few thousand are rounded by less.
 const BEYOND_PX: f32 = 1e-3;
+// An inverse depth that no ray comes to, and a number: an f32 goes up to 3.4e38.
 const NEVER: f32 = 3e38;
 // Where a surface ends it draws back as far, as rebuilt ones do at outlines: see `Rim` of `surface::corners`.
 const RIM_PX: f32 = 0.2;

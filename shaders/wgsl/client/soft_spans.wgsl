@@ -8,7 +8,7 @@
 
 // The twin of the constant of `client::soft::march`.
 const COARSER: i32 = 4;
-// No ray meets it.
+// No ray meets it: its least is more than any w, and a number, as an f32 goes up to 3.4e38.
 const NOTHING = vec2f(3e38, 0.0);
 
 fn plane_span(texel: vec2i) -> vec2f {

@@ -2,7 +2,8 @@
 #import "common/sky.wgsl"
 
 const PI = 3.14159265359;
-// Squares of roughness below this make highlights narrower than a pixel, and divide by nearly nothing.
+// Squares of roughness below this make highlights narrower than a pixel, and divide by nearly nothing: what is divided by is alpha^2 where a highlight is brightest, 6e-6
+// here, and two roundings of numbers near 1 make it 1.2e-7 more or less. At a tenth of this they would be twice alpha^2.
 const LEAST_ALPHA = 0.0025;
 // Fibres' roughness below this makes a rim narrower than a pixel.
 const LEAST_SHEEN_ROUGHNESS = 0.07;
@@ -72,6 +73,7 @@ fn ggx(roughness: f32, at: Cosines) -> f32 {
     let narrow = at.n_h * at.n_h * (squared - 1.0) + 1.0;
     let spread = squared / (PI * narrow * narrow);
     let masked = at.n_l * sqrt(at.n_v * at.n_v * (1.0 - squared) + squared) + at.n_v * sqrt(at.n_l * at.n_l * (1.0 - squared) + squared);
+    // Never divides by 0. By the least cosine to the eye and the least alpha it is 2.5e-7 and more: 1e-6 is larger only where lamp and eye both graze the surface.
     return at.n_l * spread * 0.5 / max(masked, 1e-6);
 }
 
@@ -79,6 +81,7 @@ fn ggx(roughness: f32, at: Cosines) -> f32 {
 // a next-gen material pipeline for The Order: 1886*, 2013), times the light's cosine.
 fn fibres(roughness: f32, at: Cosines) -> f32 {
     let inverse_alpha = 1.0 / (roughness * roughness);
+    // Not 0, which has no logarithm to raise it to a power by. Of the roughest fibres, whose power is 1, a sine of 0.01 leaves a hundredth of the most, and less of others.
     let sine = sqrt(max(1.0 - at.n_h * at.n_h, 1e-4));
     let spread = (2.0 + inverse_alpha) * pow(sine, inverse_alpha) / (2.0 * PI);
     return at.n_l * spread / (4.0 * (at.n_l + at.n_v - at.n_l * at.n_v));
@@ -101,6 +104,7 @@ fn light_of_lamp(light: Light, lobes: Lobes, normal: vec3f, position: vec3f, to_
         return vec3f(0.0);
     }
     let half_way = normalize(arriving.to_light + to_eye);
+    // Not 0, by which fibres and mirrors divide: at 1e-4 a metre of a surface, seen from a metre away, is a tenth of a millimetre wide.
     let n_v = clamp(dot(normal, to_eye), 1e-4, 1.0);
     let at = Cosines(n_l, n_v, clamp(dot(normal, half_way), 0.0, 1.0), clamp(dot(arriving.to_light, half_way), 0.0, 1.0));
     let rise = pow(1.0 - at.l_h, 5.0);

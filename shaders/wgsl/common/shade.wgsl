@@ -85,6 +85,8 @@ fn burley_factor(n_l: f32, n_v: f32, l_h: f32) -> f32 {
 
 // The share of a spot's intensity that leaves along `direction` (unit length, away from the light): KHR_lights_punctual.
 fn spot_share(light: Light, direction: vec3f) -> f32 {
+    // Not 0 where the two are equal. A tenth of the 0.001 that the extension's text has, and far above the 6e-8 by which cosines near 1 round. A spot whose half angle is less
+    // than 0.8 degrees gets dimmer by it.
     let span = max(light.spot_cos_inner - light.spot_cos_outer, 1e-4);
     let share = clamp((dot(direction, light.direction) - light.spot_cos_outer) / span, 0.0, 1.0);
     return share * share;
@@ -101,7 +103,8 @@ fn arriving_light(light: Light, position: vec3f) -> Arriving {
         return Arriving(-light.direction, light.colour);
     }
     let offset = light.position - position;
-    // A centimetre keeps a surface at the light finite.
+    // A centimetre keeps a surface at the light finite. Chosen, and the same in scenes of any size: nearer than that the way to the light is no unit vector, and its light fades.
+    // At a tenth of it what a lamp touches is a hundred times as bright, at ten times what is within a decimetre fades.
     let squared = max(dot(offset, offset), 1e-4);
     let to_light = offset * inverseSqrt(squared);
     let reach = squared * light.inverse_range * light.inverse_range;

@@ -34,6 +34,7 @@ struct RayHit {
 
 // Levels of the hierarchy at most; the server refuses deeper ones.
 const RAY_LEVELS: u32 = 64u;
+// Farther than anything, and a number: an f32 goes up to 3.4e38.
 const RAY_FAR: f32 = 3e38;
 
 // Where a ray enters a box, or `RAY_FAR` where it does not before `t_most`.
@@ -65,6 +66,8 @@ fn ray_distance(triangle: RayTriangle, origin: vec3f, direction: vec3f) -> f32 {
 }
 
 fn ray_inverse(direction: vec3f) -> vec3f {
+    // Along an axis that a ray does not move on, 1 / 0 is infinite, and times a distance of 0 no number. By 1e30 distances of up to 3e8 m stay numbers, while all that is not 0
+    // is out of reach.
     let tiny = abs(direction) < vec3f(1e-30);
     return 1.0 / select(direction, select(vec3f(-1e-30), vec3f(1e-30), direction >= vec3f(0.0)), tiny);
 }

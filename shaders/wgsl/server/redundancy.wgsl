@@ -148,7 +148,8 @@ fn holds_pixel(index: u32, sample: Sample) -> bool {
     return false;
 }
 
-// How much of a ray's length positions are unsure by: eight roundings of the coordinates at its ends.
+// How much of a ray's length positions are unsure by: eight roundings of the coordinates at its ends. Each is 2^-23 of them at most, what one f32 is from
+// the next; 2^-20 is eight times that. 1e-30 keeps a ray without length from dividing by 0, and any number does that is shorter than every ray.
 fn unsure(origin: vec3f, direction: vec3f) -> f32 {
     let sizes = abs(origin) + abs(origin + direction);
     return exp2(-20.0) * max(max(sizes.x, sizes.y), sizes.z) / max(length(direction), 1e-30);

@@ -60,6 +60,7 @@ pub fn planes(
         let steepest = 0.5 * (slope[0].abs() + slope[1].abs());
         let usable = slope == from_normal && steepest <= w * (1.0 - 1.0 / rules.max_ratio);
         guarded += usize::from(!usable);
+        // No less than the square of 0.01: seen at a smaller angle than that, which is less than the normal's own error, a normal tells nothing of the slope.
         let cos_squared = (facing * facing / ray.length_squared()).max(1e-4);
         // An error of more than half of the slope would tie a surface to whatever lies behind it.
         let slope_error = (footprint * 0.7 * rules.normal_error_rad / cos_squared).min(steepest);

@@ -30,7 +30,8 @@ const COARSER: u32 = 4;
 /// Planes, and spans of 4² and 16² of them.
 const FORMATS: [TextureFormat; 3] = [CastPass::PLANES, SPANS, SPANS];
 const LEVELS: usize = FORMATS.len();
-/// A patch is of the corner that it was captured from, up to this part of the corners' distance; one of none of them is in the images of all.
+/// A patch is of the corner that it was captured from, up to this part of the corners' distance; one of none of them is in the images of all. The nearest other place
+/// of a square lamp is a quarter of that distance away (`server/src/lights/places.rs`), and f64 rounds places by 1e-16 of their size: this is far from both.
 const AT_CORNER: f64 = 1e-3;
 
 /// `Corners` of `client/soft_march.wgsl`.

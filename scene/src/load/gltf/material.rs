@@ -56,7 +56,8 @@ impl UvSource {
             return Some(SAME_UV);
         }
         let own = self.map();
-        // A texture of which the vertices say one line only tells nothing of the others.
+        // A texture of which the vertices say one line only tells nothing of the others. A determinant is the difference of two products, which round by 2^-24 each:
+        // of a map with a scale of about 1, whose products are as large, less than 2^-23 is rounding.
         let followed = self.set == other.set && own.matrix2.determinant().abs() > f32::EPSILON;
         let map = followed.then(|| other.map() * own.inverse()).filter(|map| map.is_finite())?;
         let [x, y] = [map.matrix2.row(0), map.matrix2.row(1)];

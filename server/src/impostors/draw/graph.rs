@@ -135,6 +135,7 @@ fn meets(frustum: &Frustum, bounds: &scene::Bounds) -> bool {
     }
     let (low, high) = (bounds.min - frustum.centre_world(), bounds.max - frustum.centre_world());
     // Rounding in f32 on the GPU must not find what this dropped.
+    // By the sixteen roundings of the module's words a place as far from the centre as the anchor is may be off by 1e-6 of its distance: this is ten times that.
     let slack_m = 1e-5 * low.abs().max(high.abs()).max_element();
     let innermost = |outward: DVec3| DVec3::select(outward.cmpgt(DVec3::ZERO), bounds.min, bounds.max);
     let bounds_world = camera::Bounds { min: bounds.min, max: bounds.max };

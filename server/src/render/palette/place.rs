@@ -112,7 +112,8 @@ pub(super) fn mean<'a>(members: impl Iterator<Item = &'a Material> + Clone) -> M
         sheen_roughness: of(|material| material.sheen_roughness),
         ..first
     };
-    // Impostors are made for materials that are mirrors on the whole: a smooth spot shows what is far around.
+    // Impostors are made for materials that are mirrors on the whole: a smooth spot shows what is far around. What has the limit itself is a mirror: a hundredth
+    // more is far above what an f32 rounds, and a quarter of a step of roughness in 8 bits.
     if mean.metallic >= Material::MIRROR_METALLIC {
         mean.roughness = mean.roughness.max(Material::MIRROR_ROUGHNESS * 1.01);
     }

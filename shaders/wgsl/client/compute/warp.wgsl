@@ -108,7 +108,7 @@ fn warp_large(@builtin(global_invocation_id) id: vec3u) {
                     break;
                 }
                 up = f32(row) + 0.5 - middle.y;
-                // A side that lies along the rows bounds none of them.
+                // A side that lies along the rows bounds none of them: 1e9 is farther than any image is wide, and with that on top an i32 still holds it.
                 let of_right = select(vec2f(-1e9, 1e9), up * lean.x + vec2f(-width.x, width.x), down.y != 0.0);
                 let of_down = select(vec2f(-1e9, 1e9), up * lean.y + vec2f(-width.y, width.y), right.y != 0.0);
                 let left = middle.x - 0.5 + max(of_right.x, of_down.x);

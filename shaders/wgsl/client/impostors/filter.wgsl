@@ -79,7 +79,7 @@ fn block_look(shapes: texture_2d<u32>, colours: texture_2d<f32>, hit: ImpostorHi
         let texel = block_colour(colours, level, clamp(vec2i(corner) + step, vec2i(0), last));
         sum += vec4f(linear_from_srgb(texel.rgb), 1.0) * (bilinear_share(place - corner, step) * texel.a);
     }
-    // The block of the hit is one of the four, and holds it.
+    // The block of the hit is one of the four, and holds it, with a quarter of the weight at least: any number does that is smaller.
     let colour = srgb_from_linear(sum.rgb / max(sum.a, 1e-6));
     let shape = textureLoad(shapes, hit.pixel, 0).xy;
     return Look(colour, octahedral_normal_fine(shape.x), facing_of(shape));

@@ -90,6 +90,7 @@ fn supersede(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) 
     let point = Point(sample.w, normal, sample.normal_object >> 16u, sample.triangle, patches[place].w_step, sample.density, true);
     let plane = normal * sample.w / dot(normal, world_from_eye(eye));
     let flat_sample = Flat(point, plane, 1.0 / (patches[place].focal_px * sample.w));
+    // Numbers, as the twin asks: an f32 goes up to 3.4e38.
     if !all(abs(plane) < vec3f(3e38)) || any(high - low >= vec2i(MOST_EXTENT_PX)) {
         return;
     }

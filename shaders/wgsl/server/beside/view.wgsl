@@ -314,6 +314,7 @@ fn w_on_plane(point: Point, here: vec2i, there: vec2i) -> f32 {
 // How far apart in `w` two points of one surface may be at a pixel.
 fn tolerance(a: Point, b: Point, p: vec2i) -> f32 {
     let r = ray(p);
+    // Never divides by 0. Seen edge-on the second of two bounds is the smaller one, so any number does that is far below their quotient, 0.15.
     let facing = max(max(abs(dot(a.normal, r)), abs(dot(b.normal, r))), 1e-20);
     let footprint = a.w / beside.focal_px;
     let off_plane = min(beside.off_plane_footprints / facing, beside.along_ray_footprints);
