@@ -178,7 +178,9 @@ fn exposed(lights: &[SceneLight], exposure: f32) -> Lighting {
     let mut lights: Vec<Light> = lights.iter().map(|light| exposed_light(light, exposure)).collect();
     if lights.len() > Lighting::MAX_LIGHTS {
         tracing::warn!("the scene has {} lights; the {} strongest are kept", lights.len(), Lighting::MAX_LIGHTS);
-        lights.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
+        // A directional light, which lights all of the scene, comes before every lamp.
+        let is_lamp = |light: &Light| matches!(light, Light::Point { .. });
+        lights.sort_by(|a, b| is_lamp(a).cmp(&is_lamp(b)).then(strength(b).total_cmp(&strength(a))));
         lights.truncate(Lighting::MAX_LIGHTS);
     }
     Lighting { ambient: [AMBIENT; 3], lights, background: DARK, burley: false, ..Lighting::default() }
@@ -203,11 +205,10 @@ fn exposed_light(light: &SceneLight, exposure: f32) -> Light {
     }
 }
 
-/// Orders lights of one kind; a directional light comes first.
+/// Orders lights of one kind.
 fn strength(light: &Light) -> f32 {
     match light {
-        // Chosen: more than the intensity of a lamp that brings `TYPICAL_IRRADIANCE` to what is 400 m away, 5 * 400^2. One that lights what is farther comes first.
-        Light::Directional { irradiance, .. } => 1e6 + luminance(*irradiance),
+        Light::Directional { irradiance, .. } => luminance(*irradiance),
         Light::Point { intensity, .. } => luminance(*intensity),
     }
 }
@@ -296,6 +297,10 @@ mod tests {
         let lighting = exposed(&lights, 1.0);
         assert_eq!(lighting.lights.len(), Lighting::MAX_LIGHTS);
         assert!(lighting.lights.iter().all(|light| strength(light) >= 24.0));
+        let bright = |index: u32| bulb(DVec3::ZERO, 1e9 + index as f32);
+        let sun = SceneLight::Directional { direction_world: DVec3::NEG_Y, colour: [1.0; 3] };
+        let lights: Vec<SceneLight> = (0..40).map(bright).chain([sun]).collect();
+        assert!(matches!(exposed(&lights, 1.0).lights[0], Light::Directional { .. }), "a sun lights all of the scene");
     }
 
     #[test]

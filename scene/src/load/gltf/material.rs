@@ -56,9 +56,10 @@ impl UvSource {
             return Some(SAME_UV);
         }
         let own = self.map();
-        // A texture of which the vertices say one line only tells nothing of the others. A determinant is the difference of two products, which round by 2^-24 each:
-        // of a map with a scale of about 1, whose products are as large, less than 2^-23 is rounding.
-        let followed = self.set == other.set && own.matrix2.determinant().abs() > f32::EPSILON;
+        // A texture of which the vertices say one line only tells nothing of the others. A determinant is the difference of two products, which round by 2^-24 each
+        // of what they are, the axes' lengths multiplied at most: less than 2^-23 of that is rounding. Quantized coordinates come with scales of 1/65535.
+        let axes = own.matrix2.x_axis.length() * own.matrix2.y_axis.length();
+        let followed = self.set == other.set && own.matrix2.determinant().abs() > f32::EPSILON * axes;
         let map = followed.then(|| other.map() * own.inverse()).filter(|map| map.is_finite())?;
         let [x, y] = [map.matrix2.row(0), map.matrix2.row(1)];
         Some([[x.x, x.y, map.translation.x], [y.x, y.y, map.translation.y]])
