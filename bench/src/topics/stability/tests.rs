@@ -64,7 +64,7 @@ fn every_way_to_break_it_is_a_miss() {
         (Break::Code, "size", 1.0),
         (Break::Anchor, "distance from the origin", 1e7),
         (Break::Corners, "grazing", 1.0),
-        (Break::Camera, "grazing", 1.0),
+        (Break::Camera, "size", 1.0),
     ];
     for (broken, name, value) in of_sweeps {
         let (_, case) = BY_CODE.iter().find(|(sweep, _)| sweep.name == name).expect("a sweep");
