@@ -106,12 +106,14 @@ fn a_look_without_materials_has_one_code() {
 
 #[test]
 fn more_materials_than_codes_are_shown_on_the_whole() {
-    let mut crowd = varied(SAME_UV);
-    let (mesh, material) = (crowd.meshes[0].clone(), crowd.materials[0].clone());
-    for number in 1..300_u32 {
-        crowd.meshes.push(scene::Mesh { material: number, ..mesh.clone() });
-        crowd.materials.push(Material { ior: 1.0 + number as f32 / 100.0, ..material.clone() });
-    }
+    let one = varied(SAME_UV);
+    let mesh = |number: u32| scene::Mesh { material: number, ..one.meshes[0].clone() };
+    let material = |number: u32| Material { ior: 1.0 + number as f32 / 100.0, ..one.materials[0].clone() };
+    // One behind the other.
+    let at = |number: u32| (number, DAffine3::from_translation(DVec3::NEG_Z * f64::from(number)));
+    let placed: Vec<_> = (0..300).map(at).collect();
+    let mut crowd = scene((0..300).map(mesh).collect(), (0..300).map(material).collect(), &placed);
+    crowd.textures = one.textures;
     let (capture, table) = capture(&crowd, &looking_back(DVec3::new(0.0, 0.0, 0.9), SIZE_PX), Look::Full);
     assert_eq!(table.len(), 256);
     assert!(capture.ids.iter().all(|ids| ids[0] != 0));
