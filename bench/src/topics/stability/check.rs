@@ -1,6 +1,6 @@
 //! What a case must keep, what was found, and how much of it that is.
 
-use super::judge::Errors;
+use super::judge::{DEPTH_PX, Errors};
 use crate::report::{Bar, Report, Row};
 
 /// A figure with its bound.
@@ -19,8 +19,6 @@ pub struct Check {
 const ALIKE_SHARE: f64 = 0.001;
 /// Of the pixels inside of surfaces.
 const HOLES_SHARE: f64 = 0.001;
-/// See [`Check::depth`].
-pub const DEPTH_PX: f64 = 0.1;
 /// See [`Check::colours`].
 const COLOURS: f64 = 4.0;
 

@@ -4,8 +4,10 @@ use glam::DVec3;
 use surface::corners::CornerRules;
 
 use super::buffers::Unfit;
-use super::check::DEPTH_PX;
 use super::way::Shown;
+
+/// What depth inside of surfaces may shift a sample by for an eye at the region's rim.
+pub const DEPTH_PX: f64 = 0.1;
 
 /// The errors of some pictures.
 #[derive(Debug, Clone, Default)]
