@@ -12,7 +12,7 @@ use crate::inventory::Inventory;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 23;
+pub const VERSION: u16 = 24;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

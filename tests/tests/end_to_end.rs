@@ -238,8 +238,12 @@ const MOST_BYTES_OF_A_BOX: u64 = 5 * 1024;
 const MOST_BYTES_OF_AN_ANSWER: u64 = 24;
 
 fn unlit_box_costs_nothing() -> anyhow::Result<()> {
-    // As on a path that is narrow: on others coding takes less time, and of the view at rest twice the bytes.
-    let system = System::start(unlit_box()?, |config| config.coding.profile = Some(Profile::Dense))?;
+    // As on paths that are narrow, and as on others.
+    [Profile::Dense, Profile::Fast].into_iter().try_for_each(unlit_box_costs)
+}
+
+fn unlit_box_costs(profile: Profile) -> anyhow::Result<()> {
+    let system = System::start(unlit_box()?, |config| config.coding.profile = Some(profile))?;
     let start = system.start_pose();
     let shown = system.view(trace(vec![start; 360]), |options| {
         options.drawn = |frame| [179, 359].contains(&frame);
@@ -248,7 +252,7 @@ fn unlit_box_costs_nothing() -> anyhow::Result<()> {
     let received: Vec<u64> = shown.iter().map(|shown| shown.row.bytes_received).collect();
     let [first, then] = received[..] else { anyhow::bail!("two frames, {} pictures", shown.len()) };
     let later = then - first;
-    println!("an unlit box: {} bytes, and {later} for 180 answers", first - later);
+    println!("an unlit box, {profile:?}: {} bytes, and {later} for 180 answers", first - later);
     ensure!(later <= 180 * MOST_BYTES_OF_AN_ANSWER, "nothing changes, and {later} bytes are sent in three seconds");
     ensure!(first - later <= MOST_BYTES_OF_A_BOX, "{} bytes in all", first - later);
     let flip = system.scores(&shown)?[1].flip_covered;

@@ -179,13 +179,14 @@ fn link(residual: i16) -> usize {
 }
 
 /// Codes a plane; a reader fills it. `activity` of each sample is how large its residuals were in the planes before, as logarithms, the
-/// older ones halved; this plane's are added.
+/// older ones halved; this plane's are added. What neighbours predict of a sample, `better` may better, by its rank and those to the left and above.
 pub(super) fn code<const N: usize, B: Bits>(
     bits: &mut B,
     values: &mut [[i16; N]],
     segments: &[Segment],
     (predictor, range): (Predictor, Range),
     activity: &mut [u8],
+    mut better: impl FnMut(usize, i16, [i16; 2]) -> i16,
 ) {
     let mut channels: [Channel; N] = std::array::from_fn(|_| Channel::new());
     let mut residuals = vec![[0_i16; N]; values.len()];
@@ -203,6 +204,7 @@ pub(super) fn code<const N: usize, B: Bits>(
                     Around::LeftUp => mean(left, up),
                     _ => left,
                 };
+                let predicted = better(rank, predicted, [left, up]);
                 let near_residuals = [near[0], near[1], near[3]].map(|rank| residuals[rank][channel]);
                 let activity = activity[rank];
                 let here =

@@ -12,6 +12,7 @@ use std::ops::Range;
 use super::CodecError;
 use super::bits::{BitReader, BitWriter};
 use super::colour::ColourSteps;
+use super::facets::{Facets, TILE_PX};
 use super::lanes::{self, get, put};
 use super::rans::{CONTEXTS, Counts, Decoder, Encoder, InContext, Steps};
 use crate::bytes::{Reader, Writer};
@@ -84,9 +85,14 @@ const LOWER: u64 = put(255, 0) | put(255, 1) | put(255, 2) | put(255, 3) | put(2
 /// through the three.
 #[inline(always)]
 fn edge(left: Values, up: Values, corner: Values) -> Values {
-    let [l, u, c] = [left, up, corner].map(|values| (values >> DEPTH_SHIFT) as u16);
+    let [l, u, c] = [left, up, corner].map(depth);
     let depth = l.wrapping_add(u).wrapping_sub(c.max(l.min(u)).min(l.max(u)));
     lanes::median_edge(left & LOWER, up & LOWER, corner & LOWER) | u64::from(depth) << DEPTH_SHIFT
+}
+
+#[inline(always)]
+fn depth(values: Values) -> u16 {
+    (values >> DEPTH_SHIFT) as u16
 }
 
 /// Columns before the first one and after the last one.
@@ -193,7 +199,7 @@ trait End {
 }
 
 /// Goes through the samples of a mask.
-fn walk(mask: &Mask, end: &mut impl End) -> Result<(), CodecError> {
+fn walk(mask: &Mask, facets: &Facets, end: &mut impl End) -> Result<(), CodecError> {
     let (width_px, height_px) = mask.size_px();
     let mut columns = vec![Column::EMPTY; width_px as usize + 2 * MARGIN];
     let mut seen = Seen::new();
@@ -203,43 +209,69 @@ fn walk(mask: &Mask, end: &mut impl End) -> Result<(), CodecError> {
         mask.runs(y, |columns| runs.push(columns));
         for run in &runs {
             let columns = &mut columns[run.start as usize..run.end as usize + 2 * MARGIN];
-            walk_run(columns, &mut seen, end)?;
+            walk_run(columns, &mut seen, Tiles { facets, x: run.start as usize, y: y as usize }, end)?;
             end.end_run(&columns[MARGIN..columns.len() - MARGIN]);
         }
     }
     Ok(())
 }
 
+/// The tiles that a run of columns goes through, from a pixel on.
+struct Tiles<'a> {
+    facets: &'a Facets,
+    x: usize,
+    y: usize,
+}
+
 /// A run of columns, with [`MARGIN`] more on both sides.
 #[inline(always)]
-fn walk_run(columns: &mut [Column], seen: &mut Seen, end: &mut impl End) -> Result<(), CodecError> {
+fn walk_run(columns: &mut [Column], seen: &mut Seen, tiles: Tiles, end: &mut impl End) -> Result<(), CodecError> {
     let mut left = columns[MARGIN - 1];
     let mut corner = left;
-    for at in MARGIN..columns.len() - MARGIN {
-        let (up, right) = (columns[at], columns[at + 1]);
-        let around = Around { left: left.surface, up: up.surface, corner: corner.surface, right: right.surface };
-        let context = around.context((left.sizes | up.sizes) & SHAPE == 0);
-        let (surface, symbol) = end.surface(seen, columns, at, around, context)?;
-        if surface != left.surface {
-            seen.of_object[usize::from(left.surface as u16)] = left.values;
+    let (mut at, count) = (MARGIN, columns.len() - 2 * MARGIN);
+    while at < MARGIN + count {
+        let x = tiles.x + at - MARGIN;
+        let tile_end = (at + TILE_PX - x % TILE_PX).min(MARGIN + count);
+        let mut facets = tiles.facets.near(x, tiles.y);
+        while at < tile_end {
+            let (up, right) = (columns[at], columns[at + 1]);
+            let around = Around { left: left.surface, up: up.surface, corner: corner.surface, right: right.surface };
+            let context = around.context((left.sizes | up.sizes) & SHAPE == 0);
+            let (surface, symbol) = end.surface(seen, columns, at, around, context)?;
+            if surface != left.surface {
+                seen.of_object[usize::from(left.surface as u16)] = left.values;
+            }
+            let (predicted, beside, contexts) = if symbol <= FLAT {
+                // The one that is missing is as the other one.
+                let (is_left, is_up) = (around.left == surface, around.up == surface);
+                let (first, second) =
+                    (if is_left { left.values } else { up.values }, if is_up { up.values } else { left.values });
+                let between = if is_left & is_up & (around.corner == surface) { corner.values } else { second };
+                let contexts = FIRST_CONTEXTS + lanes::levels(left.sizes + up.sizes, LEVELS);
+                (edge(first, second, between), [first, second], contexts)
+            } else {
+                let elsewhere = seen.elsewhere(surface, around, corner.values, right.values);
+                (elsewhere, [elsewhere; 2], FIRST_CONTEXTS + ALONE)
+            };
+            let depth = facets.depth(surface, depth(predicted), beside.map(depth));
+            let predicted = predicted & LOWER | u64::from(depth) << DEPTH_SHIFT;
+            let (values, symbols) = end.values((surface, symbol), predicted, contexts + put(context, SURFACE))?;
+            corner = up;
+            left = Column { values, sizes: lanes::at_most_31(symbols), surface };
+            columns[at] = left;
+            facets.step();
+            at += 1;
         }
-        let (predicted, contexts) = if symbol <= FLAT {
-            // The one that is missing is as the other one.
-            let (is_left, is_up) = (around.left == surface, around.up == surface);
-            let (first, second) =
-                (if is_left { left.values } else { up.values }, if is_up { up.values } else { left.values });
-            let between = if is_left & is_up & (around.corner == surface) { corner.values } else { second };
-            (edge(first, second, between), FIRST_CONTEXTS + lanes::levels(left.sizes + up.sizes, LEVELS))
-        } else {
-            (seen.elsewhere(surface, around, corner.values, right.values), FIRST_CONTEXTS + ALONE)
-        };
-        let (values, symbols) = end.values((surface, symbol), predicted, contexts + put(context, SURFACE))?;
-        corner = up;
-        left = Column { values, sizes: lanes::at_most_31(symbols), surface };
-        columns[at] = left;
     }
     seen.of_object[usize::from(left.surface as u16)] = left.values;
     Ok(())
+}
+
+/// The surface of a sample.
+#[inline(always)]
+fn surface_of(image: &DepthImage, told_apart: bool, rank: usize) -> Surface {
+    let material = if told_apart { 0 } else { image.material[rank] };
+    Surface::from(image.object[rank]) | Surface::from(material) << 16
 }
 
 /// Counts symbols, which are written once all are counted.
@@ -264,9 +296,7 @@ impl End for Counting<'_> {
         around: Around,
         _: u8,
     ) -> Result<Named, CodecError> {
-        let object = self.image.object[self.rank];
-        let material = if self.told_apart { 0 } else { self.image.material[self.rank] };
-        let surface = Surface::from(object) | Surface::from(material) << 16;
+        let surface = surface_of(self.image, self.told_apart, self.rank);
         let neighbour = [LIKELY, LEFT, UP].into_iter().find(|&symbol| around.neighbour(symbol) == surface);
         if let Some(symbol) = neighbour {
             return Ok((surface, symbol));
@@ -275,8 +305,8 @@ impl End for Counting<'_> {
             Some(place) => FIRST_FARTHER + place as u8,
             None if seen.recent[recent_place(surface)] == surface => FIRST_RECENT + recent_place(surface) as u8,
             None => {
-                self.literals.u16(object);
-                self.literals.u8(material);
+                self.literals.u16(surface as u16);
+                self.literals.u8((surface >> 16) as u8);
                 LITERAL
             }
         };
@@ -294,7 +324,7 @@ impl End for Counting<'_> {
         let (depth, [x, y]) = (self.image.depth[self.rank], self.image.normal[self.rank]);
         let [a, b, c] = self.steps.bytes(self.image.colour[self.rank]);
         let channels = put(x, 0) | put(y, 1) | put(a, 2) | put(b, 3) | put(c, 4);
-        let difference = depth.wrapping_sub((predicted >> DEPTH_SHIFT) as u16) as i16;
+        let difference = depth.wrapping_sub(self::depth(predicted)) as i16;
         let code = (difference << 1 ^ difference >> 15) as u16;
         if code >= WIDE.into() {
             self.literals.u16(code);
@@ -326,7 +356,9 @@ pub(super) fn write(image: &DepthImage, steps: ColourSteps, told_apart: bool, bi
     let counts = vec![[0; 256]; CONTEXTS].into_boxed_slice().try_into().expect("one of each context");
     let coded = Vec::with_capacity(image.sample_count());
     let mut counting = Counting { image, steps, told_apart, rank: 0, coded, counts, literals: Writer::default() };
-    walk(&image.mask, &mut counting).expect("images in memory are sound");
+    let facets = Facets::find(image, |rank| surface_of(image, told_apart, rank));
+    let facets = facets.code(bits, image.mask.size_px()).expect("facets in memory are sound");
+    walk(&image.mask, &facets, &mut counting).expect("images in memory are sound");
     let mut encoder = Encoder::new(Steps::write(&counting.counts, bits));
     for &(symbols, contexts) in counting.coded.iter().rev() {
         write_sample(&mut encoder, |lane| (get(symbols, lane), get(contexts, lane)));
@@ -388,7 +420,7 @@ impl End for Reading<'_> {
         let mut take = |state: usize, lane: usize| put(self.decoder.symbol(state, get(contexts, lane)), lane);
         let [first, second, third] = COLOUR;
         let mut symbols = take(FIRST_STATE, first) | take(OTHERS_STATE, second) | take(OTHERS_STATE, third);
-        let mut depth = (predicted >> DEPTH_SHIFT) as u16;
+        let mut depth = depth(predicted);
         if symbol != FLAT {
             let [x, y] = NORMAL;
             symbols |= take(NORMAL_STATE, x) | take(NORMAL_STATE, y) | take(SHAPE_STATE, DEPTH);
@@ -429,7 +461,7 @@ impl Planes {
     }
 
     fn extend(&mut self, columns: &[Column]) {
-        self.depth.extend(columns.iter().map(|column| (column.values >> DEPTH_SHIFT) as u16));
+        self.depth.extend(columns.iter().map(|column| depth(column.values)));
         self.normal.extend(columns.iter().map(|column| NORMAL.map(|lane| get(column.values, lane))));
         let colours = columns.iter().map(|column| COLOUR.map(|lane| get(column.values, lane)));
         self.steps.extend_by_bytes(&mut self.colour, colours);
@@ -446,12 +478,13 @@ pub(super) fn read(
     symbols: &[u8],
     literals: &[u8],
 ) -> Result<(), CodecError> {
+    let facets = Facets::none(image.mask.size_px()).code(bits, image.mask.size_px())?;
     let mut reading = Reading {
         planes: Planes::with_capacity(image.mask.count(), steps),
         decoder: Decoder::new(bits, symbols)?,
         literals: Reader::new(literals),
     };
-    walk(&image.mask, &mut reading)?;
+    walk(&image.mask, &facets, &mut reading)?;
     reading.decoder.finish()?;
     if reading.literals.remaining() > 0 {
         return Err(CodecError::Damaged("literals"));

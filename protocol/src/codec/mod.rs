@@ -9,6 +9,7 @@ mod colour;
 mod dense;
 mod ends;
 mod error;
+mod facets;
 mod fast;
 mod header;
 mod labels;
@@ -21,6 +22,7 @@ mod rans;
 mod residual;
 mod rest;
 mod samples;
+mod scatter;
 mod segments;
 mod sky;
 

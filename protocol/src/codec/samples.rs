@@ -6,6 +6,7 @@
 
 use super::bits::{BitReader, BitWriter, Bits};
 use super::colour::ColourSteps;
+use super::facets::Facets;
 use super::header::Header;
 use super::labels::{self, Label};
 use super::residual::{self, Predictor, Range};
@@ -101,7 +102,7 @@ impl Writing {
     fn materials(&mut self, image: &DepthImage, segments: &[Segment]) {
         if materials_vary(image) {
             let codes: Vec<[i16; 1]> = image.material.iter().map(|&code| [code.into()]).collect();
-            self.plane(&image.material, &codes, segments, Range::Byte);
+            self.plane(&image.material, &codes, segments, Range::Byte, as_is);
         } else {
             write_labels(&mut self.bits, &image.material, segments);
         }
@@ -114,11 +115,12 @@ impl Writing {
         values: &[[i16; N]],
         segments: &[Segment],
         range: Range,
+        better: impl FnMut(usize, i16, [i16; 2]) -> i16,
     ) {
         let method = choose(labels, values, segments, range);
         let Method::Residual(predictor) = method else { return write_labels(&mut self.bits, labels, segments) };
         method.code(&mut self.bits).expect("a writer reads what it wrote");
-        dense::code(&mut self.bits, &mut values.to_vec(), segments, (predictor, range), &mut self.activity);
+        dense::code(&mut self.bits, &mut values.to_vec(), segments, (predictor, range), &mut self.activity, better);
     }
 }
 
@@ -185,15 +187,28 @@ pub(super) fn write(image: &DepthImage, coding: Coding, out: &mut Writer) {
     }
 }
 
+/// Predictions that nothing betters.
+fn as_is(_: usize, predicted: i16, _: [i16; 2]) -> i16 {
+    predicted
+}
+
+/// Object in the lower 16 bits, then material.
+fn surface(image: &DepthImage, rank: usize) -> u32 {
+    u32::from(image.object[rank]) | u32::from(image.material[rank]) << 16
+}
+
 fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     write_labels(&mut writing.bits, &image.object, &segments(&image.mask, None));
     let segments = segments(&image.mask, Some(&image.object));
     writing.materials(image, &segments);
     let normal: Vec<[i16; 2]> = image.normal.iter().map(|code| code.map(i16::from)).collect();
-    writing.plane(&image.normal, &normal, &segments, Range::Byte);
+    writing.plane(&image.normal, &normal, &segments, Range::Byte, as_is);
     let depth: Vec<[i16; 1]> = image.depth.iter().map(|&code| [code as i16]).collect();
-    writing.plane(&image.depth, &depth, &segments, Range::Short);
-    writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short);
+    let facets = Facets::find(image, |rank| surface(image, rank));
+    let facets = facets.code(&mut writing.bits, image.mask.size_px()).expect("facets in memory are sound");
+    let better = facets.along(&image.mask, |rank| surface(image, rank));
+    writing.plane(&image.depth, &depth, &segments, Range::Short, better);
+    writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short, as_is);
     rest::code(&mut writing.bits, image, image.normal_rest.clone());
     quarters::code(&mut writing.bits, image, image.colour_rest.clone());
     ends::code(&mut writing.bits, image, image.ends.clone());
@@ -234,7 +249,7 @@ struct Reading<'a> {
 impl Reading<'_> {
     fn materials(&mut self, count: usize, segments: &[Segment]) -> Result<Vec<u8>, CodecError> {
         let codes = |values: &[[i16; 1]]| values.iter().map(|value| value[0] as u8).collect();
-        self.plane(count, segments, Range::Byte, codes)
+        self.plane(count, segments, Range::Byte, codes, as_is)
     }
 
     /// A plane of `count` ids, which have no residuals.
@@ -250,13 +265,14 @@ impl Reading<'_> {
         segments: &[Segment],
         range: Range,
         labels: impl Fn(&[[i16; N]]) -> Vec<T>,
+        better: impl FnMut(usize, i16, [i16; 2]) -> i16,
     ) -> Result<Vec<T>, CodecError> {
         let predictor = match Method::Constant.code(&mut self.bits)? {
             Method::Residual(predictor) => predictor,
             method => return read_labels(&mut self.bits, method, count, segments),
         };
         let mut values = vec![[0; N]; count];
-        dense::code(&mut self.bits, &mut values, segments, (predictor, range), &mut self.activity);
+        dense::code(&mut self.bits, &mut values, segments, (predictor, range), &mut self.activity, better);
         Ok(labels(&values))
     }
 }
@@ -323,10 +339,12 @@ fn read_planes(
     let segments = segments(&image.mask, Some(&image.object));
     image.material = reading.materials(count, &segments)?;
     let normals = |values: &[[i16; 2]]| values.iter().map(|value| value.map(|value| value as u8)).collect();
-    image.normal = reading.plane(count, &segments, Range::Byte, normals)?;
+    image.normal = reading.plane(count, &segments, Range::Byte, normals, as_is)?;
     let depths = |values: &[[i16; 1]]| values.iter().map(|value| value[0] as u16).collect();
-    image.depth = reading.plane(count, &segments, Range::Short, depths)?;
-    image.colour = reading.plane(count, &segments, Range::Short, |values| steps.rgb_of_all(values))?;
+    let facets = Facets::none(image.mask.size_px()).code(&mut reading.bits, image.mask.size_px())?;
+    let better = facets.along(&image.mask, |rank| surface(image, rank));
+    image.depth = reading.plane(count, &segments, Range::Short, depths, better)?;
+    image.colour = reading.plane(count, &segments, Range::Short, |values| steps.rgb_of_all(values), as_is)?;
     image.normal_rest = rest::code(&mut reading.bits, image, Vec::new());
     image.colour_rest = quarters::code(&mut reading.bits, image, Vec::new());
     image.ends = ends::code(&mut reading.bits, image, Vec::new());
