@@ -5,9 +5,9 @@
 mod architecture;
 mod beside;
 mod circles;
-mod frames;
 mod fuzz;
 mod run;
+mod scripts;
 mod setup;
 mod test;
 mod web;
@@ -63,6 +63,12 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
+    /// Show the cases of report `stability` that stand still in browsers, beside the native client's pictures.
+    Stiff {
+        /// Passed on to tests/browser/stiff.mjs, e.g. `--only mirror webgl2`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Build the native viewer in release and run it.
     View {
         /// Passed on to vantage-view.
@@ -88,7 +94,8 @@ fn main() -> anyhow::Result<()> {
         Command::Report { arguments } => report(&arguments),
         Command::Beside(arguments) => beside::beside(&arguments),
         Command::Fuzz(arguments) => fuzz::fuzz(&arguments),
-        Command::Frames { arguments } => frames::frames(&arguments),
+        Command::Frames { arguments } => scripts::FRAMES.run(&arguments),
+        Command::Stiff { arguments } => scripts::STIFF.run(&arguments),
         Command::View { arguments } => run_release("vantage-client", "vantage-view", &arguments),
         Command::Web { release } => {
             setup::install(&[Need::WasmTarget, Need::Clang])?;

@@ -5,7 +5,7 @@ use glam::DAffine3;
 use gpu::Gpu;
 use protocol::held::HeldInstance;
 use protocol::{Held, PatchId};
-use surface::{GBuffer, Slices, Smoothing, SurfaceError, SurfacePass};
+use surface::{GBuffer, SETBACK_FOOTPRINTS, Slices, Smoothing, SurfaceError, SurfacePass};
 
 use crate::draw::bodies::{self, Bodies, BodyInputs, BodyPass};
 use crate::draw::fullscreen::EMBEDDED;
@@ -22,16 +22,18 @@ pub(crate) struct HeldPass {
     relief: Option<ReliefPass>,
     /// Made when a body first shows something.
     body: Option<BodyPass>,
+    casts: bool,
 }
 
 impl HeldPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::new(gpu)?, relief: None, body: None })
+        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::new(gpu)?, relief: None, body: None, casts: false })
     }
 
-    /// Draws what casts shadows, as seen from a light: see [`SurfacePass::casting`]; reliefs as views see them.
+    /// Draws what casts shadows, as seen from a light: see [`SurfacePass::casting`]. Bodies lie back by as much, of the map's
+    /// own texels: adapters interpolate depth as they like, and a floor that is nearer by a millionth would be in its own shadow. Reliefs as views see them.
     pub(crate) fn casting(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::casting(gpu)?, relief: None, body: None })
+        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::casting(gpu)?, relief: None, body: None, casts: true })
     }
 
     /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.
@@ -63,7 +65,8 @@ impl HeldPass {
         let poses_now = surfaces.poses_now();
         if let Some(bodies) = bodies.filter(|bodies| !bodies.is_empty()) {
             let body = self.body.get_or_insert_with(|| BodyPass::new(&self.gpu).expect(EMBEDDED));
-            body.encode(encoder, &BodyInputs { bodies, held, poses_now, camera }, target);
+            let setback = if self.casts { (SETBACK_FOOTPRINTS / camera.focal_px) as f32 } else { 0.0 };
+            body.encode(encoder, &BodyInputs { bodies, held, poses_now, camera, setback }, target);
         }
         let Some(impostors) = impostors.filter(|impostors| show_reliefs(impostors, held)) else { return };
         let relief = self.relief.get_or_insert_with(|| ReliefPass::new(&self.gpu).expect(EMBEDDED));

@@ -14,7 +14,8 @@ struct Body {
     is_flat: u32,
     // Whether it is placed by maps that turn left to right.
     mirrored: u32,
-    padding: u32,
+    // By how much inverse depth is less where it casts, as a share.
+    setback: f32,
 }
 
 // The twin of `protocol::Body::NORMAL_STEPS`.
@@ -167,5 +168,5 @@ fn shown(in: Varying, is_front: bool, texel: vec4f, plane_world: vec3f) -> Shown
     let vertex_world = select(-in.normal_world, in.normal_world, is_front == (body.mirrored == 0u));
     let normal_world = select(vertex_world, plane_world, body.is_flat != 0u);
     let ids = in.object | (body.material << 16u) | EXACT;
-    return Shown(vec4f(srgb_from_linear(base), 1.0), vec2u(octahedral_code_fine(normal_world), ids), 1.0 / in.p_eye.z);
+    return Shown(vec4f(srgb_from_linear(base), 1.0), vec2u(octahedral_code_fine(normal_world), ids), (1.0 - body.setback) / in.p_eye.z);
 }

@@ -8,7 +8,11 @@ export async function canvasPixels(page, path) {
   const over = '#panel, nav, #status, #loading { visibility: hidden !important; }';
   // Frames come no faster than they are drawn: after two more, what was drawn before is shown.
   await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
-  const png = await page.screenshot({ path, style: over, timeout: PATIENCE_MS });
+  return decoded(page, await page.screenshot({ path, style: over, timeout: PATIENCE_MS }));
+}
+
+/** Pixels of the bytes of a PNG, by the browser of a page. */
+export async function decoded(page, png) {
   const helper = await page.context().newPage();
   try {
     const [width, height, text] = await helper.evaluate(async (base64) => {

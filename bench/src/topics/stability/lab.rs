@@ -1,5 +1,6 @@
 //! What every case is run with, and the ways in which it can be broken on purpose.
 
+use std::cell::RefCell;
 use std::str::FromStr;
 
 use glam::DVec3;
@@ -8,6 +9,7 @@ use protocol::DepthImage;
 use server::discretize::DepthPrecision;
 use surface::{CornerRules, Corners, HeldSurfaces};
 
+use super::way::Case;
 use crate::client_view::ClientView;
 use crate::stage::Stage;
 
@@ -21,11 +23,23 @@ pub struct Lab {
     pub view: ClientView,
     /// What is broken between the stages; `None` where all is as it should be.
     pub broken: Option<Break>,
+    /// What was looked at first, since somebody took it.
+    pub case: RefCell<Option<Case>>,
 }
 
 impl Lab {
     pub fn new(gpu: &Gpu, broken: Option<Break>) -> anyhow::Result<Lab> {
-        Ok(Lab { gpu: gpu.clone(), view: ClientView::new(gpu, (PICTURE_PX, PICTURE_PX))?, broken })
+        Ok(Lab {
+            gpu: gpu.clone(),
+            view: ClientView::new(gpu, (PICTURE_PX, PICTURE_PX))?,
+            broken,
+            case: RefCell::default(),
+        })
+    }
+
+    /// Remembers a case if it is the first one.
+    pub fn looks_at(&self, case: &Case) {
+        self.case.borrow_mut().get_or_insert_with(|| case.clone());
     }
 }
 

@@ -15,10 +15,13 @@ mod check;
 mod judge;
 mod lab;
 mod moved;
+mod offered;
 mod served;
 mod sweeps;
 mod swept;
 mod way;
+
+use std::path::PathBuf;
 
 use clap::{Args, Command};
 
@@ -27,6 +30,7 @@ use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
 use cases::{GROUPS, Group, effects};
 use lab::{Break, Lab, PICTURE_PX};
+use offered::Offer;
 use sweeps::{BY_CODE, OF_SCENES};
 use swept::swept;
 
@@ -38,6 +42,15 @@ struct Arguments {
     /// Breaks what goes from one stage to the next on purpose, so that bounds are missed.
     #[arg(long = "break", value_name = "NAME", hide = true)]
     broken: Option<Break>,
+    /// Judges nothing: serves each case that stands still on a port, for other clients (`cargo xtask stiff`).
+    #[arg(long, value_name = "PORT", hide = true)]
+    offer: Option<u16>,
+    /// Folder of the built web client, for `--offer`.
+    #[arg(long, value_name = "DIR", hide = true, default_value = "target/web")]
+    web: PathBuf,
+    /// Offers only cases whose names hold this; may be given several times.
+    #[arg(long, value_name = "WORDS", hide = true)]
+    only: Vec<String>,
 }
 
 impl Topic for Stability {
@@ -61,8 +74,11 @@ impl Topic for Stability {
     }
 
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
-        let Arguments { broken } = run.arguments()?;
+        let Arguments { broken, offer, web, only } = run.arguments()?;
         let mut lab = Lab::new(run.gpu(report)?, broken)?;
+        if let Some(port) = offer {
+            return offered::offer(&mut lab, &Offer { port, web, out: run.out.clone() }, &only);
+        }
         describe(report, broken);
         for name in &run.scenes {
             if let Some((sweep, case)) = BY_CODE.iter().find(|(sweep, _)| sweep.name == name) {

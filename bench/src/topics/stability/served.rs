@@ -39,6 +39,7 @@ impl Served {
     }
 
     pub fn new(lab: &Lab, case: Case, setup: &Setup) -> anyhow::Result<Served> {
+        lab.looks_at(&case);
         let walker = Walker::new(&lab.gpu, Arc::new(case.scene.clone()), setup)?;
         let look = SceneLook::new(&case.scene, Look::Plain);
         Ok(Served { walker, case, look, broken: lab.broken, first_poses: None })

@@ -22,6 +22,7 @@ const IMAGES: usize = 4;
 pub const FOV_Y_RAD: f64 = std::f64::consts::TAU / 6.0;
 
 /// A scene and who looks at it.
+#[derive(Clone)]
 pub struct Case {
     pub scene: Scene,
     /// The middle of the region that the set is made for.
@@ -91,6 +92,7 @@ pub fn shown_of(
     case: &Case,
     kept: impl FnOnce(Vec<DepthImage>) -> Vec<DepthImage>,
 ) -> anyhow::Result<Vec<Shown>> {
+    lab.looks_at(case);
     let mut stage = Stage::new(&lab.gpu, case.scene.clone(), Look::Plain)?;
     stage.show(0.0, case.middle.translation)?;
     Break::anchored(lab.broken, &mut stage)?;

@@ -18,6 +18,8 @@ pub(crate) struct BodyInputs<'a> {
     pub held: &'a Held,
     pub poses_now: &'a BTreeMap<u16, DAffine3>,
     pub camera: &'a Pinhole,
+    /// By how much inverse depth is less than it is, as a share.
+    pub setback: f32,
 }
 
 /// Of `Vertex` of `client/body.wgsl` what is of the object.
@@ -63,7 +65,7 @@ pub(super) struct Group<'a> {
 
 /// The groups that a view sees, the nearest first, so that what is hidden is not shaded.
 pub(super) fn groups<'a>(inputs: &BodyInputs<'a>) -> Vec<Group<'a>> {
-    let BodyInputs { bodies, held, poses_now, camera } = *inputs;
+    let BodyInputs { bodies, held, poses_now, camera, .. } = *inputs;
     let eye_from_world = camera.world_from_eye.to_affine().inverse();
     let mut groups: BTreeMap<(PatchId, bool), Group<'a>> = BTreeMap::new();
     for (object, id, placed, instance) in bodies.shown(held) {

@@ -30,11 +30,11 @@ pub(super) struct BodyUniform {
     material: u32,
     is_flat: u32,
     mirrored: u32,
-    padding: u32,
+    setback: f32,
 }
 
 impl BodyUniform {
-    fn new(placed: &Placed, is_mirrored: bool) -> BodyUniform {
+    fn new(placed: &Placed, is_mirrored: bool, setback: f32) -> BodyUniform {
         let body = &placed.body;
         let steps = f32::from(u16::MAX);
         let [x, y, z] = body.least;
@@ -48,7 +48,7 @@ impl BodyUniform {
             material: placed.material.into(),
             is_flat: body.normals.is_empty().into(),
             mirrored: is_mirrored.into(),
-            padding: 0,
+            setback,
         }
     }
 }
@@ -120,7 +120,8 @@ impl BodyPass {
         let mut pass = onto(encoder, target, "bodies");
         let mut first = 0;
         for Group { placed, is_mirrored, instances: of_group, .. } in &groups {
-            let body = uniform(&self.gpu, "body", bytemuck::bytes_of(&BodyUniform::new(placed, *is_mirrored)));
+            let body =
+                uniform(&self.gpu, "body", bytemuck::bytes_of(&BodyUniform::new(placed, *is_mirrored, inputs.setback)));
             let own_bones = placed.is_bent().then(|| self.bones(inputs.bodies, placed));
             let bones = own_bones.as_ref().unwrap_or(&self.no_bones);
             let inputs = [
