@@ -40,12 +40,15 @@ impl TruthRenderer {
     /// Pipelines for scenes of `scene`'s kind.
     pub fn new(scene: &SceneRenderer) -> Result<TruthRenderer, RenderError> {
         let gpu = scene.gpu().clone();
-        let uniform = |binding| {
-            crate::render::buffer_entry(binding, wgpu::ShaderStages::FRAGMENT, wgpu::BufferBindingType::Uniform)
-        };
+        let buffer = |binding, kind| crate::render::buffer_entry(binding, wgpu::ShaderStages::FRAGMENT, kind);
+        let storage = wgpu::BufferBindingType::Storage { read_only: true };
         let own_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("truth"),
-            entries: &[uniform(2), uniform(3), crate::render::texture_entry(4)],
+            entries: &[
+                buffer(2, storage),
+                buffer(3, wgpu::BufferBindingType::Uniform),
+                crate::render::texture_entry(4),
+            ],
         });
         let pass = Pass {
             fragment: "truth",
@@ -122,16 +125,16 @@ impl TruthRenderer {
     }
 
     fn own_group(&self, scene: &SceneRenderer, lighting: &Lighting, eye_world: DVec3) -> wgpu::BindGroup {
-        let uniform = |label, contents: &[u8]| {
+        let buffer = |label, contents: &[u8]| {
             self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some(label),
                 contents,
-                usage: wgpu::BufferUsages::UNIFORM,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
             })
         };
         let lights =
-            uniform("lighting", bytemuck::bytes_of(&LightingUniform::new(lighting, self.sky.as_deref(), eye_world)));
-        let table = uniform("material table", bytemuck::cast_slice(&MaterialUniform::table(scene.materials())));
+            buffer("lighting", bytemuck::bytes_of(&LightingUniform::new(lighting, self.sky.as_deref(), eye_world)));
+        let table = buffer("material table", bytemuck::cast_slice(&MaterialUniform::table(scene.materials())));
         self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("truth"),
             layout: &self.own_layout,

@@ -2,7 +2,8 @@
 #import "server/scene.wgsl"
 #import "common/surface_light.wgsl"
 
-@group(3) @binding(2) var<uniform> lighting: Lighting;
+// No uniform: software Vulkan compiles a shader anew for what its branches depend on in uniforms.
+@group(3) @binding(2) var<storage, read> lighting: Lighting;
 @group(3) @binding(3) var<uniform> material_table: array<Material, 256>;
 @group(3) @binding(4) var sky: texture_2d<f32>;
 
