@@ -8,10 +8,10 @@
 // Prints a line a test, then "N passed, N failed, N skipped", and exits with 1 where one failed.
 import assert from 'node:assert/strict';
 import { mkdir } from 'node:fs/promises';
-import { join } from 'node:path';
+import { basename, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
-import { withMaterials } from './lib/models.mjs';
+import { withLitSquare, withMaterials } from './lib/models.mjs';
 import { brightness, canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, still, until } from './lib/state.mjs';
@@ -63,7 +63,7 @@ async function pictures(at, scene, wishes, suffices, more = undefined) {
   for (const wish of wishes) {
     const page = await smallPage(at, `${server.origin}/?renderer=${renderer}${wish}`);
     await until(page, 'all of a picture', (now) => now.picture && suffices(now, wish));
-    taken.push(await stillPicture(page, `${renderer}-9-${scene}${wish.replace(/\W/g, '-')}`));
+    taken.push(await stillPicture(page, `${renderer}-9-${basename(scene)}${wish.replace(/\W/g, '-')}`));
     await page.close();
   }
   await server.stop();
@@ -313,6 +313,14 @@ function tests(renderer) {
       [hard, ...soft].forEach((picture) => darkens(plain, picture));
       assert.ok(difference(hard, soft[0]) > 0.002, 'soft shadows look like hard ones');
       assert.ok(difference(...soft) < difference(hard, soft[0]), 'what method draws soft shadows shows');
+    }],
+    ['shows no shadow of a surface on itself', async () => {
+      // Sent as its triangles, whose depth a rasterizer interpolates as it likes.
+      const from = '&eye=0.3,-3,2.2&target=0,0,0.2&fov=60';
+      const more = ['--image-size', '256', '--images', '2', '--look', 'plain', '--rest', 'off'];
+      const [plain, shadowed] = await withLitSquare((scene) => pictures(at, scene, [from, `${from}&shadows=maps`], ({ connected }) => connected, more));
+      assert.ok(brightness(plain) > 60, `it is not lit: brightness ${brightness(plain)}`);
+      assert.ok(difference(plain, shadowed, 8) < 0.002, `${100 * difference(plain, shadowed, 8)} % of the picture is in shadow`);
     }],
     ['keeps soft shadows while the eye moves, and follows lamps', async () => {
       // From a still scene nothing of what lamps see is sent again; where lamps swing and pots turn only what comes into view.

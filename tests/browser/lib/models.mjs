@@ -121,15 +121,38 @@ function movedBy(place, file) {
   return { ...file, nodes, scenes: [{ nodes: [file.nodes.length] }] };
 }
 
-/** Writes both, the file at a place, hands their paths to `use`, and takes them away. */
-export async function withMaterials(use, place = [0, 0, 0]) {
+/** A grey square of four metres before which a lamp hangs: nothing is there that could hide it. */
+function litFile() {
+  const grey = { doubleSided: true, pbrMetallicRoughness: { baseColorFactor: [0.5, 0.5, 0.5, 1], metallicFactor: 0, roughnessFactor: 1 } };
+  const file = document([{ ...SQUARE, POSITION: SQUARE.POSITION.map((x) => 4 * x), at: [0, 0, 0], material: 0 }], [grey], []);
+  const lamp = { translation: [0.4, -0.3, 2], extensions: { KHR_lights_punctual: { light: 0 } } };
+  return {
+    ...file,
+    extensionsUsed: ['KHR_lights_punctual'],
+    extensions: { KHR_lights_punctual: { lights: [{ type: 'point', intensity: 300 }] } },
+    nodes: [...file.nodes, lamp],
+    scenes: [{ nodes: [0, 1] }],
+  };
+}
+
+/** Writes files by their names, hands the folder to `use`, and takes it away. */
+async function withFiles(files, use) {
   const folder = await mkdtemp(join(tmpdir(), 'vantage-'));
   try {
-    const [scene, environment] = [join(folder, 'materials.gltf'), join(folder, 'above.hdr')];
-    await writeFile(scene, JSON.stringify(movedBy(place, materialsFile())));
-    await writeFile(environment, lightFromAbove());
-    return await use({ scene, environment });
+    await Promise.all(Object.entries(files).map(([name, content]) => writeFile(join(folder, name), content)));
+    return await use(folder);
   } finally {
     await rm(folder, { recursive: true, force: true });
   }
+}
+
+/** Hands the paths of the file, at a place, and of the environment to `use`. */
+export function withMaterials(use, place = [0, 0, 0]) {
+  const files = { 'materials.gltf': JSON.stringify(movedBy(place, materialsFile())), 'above.hdr': lightFromAbove() };
+  return withFiles(files, (folder) => use({ scene: join(folder, 'materials.gltf'), environment: join(folder, 'above.hdr') }));
+}
+
+/** Hands the path of a lit square to `use`. */
+export function withLitSquare(use) {
+  return withFiles({ 'lit.gltf': JSON.stringify(litFile()) }, (folder) => use(join(folder, 'lit.gltf')));
 }
