@@ -140,7 +140,10 @@ impl Screen {
             CurrentSurfaceTexture::Validation => return Err("the canvas refused the next picture".to_owned()),
         };
         let view = frame.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let camera = Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m);
+        let mut camera = Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m);
+        if self.renderer == Renderer::WebGl2 {
+            camera = self.picture.begun_far(held, &camera);
+        }
         self.picture.draw(held, &camera, &view);
         self.gpu.queue.present(frame);
         Ok(true)

@@ -1,6 +1,7 @@
 //! The picture of what is held: surfaces and the frame that is drawn from them, as windows, pages and headless runs use it.
 
-use camera::Pinhole;
+use camera::{Bounds, Pinhole};
+use glam::DVec3;
 use gpu::Gpu;
 use protocol::message::{self, Draws, Welcome};
 use protocol::{Held, Update};
@@ -13,6 +14,7 @@ use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
 use crate::draw::effects::{Drawn, Effects, InTime};
 use crate::draw::frame::{self, FrameRenderer};
 use crate::draw::fullscreen::EMBEDDED;
+use crate::draw::held_pass;
 use crate::draw::impostors::Impostors;
 use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
@@ -195,6 +197,20 @@ impl Picture {
             Resolution::Whole => self.effects.submitted(&self.gpu),
             Resolution::Keys(_) => self.effects.missed(),
         }
+    }
+
+    /// The same camera with its near plane half as far as anything held, where that is further. Whoever has no depth range from 0 to 1, as
+    /// WebGL2, rounds depths to 2^-25 of where they begin, so that surfaces must lie `2^-25 z² / near` apart: of a model of a kilometre and a near plane
+    /// of a centimetre it would be 3 m.
+    pub fn begun_far(&self, held: &Held, camera: &Pinhole) -> Pinhole {
+        let impostors = Some(&self.impostors);
+        let shown = Shown { impostors, bodies: Some(&self.bodies), ..(&self.surfaces, held).into() };
+        let layers = self.layers.surfaces().filter_map(HeldSurfaces::bounds_world);
+        let bounds = layers.chain(held_pass::bounds_world(shown)).reduce(Bounds::union);
+        let eye_from_world = camera.world_from_eye.inverse();
+        let depth_m = |corner: DVec3| eye_from_world.transform_point(corner).z;
+        let least_m = bounds.into_iter().flat_map(|bounds| bounds.corners()).map(depth_m).reduce(f64::min);
+        Pinhole { near_m: camera.near_m.max(0.5 * least_m.filter(|m| m.is_finite()).unwrap_or(0.0)), ..*camera }
     }
 
     /// How frames are drawn now.
