@@ -71,6 +71,7 @@ impl Facet {
 
 /// Facets that a sample may be predicted by: that of its tile, or another one around.
 pub(super) const NEAR: usize = 3;
+
 /// The facets near a pixel, the tile's own first, and their depths there; goes along a row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Near {

@@ -9,12 +9,9 @@ use protocol::DepthImage;
 use server::discretize::DepthPrecision;
 use surface::{CornerRules, Corners, HeldSurfaces};
 
-use super::way::Case;
+use super::case::{Case, PICTURE_PX};
 use crate::client_view::ClientView;
 use crate::stage::Stage;
-
-/// Side of a picture.
-pub const PICTURE_PX: u32 = 160;
 
 /// See the module.
 pub struct Lab {

@@ -10,6 +10,7 @@
 
 mod buffers;
 mod build;
+mod case;
 mod cases;
 mod check;
 mod judge;
@@ -28,8 +29,9 @@ use clap::{Args, Command};
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};
 use crate::topic::{Run, Topic, scene_label};
+use case::PICTURE_PX;
 use cases::{GROUPS, Group, effects};
-use lab::{Break, Lab, PICTURE_PX};
+use lab::{Break, Lab};
 use offered::Offer;
 use sweeps::{BY_CODE, OF_SCENES};
 use swept::swept;

@@ -17,10 +17,10 @@ use scene::model::SceneCamera;
 use server::imager::GpuImager;
 use server::start::start_pose;
 
+use super::case::{Case, FOV_Y_RAD};
 use super::cases::{GROUPS, effects};
 use super::lab::Lab;
 use super::sweeps::BY_CODE;
-use super::way::{Case, FOV_Y_RAD};
 use crate::compare::Picture;
 use crate::report::progress::Progress;
 

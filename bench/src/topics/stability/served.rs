@@ -11,8 +11,9 @@ use protocol::Look;
 use server::look::SceneLook;
 
 use super::buffers::Unfit;
-use super::lab::{Break, Lab, PICTURE_PX};
-use super::way::{Case, Shown};
+use super::case::{Case, PICTURE_PX};
+use super::lab::{Break, Lab};
+use super::way::Shown;
 use crate::client_view::ClientView;
 use crate::raytrace::{Effects, RayTruth};
 use crate::sets;

@@ -6,8 +6,8 @@ use server::scale::scaled;
 use server::start::{near_m, start_pose};
 
 use super::build::{Placed, at, ball, mesh, scene, square};
+use super::case::{Case, FOV_Y_RAD, PICTURE_PX};
 use super::moved::moved;
-use super::way::{Case, FOV_Y_RAD};
 
 /// A parameter, the decades that it is swept over, and what must hold.
 pub struct Sweep {
@@ -170,7 +170,7 @@ fn near_and_far(ratio: f64) -> Case {
 fn triangles(side_px: f64) -> Case {
     const MOST_CELLS: f64 = 48.0;
     let distance_m = 2.0;
-    let pixel_m = 2.0 * distance_m * (FOV_Y_RAD / 2.0).tan() / f64::from(super::lab::PICTURE_PX);
+    let pixel_m = 2.0 * distance_m * (FOV_Y_RAD / 2.0).tan() / f64::from(PICTURE_PX);
     let side_m = side_px * pixel_m;
     let cells = (2.0 / side_m).clamp(1.0, MOST_CELLS).round() as u32;
     let half = (side_m * f64::from(cells) / 2.0) as f32;

@@ -1,10 +1,11 @@
 //! A sweep: every value of a stiff parameter, and where its bounds end to hold.
 
+use super::case::Case;
 use super::check::Check;
 use super::judge::{Errors, differing_share};
 use super::lab::Lab;
 use super::sweeps::Sweep;
-use super::way::{Case, Shown, shown};
+use super::way::{Shown, shown};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
 use crate::report::progress::Progress;
 use crate::report::{Report, Row};

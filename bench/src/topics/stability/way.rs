@@ -1,16 +1,16 @@
 //! The way from a scene to a client's picture, and the truth beside it: images as the server makes them, their bytes, the held copy, its surfaces, a frame.
 
 use anyhow::ensure;
-use camera::{Pinhole, Rigid};
+use camera::Pinhole;
 use client::draw::frame::Options;
 use glam::DVec3;
 use protocol::codec::{Coding, decode_patch};
 use protocol::{DepthImage, Limits, Look};
-use scene::Scene;
 use server::discretize::{Discretization, Discretizer};
 
 use super::buffers::Unfit;
-use super::lab::{Break, Lab, PICTURE_PX};
+use super::case::Case;
+use super::lab::{Break, Lab};
 use crate::client_view::{Drawn, HeldSet};
 use crate::raytrace::{Effects, RayTruth, TracedPicture};
 use crate::sets::{self, SetPlan};
@@ -19,36 +19,6 @@ use crate::stage::Stage;
 /// Side of each image of a set.
 const IMAGE_PX: u32 = 192;
 const IMAGES: usize = 4;
-pub const FOV_Y_RAD: f64 = std::f64::consts::TAU / 6.0;
-
-/// A scene and who looks at it.
-#[derive(Clone)]
-pub struct Case {
-    pub scene: Scene,
-    /// The middle of the region that the set is made for.
-    pub middle: Rigid,
-    pub near_m: f64,
-}
-
-impl Case {
-    /// An eye that looks at a target.
-    pub fn look(scene: Scene, eye: DVec3, target: DVec3, near_m: f64) -> Case {
-        Case { scene, middle: Rigid::look_at(eye, target), near_m }
-    }
-
-    /// The picture of an eye that looks the same way.
-    pub fn camera(&self, eye_world: DVec3) -> Pinhole {
-        let eye = Rigid { translation: eye_world, ..self.middle };
-        Pinhole::symmetric(eye, (PICTURE_PX, PICTURE_PX), FOV_Y_RAD, self.near_m)
-    }
-
-    /// The middle of the region, and a place on its rim, above to the right.
-    pub fn eyes(&self) -> [DVec3; 2] {
-        let to_rim = self.middle.rotation * DVec3::new(1.0, -1.0, 0.0).normalize() * sets::region_radius_m(&self.scene);
-        [self.middle.translation, self.middle.translation + to_rim]
-    }
-}
-
 /// What a client draws at an eye, and what is there.
 pub struct Shown {
     pub camera: Pinhole,

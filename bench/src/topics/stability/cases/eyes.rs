@@ -5,8 +5,7 @@ use scene::Mesh;
 
 use super::stiff::{Stiff, bent, flat};
 use crate::topics::stability::build::{Placed, at, ball, cuboid, floor, mesh, scene, square};
-use crate::topics::stability::lab::PICTURE_PX;
-use crate::topics::stability::way::{Case, FOV_Y_RAD};
+use crate::topics::stability::case::{Case, FOV_Y_RAD, PICTURE_PX};
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "an eye in a wall's plane", judge: |lab| flat(lab, &in_a_plane()) },

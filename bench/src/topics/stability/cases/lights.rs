@@ -15,11 +15,12 @@ use crate::client_view::ClientView;
 use crate::raytrace::{Effects, RayTruth};
 use crate::topics::sent_once::walk::Setup;
 use crate::topics::stability::build::{Placed, at, ball, floor, lamp, lit, scene};
+use crate::topics::stability::case::{Case, PICTURE_PX};
 use crate::topics::stability::check::Check;
-use crate::topics::stability::lab::{Lab, PICTURE_PX};
+use crate::topics::stability::lab::Lab;
 use crate::topics::stability::served::Served;
 
-use crate::topics::stability::way::{Case, Shown};
+use crate::topics::stability::way::Shown;
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "a point light, hard shadows", judge: |lab| judged(lab, lamp(ABOVE, None), Shadows::Maps) },

@@ -12,12 +12,13 @@ use crate::client_view::ClientView;
 use crate::raytrace::{Effects, reflectors};
 use crate::topics::sent_once::walk::Setup;
 use crate::topics::stability::build::{Placed, at, ball, cuboid, floor, scene, square};
+use crate::topics::stability::case::{Case, PICTURE_PX};
 use crate::topics::stability::check::Check;
 use crate::topics::stability::judge::Errors;
-use crate::topics::stability::lab::{Lab, PICTURE_PX};
+use crate::topics::stability::lab::Lab;
 use crate::topics::stability::served::Served;
 
-use crate::topics::stability::way::{Case, Shown};
+use crate::topics::stability::way::Shown;
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "a flat mirror", judge: |lab| reflecting(lab, flat_mirror(DVec3::new(0.0, 0.0, 2.4))) },

@@ -12,11 +12,12 @@ use scene::Scene;
 use super::stiff::Stiff;
 use crate::raytrace::Effects;
 use crate::topics::stability::build::{Placed, Places, at, cuboid, moving, scene, square};
+use crate::topics::stability::case::Case;
 use crate::topics::stability::check::Check;
 use crate::topics::stability::judge::Errors;
 use crate::topics::stability::lab::Lab;
 use crate::topics::stability::served::{MARGIN_PX, Served};
-use crate::topics::stability::way::{Case, Shown};
+use crate::topics::stability::way::Shown;
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff {

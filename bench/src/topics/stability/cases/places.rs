@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::stiff::{Stiff, bent, flat};
 use crate::topics::stability::build::{Placed, at, ball, scene, square};
-use crate::topics::stability::way::Case;
+use crate::topics::stability::case::Case;
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "mirrored", judge: |lab| bent(lab, &balls(DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)))) },

@@ -6,10 +6,11 @@ use protocol::{DepthImage, Mask};
 
 use super::stiff::Stiff;
 use crate::topics::stability::build::{Placed, at, scene, square};
+use crate::topics::stability::case::Case;
 use crate::topics::stability::check::Check;
 use crate::topics::stability::judge::Errors;
 use crate::topics::stability::lab::Lab;
-use crate::topics::stability::way::{Case, Shown, shown_of};
+use crate::topics::stability::way::{Shown, shown_of};
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "images without a sample", judge: |lab| few(lab, 0) },

@@ -1,9 +1,10 @@
 //! What a case is, and what surfaces keep in all of them.
 
+use crate::topics::stability::case::Case;
 use crate::topics::stability::check::Check;
 use crate::topics::stability::judge::Errors;
 use crate::topics::stability::lab::Lab;
-use crate::topics::stability::way::{Case, shown};
+use crate::topics::stability::way::shown;
 
 /// A case by its name.
 pub struct Stiff {

@@ -6,7 +6,7 @@ use scene::{Bounds, Mesh};
 
 use super::stiff::{Stiff, flat};
 use crate::topics::stability::build::{Placed, at, mesh, scene, square};
-use crate::topics::stability::way::Case;
+use crate::topics::stability::case::Case;
 
 pub(super) const CASES: &[Stiff] = &[
     Stiff { name: "needles of 1e-7 m between strips", judge: |lab| flat(lab, &board(needles(NEEDLE_M))) },
