@@ -223,7 +223,8 @@ mod tests {
             least_size_uv,
             material,
             is_flat,
-            mirrored
+            mirrored,
+            setback
         );
     }
 }
