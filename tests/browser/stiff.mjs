@@ -7,7 +7,8 @@
 //   node stiff.mjs [--only WORDS]... [--out DIR] [webgpu|webgl2]...
 //
 // A line a case and renderer: the share of the pixels that differ by more than 1 and by more than 8 of 255. Both clients are sent what a server of their own finds them to lack,
-// and outlines end where a rasterizer rounds them to, so a few pixels may differ by all. The last line is `N held, N did not`; it exits with 1 where one did not.
+// and outlines end where a rasterizer rounds them to, so a few pixels may differ by all. What moves is not offered, and named.
+// The last line is `N held, N did not, N cases were not offered`; it exits with 1 where one did not.
 import { spawn } from 'node:child_process';
 import { mkdir, readFile } from 'node:fs/promises';
 import { join, resolve } from 'node:path';
@@ -40,8 +41,12 @@ const browsers = await Promise.all((positionals.length > 0 ? positionals : ['web
 const port = await freePort();
 const only = values.only.flatMap((words) => ['--only', words]);
 const offering = spawn(bin, ['stability', '--offer', `${port}`, '--web', web, '--out', out, ...only], { stdio: ['pipe', 'pipe', 'inherit'] });
-const tally = { held: 0, not: 0 };
+const tally = { held: 0, not: 0, left: 0 };
 for await (const line of createInterface({ input: offering.stdout })) {
+  if (line.startsWith('not offered: ')) {
+    tally.left += 1;
+    console.log(line);
+  }
   if (!line.startsWith('{')) continue;
   const { case: name, place, picture } = JSON.parse(line);
   const [{ page: helper }] = browsers;
@@ -66,5 +71,5 @@ for await (const line of createInterface({ input: offering.stdout })) {
   offering.stdin.write('\n');
 }
 await Promise.all(browsers.map(({ close }) => close()));
-console.log(`${tally.held} held, ${tally.not} did not`);
+console.log(`${tally.held} held, ${tally.not} did not, ${tally.left} cases were not offered`);
 process.exit(tally.not > 0 || tally.held === 0 ? 1 : 0);

@@ -21,13 +21,20 @@ const MOST_VARIANCE: f64 = 0.125;
 /// Fraction bits of a facet's numbers: a slope's rounding adds up to 1/32 step over 4096 pixels.
 const FRACTION_BITS: u32 = 16;
 
-/// That an image has facets, in 1/32768: half a bit either way.
+/// That an image has none, in 1/32768: a bit either way.
 const NONE: u32 = 1 << 14;
+
+/// The surface of a sample: its object in the lower 16 bits, then its material, where materials are not told apart from objects.
+#[inline(always)]
+pub(super) fn surface_of(image: &DepthImage, told_apart: bool, rank: usize) -> u32 {
+    let material = if told_apart { 0 } else { image.material[rank] };
+    u32::from(image.object[rank]) | u32::from(material) << 16
+}
 
 /// A plane of depth, for the samples of one surface. All numbers wrap, as codes do, so that none from outside is out of range.
 #[derive(Debug, Clone, Copy)]
 struct Facet {
-    /// Object in the lower 16 bits, then material.
+    /// See [`surface_of`].
     surface: u32,
     /// At pixel (0, 0), and from one to the next along x and y, in steps, with [`FRACTION_BITS`].
     at: u32,

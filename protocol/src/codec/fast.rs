@@ -12,7 +12,7 @@ use std::ops::Range;
 use super::CodecError;
 use super::bits::{BitReader, BitWriter};
 use super::colour::ColourSteps;
-use super::facets::{Facets, TILE_PX};
+use super::facets::{Facets, TILE_PX, surface_of};
 use super::lanes::{self, get, put};
 use super::rans::{CONTEXTS, Counts, Decoder, Encoder, InContext, Steps};
 use crate::bytes::{Reader, Writer};
@@ -48,7 +48,7 @@ const ALONE: Contexts = lanes::all(4) - put(4, SURFACE);
 /// The symbol of a depth that does not fit one: it follows among the literals.
 const WIDE: u8 = 255;
 
-/// Object in the lower 16 bits, then material.
+/// See [`surface_of`].
 type Surface = u32;
 /// No sample's.
 const NO_SURFACE: Surface = u32::MAX;
@@ -265,13 +265,6 @@ fn walk_run(columns: &mut [Column], seen: &mut Seen, tiles: Tiles, end: &mut imp
     }
     seen.of_object[usize::from(left.surface as u16)] = left.values;
     Ok(())
-}
-
-/// The surface of a sample.
-#[inline(always)]
-fn surface_of(image: &DepthImage, told_apart: bool, rank: usize) -> Surface {
-    let material = if told_apart { 0 } else { image.material[rank] };
-    Surface::from(image.object[rank]) | Surface::from(material) << 16
 }
 
 /// Counts symbols, which are written once all are counted.

@@ -6,7 +6,7 @@
 
 use super::bits::{BitReader, BitWriter, Bits};
 use super::colour::ColourSteps;
-use super::facets::Facets;
+use super::facets::{Facets, surface_of};
 use super::header::Header;
 use super::labels::{self, Label};
 use super::residual::{self, Predictor, Range};
@@ -192,11 +192,6 @@ fn as_is(_: usize, predicted: i16, _: [i16; 2]) -> i16 {
     predicted
 }
 
-/// Object in the lower 16 bits, then material.
-fn surface(image: &DepthImage, rank: usize) -> u32 {
-    u32::from(image.object[rank]) | u32::from(image.material[rank]) << 16
-}
-
 fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     write_labels(&mut writing.bits, &image.object, &segments(&image.mask, None));
     let segments = segments(&image.mask, Some(&image.object));
@@ -204,9 +199,9 @@ fn write_planes(image: &DepthImage, steps: ColourSteps, writing: &mut Writing) {
     let normal: Vec<[i16; 2]> = image.normal.iter().map(|code| code.map(i16::from)).collect();
     writing.plane(&image.normal, &normal, &segments, Range::Byte, as_is);
     let depth: Vec<[i16; 1]> = image.depth.iter().map(|&code| [code as i16]).collect();
-    let facets = Facets::find(image, |rank| surface(image, rank));
+    let facets = Facets::find(image, |rank| surface_of(image, false, rank));
     let facets = facets.code(&mut writing.bits, image.mask.size_px()).expect("facets in memory are sound");
-    let better = facets.along(&image.mask, |rank| surface(image, rank));
+    let better = facets.along(&image.mask, |rank| surface_of(image, false, rank));
     writing.plane(&image.depth, &depth, &segments, Range::Short, better);
     writing.plane(&image.colour, &steps.codes_of_all(&image.colour), &segments, Range::Short, as_is);
     rest::code(&mut writing.bits, image, image.normal_rest.clone());
@@ -342,7 +337,7 @@ fn read_planes(
     image.normal = reading.plane(count, &segments, Range::Byte, normals, as_is)?;
     let depths = |values: &[[i16; 1]]| values.iter().map(|value| value[0] as u16).collect();
     let facets = Facets::none(image.mask.size_px()).code(&mut reading.bits, image.mask.size_px())?;
-    let better = facets.along(&image.mask, |rank| surface(image, rank));
+    let better = facets.along(&image.mask, |rank| surface_of(image, false, rank));
     image.depth = reading.plane(count, &segments, Range::Short, depths, better)?;
     image.colour = reading.plane(count, &segments, Range::Short, |values| steps.rgb_of_all(values), as_is)?;
     image.normal_rest = rest::code(&mut reading.bits, image, Vec::new());

@@ -80,9 +80,9 @@ pub fn offer(lab: &mut Lab, offer: &Offer, words: &[String]) -> anyhow::Result<(
     let progress = Progress::new("offering cases", asked.len() as u64);
     for (place, (name, case)) in asked.into_iter().enumerate() {
         progress.say(name.clone());
-        let still = case(lab)?.filter(|case| stands_still(&case.scene));
-        if let Some(case) = still {
-            one(lab, offer, (place, name), case)?;
+        match case(lab)?.filter(|case| stands_still(&case.scene)) {
+            Some(case) => one(lab, offer, (place, name), case)?,
+            None => println!("not offered: {name}"),
         }
         progress.step();
     }
