@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec3};
 use protocol::body::{Clip, Skin, Wrap};
 use protocol::ends::{MOST, with_level};
 use protocol::inventory::Part;
-use protocol::message::{Clock, Draws, Role, Shadows, VERSION, ViewSize, Welcome};
+use protocol::message::{Clock, Draws, Hello, Resume, Role, Shadows, VERSION, ViewSize, Welcome};
 use protocol::{
     Body, ClientMessage, DepthImage, DepthScale, Edit, Instance, Inventory, Lighting, Look, Mask, Material, ObjectPose,
     Patch, PatchId, Purpose, ServerMessage,
@@ -324,14 +324,20 @@ impl<'a> Source<'a> {
     /// A greeting that is refused now and then.
     pub fn hello(&mut self, clock: Clock) -> ClientMessage {
         let odd = self.below(16) == 15;
-        ClientMessage::Hello {
+        ClientMessage::Hello(Box::new(Hello {
             version: if odd { self.short() } else { VERSION },
             clock,
             view: if odd { self.view() } else { ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 } },
             budget_bytes: self.word(),
             draws: self.draws(),
             role: self.role(),
-        }
+            world_from_eye: self.flag().then(|| self.pose()),
+            resume: self.flag().then(|| Resume {
+                secret: self.byte().into(),
+                number: self.byte().into(),
+                digest: self.word(),
+            }),
+        }))
     }
 
     pub fn client_message(&mut self, clock: Clock) -> ClientMessage {
@@ -367,6 +373,8 @@ impl<'a> Source<'a> {
             scene_name: self.text(),
             start_world_from_eye: self.pose(),
             walk: self.flag(),
+            secret: self.byte().into(),
+            resumed: self.flag(),
             look: Look::Flat,
         }
     }
@@ -377,7 +385,7 @@ impl<'a> Source<'a> {
             0 => ServerMessage::Welcome(self.welcome()),
             1..=5 => ServerMessage::Pong(self.below(6).into()),
             6 => ServerMessage::Advanced { to_s: self.number() },
-            7 => ServerMessage::Goodbye { reason: self.text() },
+            7 => ServerMessage::Goodbye { reason: self.text(), again: self.flag() },
             12 => ServerMessage::Inventory(self.inventory()),
             _ => ServerMessage::Presenter { world_from_eye: self.pose() },
         }

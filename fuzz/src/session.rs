@@ -6,7 +6,7 @@ use std::sync::Arc;
 use protocol::codec::Coding;
 use protocol::message::{Clock, ServerMessage, ViewSize};
 use protocol::session::{
-    ClientConfig, ClientEvent, ClientSession, ReceivedUpdate, ServerConfig, ServerEvent, ServerSession,
+    ClientConfig, ClientEvent, ClientSession, ReceivedUpdate, ServerConfig, ServerEvent, ServerSession, Trail,
 };
 use protocol::wire::{
     EncodedUpdate, Envelope, decode_client, decode_server, decode_update, encode_client, encode_server, encode_update,
@@ -104,7 +104,11 @@ fn check_server(server: &mut ServerSession, now_s: f64, takes: bool) {
             panic!("no client takes what the server says: {error}");
         }
     }
-    std::iter::from_fn(|| server.poll_event()).for_each(drop);
+    while let Some(event) = server.poll_event() {
+        if matches!(event, ServerEvent::Resume(_)) {
+            server.resume(takes.then(Trail::default), now_s);
+        }
+    }
     assert!(server.next_deadline_s().is_none_or(f64::is_finite));
     assert!(server.round_trip_s().is_none_or(|s| s.is_finite() && s >= 0.0));
     assert!(server.throughput_bytes_per_s().is_none_or(|rate| rate.is_finite() && rate >= 0.0));

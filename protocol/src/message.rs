@@ -12,7 +12,7 @@ use crate::inventory::Inventory;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 24;
+pub const VERSION: u16 = 25;
 
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -83,24 +83,43 @@ impl Role {
     }
 }
 
+/// What a client says first.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// [`VERSION`].
+    pub version: u16,
+    /// The clock that the client asks for; the server refuses one that it does not run.
+    pub clock: Clock,
+    /// The output.
+    pub view: ViewSize,
+    /// What the held copy may take of the client's memory, in bytes; the server evicts what was least recently visible.
+    pub budget_bytes: u64,
+    /// What it draws.
+    pub draws: Draws,
+    /// What it is there for.
+    pub role: Role,
+    /// The eye, where that is known before the server says where to begin: the first picture is of what it sees.
+    pub world_from_eye: Option<Rigid>,
+    /// What it still holds, where a session was cut off.
+    pub resume: Option<Resume>,
+}
+
+/// What a client holds of a session that was cut off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Resume {
+    /// That session's [`Welcome::secret`].
+    pub secret: u128,
+    /// The last update that is held; all before it are.
+    pub number: u64,
+    /// Digest of the held copy.
+    pub digest: u64,
+}
+
 /// From the client.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ClientMessage {
     /// The first message.
-    Hello {
-        /// [`VERSION`].
-        version: u16,
-        /// The clock that the client asks for; the server refuses one that it does not run.
-        clock: Clock,
-        /// The output.
-        view: ViewSize,
-        /// What the held copy may take of the client's memory, in bytes; the server evicts what was least recently visible.
-        budget_bytes: u64,
-        /// What it draws.
-        draws: Draws,
-        /// What it is there for.
-        role: Role,
-    },
+    Hello(Box<Hello>),
     /// The output changed.
     View(ViewSize),
     /// Where the eye is. Sent only when it moved.
@@ -163,6 +182,8 @@ pub enum ServerMessage {
     Goodbye {
         /// For a person.
         reason: String,
+        /// Whether it may be otherwise for who comes again just as it did now.
+        again: bool,
     },
 }
 
@@ -189,4 +210,8 @@ pub struct Welcome {
     pub update_interval_s: f64,
     /// Scene time at the start of the session.
     pub scene_time_s: f64,
+    /// Names this session to the server when it was cut off, see [`Resume`]; nobody else may know it.
+    pub secret: u128,
+    /// Whether what the client holds of the session that it named is what updates build on from here. If not, the first one clears it.
+    pub resumed: bool,
 }

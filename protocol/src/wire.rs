@@ -114,7 +114,7 @@ enum ServerControl {
     Welcome(Welcome),
     Pong(u32),
     Advanced { to_s: f64 },
-    Goodbye { reason: String },
+    Goodbye { reason: String, again: bool },
     Presenter { world_from_eye: Rigid },
     Inventory(Inventory),
 }
@@ -144,7 +144,7 @@ pub fn encode_server(envelope: &Envelope<ServerMessage>) -> Vec<Bytes> {
         ServerMessage::Welcome(welcome) => ServerControl::Welcome(welcome.clone()),
         ServerMessage::Pong(number) => ServerControl::Pong(*number),
         ServerMessage::Advanced { to_s } => ServerControl::Advanced { to_s: *to_s },
-        ServerMessage::Goodbye { reason } => ServerControl::Goodbye { reason: reason.clone() },
+        ServerMessage::Goodbye { reason, again } => ServerControl::Goodbye { reason: reason.clone(), again: *again },
         &ServerMessage::Presenter { world_from_eye } => ServerControl::Presenter { world_from_eye },
         ServerMessage::Inventory(inventory) => ServerControl::Inventory(inventory.clone()),
     };
@@ -161,7 +161,7 @@ pub fn decode_server(bytes: &[u8], limits: &Limits) -> Result<Envelope<ServerPac
             ServerControl::Welcome(welcome) => ServerMessage::Welcome(welcome),
             ServerControl::Pong(number) => ServerMessage::Pong(number),
             ServerControl::Advanced { to_s } => ServerMessage::Advanced { to_s },
-            ServerControl::Goodbye { reason } => ServerMessage::Goodbye { reason },
+            ServerControl::Goodbye { reason, again } => ServerMessage::Goodbye { reason, again },
             ServerControl::Presenter { world_from_eye } => ServerMessage::Presenter { world_from_eye },
             ServerControl::Inventory(inventory) => ServerMessage::Inventory(inventory),
         }),
@@ -213,7 +213,7 @@ pub fn client_message_kind(bytes: &[u8]) -> Option<&'static str> {
     let mut reader = Reader::new(bytes);
     read_envelope(&mut reader).ok().filter(|(kind, _)| *kind == CONTROL)?;
     Some(match decode_control(&mut reader).ok()? {
-        ClientMessage::Hello { .. } => "hello",
+        ClientMessage::Hello(_) => "hello",
         ClientMessage::View(_) => "view",
         ClientMessage::Pose { .. } => "pose",
         ClientMessage::Ack { .. } => "ack",

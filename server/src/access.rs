@@ -13,34 +13,63 @@ pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 7] = [
     (header::CACHE_CONTROL, HeaderValue::from_static("no-cache")),
 ];
 
+/// The websocket protocol that is spoken. A page that gives a token offers it beside [`TOKEN_PROTOCOL`], as it can set no header.
+pub const PROTOCOL: &str = "vantage";
+/// The beginning of a protocol that is a token: its bytes follow in hexadecimal.
+pub const TOKEN_PROTOCOL: &str = "vantage.token.";
+
+/// Who may connect.
+#[derive(Debug, Clone, Default)]
+pub struct Access {
+    /// What a client must know.
+    pub token: Option<String>,
+    /// Origins of pages that may connect beside the server's own, as `https://host` or `https://host:port`.
+    pub origins: Vec<String>,
+}
+
 /// Why a websocket was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
     /// A page of another site asked.
-    #[error("the page's origin is neither this server nor loopback")]
+    #[error("the page's origin is neither this server, nor loopback, nor one that --allow-origin names")]
     Origin,
-    /// The token is missing or wrong.
-    #[error("a token is needed: add ?token=... to the address")]
-    Token,
+    /// There is no token.
+    #[error("a token is needed: add #token=... to the page's address, or give it to the viewer by --token")]
+    NoToken,
+    /// The token is another.
+    #[error("the token is wrong")]
+    WrongToken,
 }
 
 /// Whether a websocket request may go on. Browsers always name the page's origin; programs need not. Without a token only
 /// pages from loopback are let in: comparing the origin with the Host header alone would let in any site whose name an
-/// attacker points at this machine.
-pub fn check(headers: &HeaderMap, given_token: Option<&str>, token: Option<&str>) -> Result<(), Refused> {
-    if let Some(token) = token
-        && !given_token.is_some_and(|given| same_bytes(given.as_bytes(), token.as_bytes()))
-    {
-        return Err(Refused::Token);
+/// attacker points at this machine. `in_address`: the token of the address, for clients that can give it nowhere else.
+pub fn check(headers: &HeaderMap, in_address: Option<&str>, access: &Access) -> Result<(), Refused> {
+    if let Some(token) = &access.token {
+        let given = token_of(headers).or_else(|| in_address.map(str::to_owned)).ok_or(Refused::NoToken)?;
+        if !same_bytes(given.as_bytes(), token.as_bytes()) {
+            return Err(Refused::WrongToken);
+        }
     }
     let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
-    let authority = origin.to_str().ok().and_then(|origin| origin.split_once("://")).map(|(_, authority)| authority);
-    match authority {
-        Some(authority) if is_loopback(authority) => Ok(()),
-        Some(authority) if token.is_some() && Some(authority) == host => Ok(()),
-        _ => Err(Refused::Origin),
+    let origin = origin.to_str().map_err(|_| Refused::Origin)?;
+    let authority = origin.split_once("://").map(|(_, authority)| authority).ok_or(Refused::Origin)?;
+    let is_own = access.token.is_some() && Some(authority) == host;
+    let is_allowed = access.origins.iter().any(|allowed| allowed.trim_end_matches('/').eq_ignore_ascii_case(origin));
+    if is_loopback(authority) || is_own || is_allowed { Ok(()) } else { Err(Refused::Origin) }
+}
+
+/// The token of a request's headers: that of a bearer, or one of the offered protocols.
+fn token_of(headers: &HeaderMap) -> Option<String> {
+    let value = |name| headers.get(name).and_then(|value: &HeaderValue| value.to_str().ok());
+    if let Some(bearer) = value(header::AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer ")) {
+        return Some(bearer.trim().to_owned());
     }
+    let mut offered = value(header::SEC_WEBSOCKET_PROTOCOL)?.split(',').map(str::trim);
+    let hex = offered.find_map(|protocol| protocol.strip_prefix(TOKEN_PROTOCOL))?;
+    let byte = |index: usize| hex.get(index..index + 2).and_then(|digits| u8::from_str_radix(digits, 16).ok());
+    String::from_utf8((0..hex.len()).step_by(2).map(byte).collect::<Option<_>>()?).ok()
 }
 
 /// Whether `host[:port]` names this machine from within.
@@ -71,31 +100,70 @@ mod tests {
         headers
     }
 
+    fn with_token(origins: &[&str]) -> Access {
+        Access { token: Some("secret".to_owned()), origins: origins.iter().map(|&origin| origin.to_owned()).collect() }
+    }
+
     #[test]
     fn programs_and_loopback_pages_may_connect() {
         for origin in [None, Some("http://localhost:8080"), Some("http://127.0.0.1:9"), Some("http://[::1]:8080")] {
-            assert_eq!(check(&headers(origin, "127.0.0.1:8080"), None, None), Ok(()), "{origin:?}");
+            let open = Access::default();
+            assert_eq!(check(&headers(origin, "127.0.0.1:8080"), None, &open), Ok(()), "{origin:?}");
         }
     }
 
     #[test]
     fn pages_of_other_sites_may_not() {
+        let open = Access::default();
         for origin in
             ["http://evil.example", "null", "http://127.0.0.1.evil.example:8080", "http://localhost.evil.example"]
         {
-            assert_eq!(check(&headers(Some(origin), "127.0.0.1:8080"), None, None), Err(Refused::Origin), "{origin}");
+            assert_eq!(check(&headers(Some(origin), "127.0.0.1:8080"), None, &open), Err(Refused::Origin), "{origin}");
         }
         let rebound = headers(Some("http://evil.example:8080"), "evil.example:8080");
-        assert_eq!(check(&rebound, None, None), Err(Refused::Origin), "a name that points here is not us");
+        assert_eq!(check(&rebound, None, &open), Err(Refused::Origin), "a name that points here is not us");
     }
 
     #[test]
     fn a_token_opens_the_servers_own_page_and_is_required() {
+        let access = with_token(&[]);
         let own = headers(Some("https://host.example"), "host.example");
-        assert_eq!(check(&own, Some("secret"), Some("secret")), Ok(()));
-        assert_eq!(check(&own, Some("secreT"), Some("secret")), Err(Refused::Token));
-        assert_eq!(check(&headers(None, "host.example"), None, Some("secret")), Err(Refused::Token));
+        assert_eq!(check(&own, Some("secret"), &access), Ok(()));
+        assert_eq!(check(&own, Some("secreT"), &access), Err(Refused::WrongToken));
+        assert_eq!(check(&headers(None, "host.example"), None, &access), Err(Refused::NoToken));
         let other = headers(Some("https://evil.example"), "host.example");
-        assert_eq!(check(&other, Some("secret"), Some("secret")), Err(Refused::Origin));
+        assert_eq!(check(&other, Some("secret"), &access), Err(Refused::Origin));
+    }
+
+    #[test]
+    fn a_token_may_come_by_headers() {
+        for (name, value, expected) in [
+            (header::AUTHORIZATION, "Bearer secret", Ok(())),
+            (header::AUTHORIZATION, "Bearer other", Err(Refused::WrongToken)),
+            (header::AUTHORIZATION, "Basic secret", Err(Refused::NoToken)),
+            (header::SEC_WEBSOCKET_PROTOCOL, "vantage, vantage.token.736563726574", Ok(())),
+            (header::SEC_WEBSOCKET_PROTOCOL, "vantage.token.7365637265", Err(Refused::WrongToken)),
+            (header::SEC_WEBSOCKET_PROTOCOL, "vantage.token.73x", Err(Refused::NoToken)),
+            (header::SEC_WEBSOCKET_PROTOCOL, "vantage", Err(Refused::NoToken)),
+        ] {
+            let mut headers = headers(None, "host.example");
+            headers.insert(name, HeaderValue::from_static(value));
+            assert_eq!(check(&headers, None, &with_token(&[])), expected, "{value}");
+        }
+    }
+
+    #[test]
+    fn allowed_origins_are_whole_ones() {
+        let access = with_token(&["https://viewer.example/", "http://lab.example:81"]);
+        for (origin, is_in) in [
+            ("https://viewer.example", true),
+            ("http://viewer.example", false),
+            ("https://viewer.example.evil", false),
+            ("http://lab.example:81", true),
+            ("http://lab.example", false),
+        ] {
+            let checked = check(&headers(Some(origin), "host.example"), Some("secret"), &access);
+            assert_eq!(checked.is_ok(), is_in, "{origin}");
+        }
     }
 }

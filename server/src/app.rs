@@ -172,7 +172,7 @@ async fn health(State(shared): State<Arc<Shared>>) -> Response {
 
 /// What is made for each session, and what is left out, for who may connect.
 async fn plan(State(shared): State<Arc<Shared>>, Query(asked): Query<Asked>, headers: HeaderMap) -> Response {
-    if let Err(refused) = access::check(&headers, asked.token.as_deref(), shared.config.token.as_deref()) {
+    if let Err(refused) = access::check(&headers, asked.token.as_deref(), &shared.config.access) {
         return (StatusCode::FORBIDDEN, format!("{refused}\n")).into_response();
     }
     Json(serde_json::json!({ "scene": shared.scene.name, "sessions": shared.plans.json() })).into_response()
@@ -190,15 +190,13 @@ async fn websocket(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    if let Err(refused) = access::check(&headers, asked.token.as_deref(), shared.config.token.as_deref()) {
-        tracing::warn!(%peer, "websocket refused: {refused}");
-        return (StatusCode::FORBIDDEN, format!("{refused}\n")).into_response();
-    }
-    let Ok(place) = shared.places.clone().try_acquire_owned() else {
-        tracing::warn!(%peer, "websocket refused: {} clients are connected", shared.config.limits.clients);
-        return (StatusCode::SERVICE_UNAVAILABLE, "too many clients\n").into_response();
+    let Ok(doorstep) = shared.doorsteps.clone().try_acquire_owned() else {
+        tracing::warn!(%peer, "websocket refused: {} others have not said who they are", shared.config.limits.doorsteps);
+        return (StatusCode::SERVICE_UNAVAILABLE, "too many who have not said who they are\n").into_response();
     };
+    let checked = access::check(&headers, asked.token.as_deref(), &shared.config.access);
     upgrade
+        .protocols([access::PROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
         .max_frame_size(MAX_MESSAGE_BYTES)
         .read_buffer_size(READ_BUFFER_BYTES)
@@ -206,11 +204,15 @@ async fn websocket(
         .max_write_buffer_size(MAX_WRITE_BUFFER_BYTES)
         .on_failed_upgrade(move |error| tracing::warn!(%peer, "websocket not opened: {error}"))
         .on_upgrade(move |socket| async move {
+            if let Err(refused) = checked {
+                // A browser shows its page nothing of an answer that is no websocket: it is opened, to say why.
+                tracing::warn!(%peer, "refused: {refused}");
+                return session::refuse(socket, &refused.to_string(), false).await;
+            }
             shared.stats.clients.fetch_add(1, Ordering::Relaxed);
             shared.stats.connected.fetch_add(1, Ordering::Relaxed);
-            session::run(&shared, socket, peer).await;
+            session::run(&shared, socket, peer, doorstep).await;
             shared.stats.clients.fetch_sub(1, Ordering::Relaxed);
             shared.ended.notify_one();
-            drop(place);
         })
 }

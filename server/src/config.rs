@@ -9,6 +9,7 @@ use protocol::message::Clock;
 use protocol::{Look, Tone};
 use scene::environment::Environment;
 
+use crate::access::Access;
 use crate::coding::CodingRule;
 use crate::discretize::placement::Placement;
 use crate::discretize::{Discretization, MAX_IMAGES};
@@ -66,8 +67,8 @@ pub struct Config {
     pub update_hz: f64,
     /// Folder of the built web client.
     pub web: PathBuf,
-    /// What a client must know to connect.
-    pub token: Option<String>,
+    /// Who may connect.
+    pub access: Access,
     /// Caps and patience.
     pub limits: ServerLimits,
 }
@@ -101,7 +102,7 @@ impl Default for Config {
             clock: Clock::default(),
             update_hz: 10.0,
             web: PathBuf::from("target/web"),
-            token: None,
+            access: Access::default(),
             limits: ServerLimits::default(),
         }
     }
@@ -110,7 +111,7 @@ impl Default for Config {
 /// What one server puts up with.
 #[derive(Debug, Clone, Copy)]
 pub struct ServerLimits {
-    /// Sessions at one time; more are refused with 503.
+    /// Sessions at one time; more are told to come again.
     pub clients: usize,
     /// What a session's copy may be large for at most, in bytes at the client, whatever the client names: the server keeps
     /// and draws one as large.
@@ -121,6 +122,19 @@ pub struct ServerLimits {
     pub stall: Duration,
     /// A client must be heard within this time; it sends a ping every few seconds.
     pub silence: Duration,
+    /// What is kept of sessions that were cut off, for clients that come back.
+    pub resume: ResumeLimits,
+    /// Connections at one time at most that have not said who they are, or are told why they may not stay.
+    pub doorsteps: usize,
+}
+
+/// What a server keeps of sessions that were cut off.
+#[derive(Debug, Clone, Copy)]
+pub struct ResumeLimits {
+    /// Each for so long.
+    pub time: Duration,
+    /// All together at most, as what their copies are for the server.
+    pub bytes: u64,
 }
 
 impl Default for ServerLimits {
@@ -131,6 +145,8 @@ impl Default for ServerLimits {
             hello: Duration::from_secs(10),
             stall: Duration::from_secs(30),
             silence: Duration::from_secs(60),
+            resume: ResumeLimits { time: Duration::from_secs(120), bytes: 1 << 30 },
+            doorsteps: 64,
         }
     }
 }

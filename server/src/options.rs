@@ -8,6 +8,7 @@ use protocol::codec::{ColourSteps, Profile};
 use protocol::message::Clock;
 use protocol::{Look, Tone};
 
+use crate::access::Access;
 use crate::coding::CodingRule;
 use crate::config::{ComparesOn, Config};
 use crate::discretize::Discretization;
@@ -42,9 +43,12 @@ pub struct Options {
     /// Port to listen on; 0 picks a free one
     #[arg(long, default_value_t = 8080)]
     pub port: u16,
-    /// What clients must give as ?token=... in the websocket's address
+    /// What clients must know to connect: #token=... in the page's address, --token of the viewer, or a bearer token
     #[arg(long, env = "VANTAGE_TOKEN", hide_env_values = true)]
     pub token: Option<String>,
+    /// A page of another origin (https://HOST or https://HOST:PORT) that may connect; may be given several times
+    #[arg(long, value_name = "ORIGIN", value_parser = origin)]
+    pub allow_origin: Vec<String>,
     /// How the images of a set are made: conventional, depth-peeling, non-redundant, neighbourhood, surface, covered, footprint, visibility,
     /// visibility-plain
     #[arg(long, default_value_t)]
@@ -302,9 +306,21 @@ impl Options {
             clock: self.clock.into(),
             update_hz: self.update_hz,
             web: self.web.clone().unwrap_or(defaults.web),
-            token: self.token.clone(),
+            access: Access { token: self.token.clone(), origins: self.allow_origin.clone() },
             limits,
         })
+    }
+}
+
+/// As browsers write it: no path after the host.
+fn origin(text: &str) -> Result<String, String> {
+    let authority =
+        text.strip_prefix("https://").or_else(|| text.strip_prefix("http://")).map(|rest| rest.trim_end_matches('/'));
+    match authority {
+        Some(authority) if !authority.is_empty() && !authority.contains(['/', '*', ' ']) => {
+            Ok(text.trim_end_matches('/').to_owned())
+        }
+        _ => Err("an origin is needed, as https://HOST or https://HOST:PORT".to_owned()),
     }
 }
 
@@ -365,6 +381,8 @@ mod tests {
             ["--scale", "NaN"],
             ["--update-hz", "0"],
             ["--hold", "inf"],
+            ["--allow-origin", "*"],
+            ["--allow-origin", "https://host/path"],
         ] {
             assert!(Options::try_parse_from(["vantage-server"].iter().chain(&wrong)).is_err(), "{wrong:?}");
         }

@@ -18,6 +18,8 @@ pub struct Stats {
     pub connected: AtomicU64,
     /// Sessions that the server ended: misbehaviour and slow reading.
     pub cut_off: AtomicU64,
+    /// Sessions that went on after their connection was cut off.
+    pub resumed: AtomicU64,
     /// Updates handed to sessions.
     pub updates: AtomicU64,
     /// Bytes handed to sockets.
@@ -51,6 +53,7 @@ impl Stats {
         serde_json::json!({
             "clients": self.clients.load(Ordering::Relaxed),
             "connected": self.connected.load(Ordering::Relaxed),
+            "resumed": self.resumed.load(Ordering::Relaxed),
             "cut_off": self.cut_off.load(Ordering::Relaxed),
             "updates": self.updates.load(Ordering::Relaxed),
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),

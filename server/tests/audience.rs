@@ -77,7 +77,7 @@ async fn the_next_presenter_takes_the_audience_over() {
     catches_up(&mut follower, &first).await;
     let mut second = Client::of_audience(&running, presenter()).await;
     let refused = second.run(10.0, |_| false).await.expect_err("the name is taken");
-    assert!(matches!(&refused, SessionError::Goodbye { reason } if reason.contains("Ada")), "{refused}");
+    assert!(matches!(&refused, SessionError::Goodbye { reason, .. } if reason.contains("Ada")), "{refused}");
     let held = follower.held.number;
     drop(first);
     follower.run(0.3, |_| false).await.expect("who follows stays");
@@ -97,7 +97,7 @@ async fn who_cannot_follow_is_told_why() {
     for (config, words) in [(small, "256 MiB"), (nameless, "name")] {
         let mut client = Client::with(&running, config).await;
         let refused = client.run(10.0, |_| false).await.expect_err("it cannot follow");
-        assert!(matches!(&refused, SessionError::Goodbye { reason } if reason.contains(words)), "{refused}");
+        assert!(matches!(&refused, SessionError::Goodbye { reason, .. } if reason.contains(words)), "{refused}");
     }
     running.stop().await;
 }

@@ -80,6 +80,8 @@ impl Pair {
             look: Look::Plain,
             update_interval_s: INTERVAL_S,
             scene_time_s: 0.0,
+            secret: 0,
+            resumed: false,
         };
         Pair {
             stage,
@@ -139,6 +141,7 @@ impl Pair {
                     self.stage.client.start_anew();
                 }
                 ServerEvent::Opened
+                | ServerEvent::Resume(_)
                 | ServerEvent::View(_)
                 | ServerEvent::Draws
                 | ServerEvent::Acked { .. }

@@ -6,17 +6,19 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use axum::http::{HeaderName, header};
 use camera::written::NamedCamera;
 use camera::{Camera, Pinhole, Rigid};
 use futures_util::{SinkExt, StreamExt};
-use net::{Client, Socket, VIEW, config, request, room, socket, start};
+use net::{Client, Socket, VIEW, config, room, secret, socket, start};
 use protocol::limits::Limits;
-use protocol::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION};
+use protocol::message::{ClientMessage, Clock, Draws, Hello, Role, ServerMessage, VERSION};
 use protocol::wire::{Envelope, ServerPacket, decode_server, encode_client};
 use protocol::{Lighting, Material, Purpose};
 use scene::Snapshot;
 use surface::{AddressView, HeldSurfaces};
 use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use vantage_server::account::Account;
 use vantage_server::discretize::{Capture, Discretization};
 use vantage_server::imager::{Imager, ImagerError};
@@ -28,7 +30,17 @@ fn hello(version: u16, clock: Clock) -> Message {
 
 fn hello_for(version: u16, clock: Clock, role: Role) -> Message {
     let draws = Draws::default();
-    say(ClientMessage::Hello { version, clock, view: VIEW, budget_bytes: 1 << 30, draws, role })
+    let (budget_bytes, world_from_eye, resume) = (1 << 30, None, None);
+    say(ClientMessage::Hello(Box::new(Hello {
+        version,
+        clock,
+        view: VIEW,
+        budget_bytes,
+        draws,
+        role,
+        world_from_eye,
+        resume,
+    })))
 }
 
 fn say(message: ClientMessage) -> Message {
@@ -37,12 +49,17 @@ fn say(message: ClientMessage) -> Message {
 
 /// Reads until the server says goodbye; gives its words, or none where the connection just ended.
 async fn goodbye(socket: &mut Socket) -> Option<String> {
+    farewell(socket).await.map(|(reason, _)| reason)
+}
+
+/// The same, and whether it may be otherwise for who comes again.
+async fn farewell(socket: &mut Socket) -> Option<(String, bool)> {
     let reading = async {
         while let Some(Ok(message)) = socket.next().await {
             let Message::Binary(bytes) = message else { continue };
             let message = decode_server(&bytes, &Limits::default()).expect("a sound message").message;
-            if let ServerPacket::Control(ServerMessage::Goodbye { reason }) = message {
-                return Some(reason);
+            if let ServerPacket::Control(ServerMessage::Goodbye { reason, again }) = message {
+                return Some((reason, again));
             }
         }
         None
@@ -175,35 +192,69 @@ async fn a_wrong_digest_begins_anew() {
     running.stop().await;
 }
 
-const UPGRADE: &str = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
-    Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+/// What a server says to who asks for `path` with these headers, and whether it may be otherwise later.
+async fn refusal(running: &Running, path: &str, headers: &[(HeaderName, &str)]) -> Option<(String, bool)> {
+    let mut request = format!("ws://{}{path}", running.addr).into_client_request().expect("a request");
+    for (name, value) in headers {
+        request.headers_mut().insert(name, value.parse().expect("a value"));
+    }
+    let (mut socket, _) = tokio_tungstenite::connect_async(request).await.expect("it is opened, to say why");
+    farewell(&mut socket).await
+}
 
 #[tokio::test]
-async fn pages_of_other_sites_and_wrong_tokens_are_refused() {
+async fn pages_of_other_sites_and_wrong_tokens_are_told_why_they_are_refused() {
     let running = start(config(), room(false), Duration::ZERO).await;
-    let answer = request(&running, "/ws", &format!("Origin: http://evil.example\r\n{UPGRADE}")).await;
-    assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+    let evil = (header::ORIGIN, "http://evil.example");
+    let (why, again) = refusal(&running, "/ws", &[evil]).await.expect("words");
+    assert!(why.contains("origin") && !again, "{why}");
     running.stop().await;
-    let running = start(Config { token: Some("secret".into()), ..config() }, room(false), Duration::ZERO).await;
-    let answer = request(&running, "/ws?token=wrong", UPGRADE).await;
-    assert!(answer.starts_with("HTTP/1.1 403"), "{answer}");
+    let running = start(Config { access: secret(), ..config() }, room(false), Duration::ZERO).await;
+    let wrong = (header::AUTHORIZATION, "Bearer wrong");
+    for (path, headers, words) in [
+        ("/ws", vec![], "a token is needed"),
+        ("/ws?token=wrong", vec![], "the token is wrong"),
+        ("/ws", vec![wrong], "the token is wrong"),
+    ] {
+        let (why, again) = refusal(&running, path, &headers).await.expect("words");
+        assert!(why.contains(words) && !again, "{why}");
+        assert!(!why.contains("secret"), "{why}");
+    }
+    assert_eq!(running.stats.connected.load(Ordering::Relaxed), 0, "none of them was a session");
     let url = format!("ws://{}/ws?token=secret", running.addr);
-    tokio_tungstenite::connect_async(url).await.expect("the right token opens");
+    let (mut socket, _) = tokio_tungstenite::connect_async(url).await.expect("the right token opens");
+    socket.send(hello(VERSION, Clock::Wall)).await.expect("send");
+    eventually("a session", || running.stats.updates.load(Ordering::Relaxed) > 0).await;
     running.stop().await;
 }
 
 #[tokio::test]
-async fn more_clients_than_places_are_refused() {
+async fn more_clients_than_places_are_told_to_come_again() {
     let mut config = config();
     config.limits.clients = 2;
     let running = start(config, room(false), Duration::ZERO).await;
-    let first = socket(&running).await;
-    let _second = socket(&running).await;
-    let url = format!("ws://{}/ws", running.addr);
-    assert!(tokio_tungstenite::connect_async(&url).await.is_err());
-    drop(first);
-    eventually("a place is free", || running.stats.clients.load(Ordering::Relaxed) == 1).await;
-    tokio_tungstenite::connect_async(&url).await.expect("the free place");
+    let mut clients = [Client::connect(&running, Clock::Wall).await, Client::connect(&running, Clock::Wall).await];
+    for client in &mut clients {
+        client.run(10.0, |client| client.welcome.is_some()).await.expect("a session");
+    }
+    let mut third = socket(&running).await;
+    third.send(hello(VERSION, Clock::Wall)).await.expect("send");
+    let (why, again) = farewell(&mut third).await.expect("words");
+    assert!(why.contains("2 clients are here already") && again, "{why}");
+    drop(clients);
+    eventually("places are free", || running.stats.clients.load(Ordering::Relaxed) == 0).await;
+    still_serves(&running).await;
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn who_never_greets_keeps_no_place_from_others() {
+    let mut config = config();
+    config.limits.clients = 1;
+    config.limits.doorsteps = 3;
+    let running = start(config, room(false), Duration::ZERO).await;
+    let _silent = [socket(&running).await, socket(&running).await];
+    still_serves(&running).await;
     running.stop().await;
 }
 

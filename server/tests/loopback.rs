@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use camera::Motion;
 use glam::DVec3;
-use net::{Client, config, request, room, start};
+use net::{Client, config, request, room, secret, start};
 use protocol::message::Clock;
 use vantage_server::Config;
 use vantage_server::plan::Reason;
@@ -79,7 +79,7 @@ async fn what_is_made_and_left_out_is_told_to_who_asks() {
 
 #[tokio::test]
 async fn only_who_may_connect_reads_what_is_made() {
-    let running = start(Config { token: Some("secret".into()), ..config() }, room(false), Duration::ZERO).await;
+    let running = start(Config { access: secret(), ..config() }, room(false), Duration::ZERO).await;
     assert!(request(&running, "/plan", "").await.starts_with("HTTP/1.1 403"));
     assert!(request(&running, "/plan?token=secret", "").await.starts_with("HTTP/1.1 200"));
     assert!(

@@ -26,6 +26,7 @@ use wasm_bindgen::prelude::*;
 use crate::input::{self, Action};
 use crate::page::{self, Dialog, Page};
 use crate::screen::{self, Renderer, Screen};
+use crate::server::{self, Address};
 use crate::socket::Socket;
 use crate::worker;
 
@@ -52,7 +53,7 @@ thread_local! {
 
 /// What the address asks for.
 struct Wishes {
-    url: String,
+    server: Address,
     renderer: Option<Renderer>,
     picture: PictureOptions,
     role: Role,
@@ -63,7 +64,7 @@ struct Wishes {
 
 struct App {
     page: Page,
-    url: String,
+    server: Address,
     socket: Option<Socket>,
     viewer: Viewer,
     scene: String,
@@ -104,15 +105,18 @@ pub async fn start() -> Result<(), String> {
     let screen = open_screen(wishes.renderer, wishes.picture, true).await?;
     let (width_px, height_px) = screen.size_px();
     let view = ViewSize { width_px, height_px, fov_y_rad: wishes.fov_y_rad };
-    let mut viewer = Viewer::new(&wishes.url, Clock::Wall, view, decoder, now_s())
+    let mut viewer = Viewer::new(&wishes.server.shown(), Clock::Wall, view, decoder, now_s())
         .with_budget(BUDGET_BYTES)
         .with_draws(wishes.picture.draws())
         .with_role(wishes.role);
+    if let Some(start) = wishes.start {
+        viewer = viewer.with_eye(start);
+    }
     viewer.set_build(screen.picture.build());
     let app = App {
         page: Page::new()?,
         viewer,
-        url: wishes.url,
+        server: wishes.server,
         socket: None,
         scene: String::new(),
         controls: None,
@@ -188,16 +192,7 @@ fn wishes() -> Result<Wishes, String> {
         let most = soft::Settings::MAX_POINTS;
         shadow.soft.points = number.ok_or_else(|| format!("?soft-points={points}: use 1 to {most}"))?;
     }
-    let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
-    let url = match query.get("server") {
-        Some(server) if server.contains("://") => server,
-        Some(server) => format!("{scheme}://{server}/ws"),
-        None => {
-            let token = query.get("token").map(|token| String::from(js_sys::encode_uri_component(&token)));
-            let token = token.map_or_else(String::new, |token| format!("?token={token}"));
-            format!("{scheme}://{}/ws{token}", part(location.host())?)
-        }
-    };
+    let server = server::address(&location, &query)?;
     let stops = query.get("exposure").map_or(Ok(0.0), |stops| begin::stops(&stops));
     let exposure = stops.map_err(|why| format!("?exposure={why}"))?.exp2();
     let frame = frame::Options { antialias, exposure, ..frame::Options::default() };
@@ -205,7 +200,7 @@ fn wishes() -> Result<Wishes, String> {
     let start = begin::pose(query.get("eye").as_deref(), query.get("target").as_deref())?;
     let fov_y_rad = query.get("fov").map_or(Ok(FOV_Y_RAD), |degrees| begin::fov_y_rad(&degrees))?;
     let role = begin::role(query.get("camera"), query.get("present"), query.get("follow"))?;
-    Ok(Wishes { url, renderer, picture, role, start, fov_y_rad })
+    Ok(Wishes { server, renderer, picture, role, start, fov_y_rad })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
@@ -371,7 +366,7 @@ impl App {
     }
 
     fn open_socket(&mut self, now_s: f64) {
-        match Socket::open(&self.url) {
+        match Socket::open(&self.server) {
             Ok(socket) => self.socket = Some(socket),
             Err(why) => self.viewer.handle(client::receive::viewer::SocketEvent::Closed(why), now_s),
         }

@@ -10,6 +10,7 @@ mod app;
 mod input;
 mod page;
 mod screen;
+mod server;
 mod socket;
 mod worker;
 

@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
+use crate::server::Address;
 use client::receive::viewer::SocketEvent;
 use js_sys::{ArrayBuffer, Uint8Array};
 use wasm_bindgen::JsCast;
@@ -22,8 +23,11 @@ pub struct Socket {
 
 impl Socket {
     /// Begins to open; an address that the browser refuses outright is an error.
-    pub fn open(url: &str) -> Result<Socket, String> {
-        let socket = WebSocket::new(url).map_err(|error| js_words(&error))?;
+    pub fn open(server: &Address) -> Result<Socket, String> {
+        let protocols =
+            server.protocols().iter().map(|protocol| JsValue::from_str(protocol)).collect::<js_sys::Array>();
+        let opened = WebSocket::new_with_str_sequence(&server.url, &protocols);
+        let socket = opened.map_err(|error| js_words(&error))?;
         socket.set_binary_type(BinaryType::Arraybuffer);
         let events = Rc::new(RefCell::new(VecDeque::new()));
         let opened = {

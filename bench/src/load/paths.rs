@@ -157,6 +157,8 @@ mod tests {
             look: Look::Plain,
             update_interval_s: 0.05,
             scene_time_s: 0.0,
+            secret: 0,
+            resumed: false,
         }
     }
 

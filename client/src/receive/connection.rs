@@ -11,6 +11,15 @@ pub const LONGEST_WAIT_S: f64 = 8.0;
 pub const WELCOME_WITHIN_S: f64 = 15.0;
 /// A session that lasted this long worked: the next wait is the first one again.
 const WORKED_AFTER_S: f64 = 5.0;
+/// After a session that worked the server is known to be there, and waits are short: who comes back after a stretch without any network is to see the
+/// scene go on within three seconds.
+const LONGEST_WAIT_TO_COME_BACK_S: f64 = 1.0;
+/// To come back, a try lasts so long at least, and so many round trips of the last session: a handshake takes three. One whose first packet was lost would only
+/// be repeated after ever longer pauses.
+const LEAST_TRY_S: f64 = 2.0;
+const TRY_ROUND_TRIPS: f64 = 6.0;
+/// Every so manieth try is as patient as a first one: the path may have become slower.
+const PATIENT_TRIES: u32 = 4;
 
 /// What the driver must do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,16 +39,28 @@ pub enum Ended {
     Closed(String),
     /// The server gave a reason.
     Goodbye(String),
+    /// The server gave a reason that will be the same for who comes again just as before.
+    Refused(String),
     /// The other end broke the protocol.
     Fault(String),
 }
 
 #[derive(Debug, Clone, PartialEq)]
 enum State {
-    Waiting { until_s: f64 },
-    Opening { since_s: f64 },
-    Greeting { since_s: f64 },
-    Working { since_s: f64 },
+    Waiting {
+        until_s: f64,
+    },
+    /// Until a person asks for another try.
+    Refused,
+    Opening {
+        since_s: f64,
+    },
+    Greeting {
+        since_s: f64,
+    },
+    Working {
+        since_s: f64,
+    },
 }
 
 /// See the module.
@@ -48,6 +69,9 @@ pub struct Connection {
     address: String,
     state: State,
     next_wait_s: f64,
+    /// Of the last session, where it worked, its smoothed round trip in seconds.
+    comes_back: Option<f64>,
+    tries: u32,
     ended: Option<Ended>,
 }
 
@@ -58,6 +82,8 @@ impl Connection {
             address: address.into(),
             state: State::Waiting { until_s: now_s },
             next_wait_s: FIRST_WAIT_S,
+            comes_back: None,
+            tries: 0,
             ended: None,
         }
     }
@@ -67,17 +93,27 @@ impl Connection {
         match self.state {
             State::Waiting { until_s } if now_s >= until_s => {
                 self.state = State::Opening { since_s: now_s };
+                self.tries = self.tries.wrapping_add(1);
                 Some(Command::Open)
             }
-            State::Opening { since_s } if now_s - since_s > WELCOME_WITHIN_S => {
+            State::Opening { since_s } if now_s - since_s > self.try_lasts_s() => {
                 self.ended(Ended::Unreachable, now_s);
                 Some(Command::Close)
             }
-            State::Greeting { since_s } if now_s - since_s > WELCOME_WITHIN_S => {
+            State::Greeting { since_s } if now_s - since_s > self.try_lasts_s() => {
                 self.ended(Ended::Fault("it did not answer".to_owned()), now_s);
                 Some(Command::Close)
             }
             _ => None,
+        }
+    }
+
+    fn try_lasts_s(&self) -> f64 {
+        match self.comes_back {
+            Some(round_trip_s) if !self.tries.is_multiple_of(PATIENT_TRIES) => {
+                (TRY_ROUND_TRIPS * round_trip_s).clamp(LEAST_TRY_S, WELCOME_WITHIN_S)
+            }
+            _ => WELCOME_WITHIN_S,
         }
     }
 
@@ -92,29 +128,40 @@ impl Connection {
     pub fn welcomed(&mut self, now_s: f64) {
         if matches!(self.state, State::Greeting { .. }) {
             self.state = State::Working { since_s: now_s };
+            (self.comes_back, self.tries) = (None, 0);
+        }
+    }
+
+    /// The session that runs has this round trip, in seconds.
+    pub fn measured(&mut self, round_trip_s: f64) {
+        if matches!(self.state, State::Working { .. }) {
+            self.comes_back = Some(round_trip_s);
         }
     }
 
     /// The socket is gone, or must go.
     pub fn ended(&mut self, why: Ended, now_s: f64) {
         match self.state {
-            State::Waiting { .. } => return,
+            State::Waiting { .. } | State::Refused => return,
             State::Working { since_s } if now_s - since_s >= WORKED_AFTER_S => self.next_wait_s = FIRST_WAIT_S,
+            State::Working { .. } => self.comes_back = None,
             _ => {}
         }
         let why = match (why, &self.state) {
             (Ended::Closed(_), State::Opening { .. }) => Ended::Unreachable,
             (why, _) => why,
         };
+        let is_refused = matches!(why, Ended::Refused(_));
         self.ended = Some(why);
-        self.state = State::Waiting { until_s: now_s + self.next_wait_s };
-        self.next_wait_s = (self.next_wait_s * 2.0).min(LONGEST_WAIT_S);
+        self.state = if is_refused { State::Refused } else { State::Waiting { until_s: now_s + self.next_wait_s } };
+        let longest_s = if self.comes_back.is_some() { LONGEST_WAIT_TO_COME_BACK_S } else { LONGEST_WAIT_S };
+        self.next_wait_s = (self.next_wait_s * 2.0).min(longest_s);
     }
 
     /// Tries again at once, because a person asked for it.
     pub fn retry_now(&mut self, now_s: f64) {
-        if let State::Waiting { until_s } = &mut self.state {
-            *until_s = now_s;
+        if matches!(self.state, State::Waiting { .. } | State::Refused) {
+            self.state = State::Waiting { until_s: now_s };
         }
     }
 
@@ -126,7 +173,7 @@ impl Connection {
     /// The server's own reason, where that was the last thing to end a session.
     pub fn goodbye(&self) -> Option<&str> {
         match &self.ended {
-            Some(Ended::Goodbye(reason)) => Some(reason),
+            Some(Ended::Goodbye(reason) | Ended::Refused(reason)) => Some(reason),
             _ => None,
         }
     }
@@ -141,12 +188,15 @@ impl Connection {
                     Some(Ended::Unreachable) => format!("cannot reach {address}"),
                     Some(Ended::Closed(said)) if said.is_empty() => "the connection was lost".to_owned(),
                     Some(Ended::Closed(said)) => format!("the connection was lost: {said}"),
-                    Some(Ended::Goodbye(reason)) => format!("server closed the connection: {reason}"),
+                    Some(Ended::Goodbye(reason) | Ended::Refused(reason)) => {
+                        format!("server closed the connection: {reason}")
+                    }
                     Some(Ended::Fault(fault)) => format!("something is wrong with the server at {address}: {fault}"),
                 };
                 let wait_s = (until_s - now_s).max(0.0).ceil();
                 Some(if wait_s >= 1.0 { format!("{why}, retrying in {wait_s} s") } else { format!("{why}, retrying") })
             }
+            State::Refused => Some(format!("{address} does not let you in: {}", self.goodbye().unwrap_or_default())),
             State::Opening { .. } => Some(match &self.ended {
                 None => format!("connecting to {address}"),
                 Some(_) => format!("connecting to {address} again"),
@@ -244,6 +294,40 @@ mod tests {
         connection.ended(Ended::Closed("late".to_owned()), 0.0);
         assert!(!connection.is_working());
         open(&mut connection, 0.0);
+    }
+
+    #[test]
+    fn who_is_refused_does_not_come_again_by_itself() {
+        let mut connection = Connection::new("there", 0.0);
+        open(&mut connection, 0.0);
+        connection.opened(0.0);
+        connection.ended(Ended::Refused("the token is wrong".to_owned()), 0.1);
+        assert_eq!(connection.poll(1e6), None);
+        assert_eq!(connection.status(1e6).as_deref(), Some("there does not let you in: the token is wrong"));
+        connection.retry_now(1e6);
+        open(&mut connection, 1e6);
+    }
+
+    /// When tries begin, of a client that was cut off at 10 s and reaches nobody.
+    fn tries_after_a_cut(round_trip_s: f64) -> Vec<f64> {
+        let mut connection = Connection::new("there", 0.0);
+        open(&mut connection, 0.0);
+        connection.opened(0.0);
+        connection.welcomed(0.0);
+        connection.measured(round_trip_s);
+        connection.ended(Ended::Closed(String::new()), 10.0);
+        let times_s = (0..6000).map(|step| 10.0 + f64::from(step) * 0.01);
+        times_s.filter(|&now_s| connection.poll(now_s) == Some(Command::Open)).collect()
+    }
+
+    #[test]
+    fn who_was_cut_off_tries_again_within_seconds() {
+        let tries_s = tries_after_a_cut(0.1);
+        let short = tries_s.windows(2).filter(|pair| pair[1] - pair[0] < 3.1).count();
+        assert!(short >= 3 * (tries_s.len() - 1) / 4, "{tries_s:?}");
+        assert!(tries_s.windows(2).any(|pair| pair[1] - pair[0] > WELCOME_WITHIN_S), "none is patient: {tries_s:?}");
+        let slow_s = tries_after_a_cut(1.5);
+        assert!(slow_s[1] - slow_s[0] > 9.0, "a handshake takes 4.5 s here: {slow_s:?}");
     }
 
     #[test]

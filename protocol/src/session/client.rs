@@ -8,7 +8,7 @@ use super::SessionError;
 use super::scene_clock::SceneClock;
 use crate::inventory::Inventory;
 use crate::limits::Limits;
-use crate::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::message::{ClientMessage, Clock, Draws, Hello, Resume, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
 
 /// Seconds between two poses at least.
@@ -26,6 +26,10 @@ const PING_INTERVAL_S: f64 = 2.0;
 const REST_PING_INTERVAL_S: f64 = 5.0;
 /// Without a pose or an update for this long, the session is at rest.
 const REST_AFTER_S: f64 = 3.0;
+/// An unanswered ping, and no other word, for so many round trips: the path is cut, and another connection may be through sooner than what is repeated on this one ...
+const PATIENCE_ROUND_TRIPS: f64 = 8.0;
+/// ... but not before this long, which other traffic on the path may take.
+const LEAST_PATIENCE_S: f64 = 6.0;
 /// Share of a new round trip in the smoothed one (RFC 6298).
 const SMOOTHING: f64 = 0.125;
 
@@ -42,9 +46,13 @@ pub struct ClientConfig {
     pub draws: Draws,
     /// What it is there for.
     pub role: Role,
+    /// The eye, where it is known already.
+    pub world_from_eye: Option<Rigid>,
+    /// What is held of a session that was cut off.
+    pub resume: Option<Resume>,
     /// Caps on what the server sends.
     pub limits: Limits,
-    /// Without a word from the server for this long, it is gone. Several pings.
+    /// Without a word from the server for this long, it is gone. Several pings; sooner where one is not answered.
     pub silence_s: f64,
 }
 
@@ -55,7 +63,8 @@ impl ClientConfig {
     /// The usual limits.
     pub fn new(clock: Clock, view: ViewSize) -> ClientConfig {
         let (budget_bytes, limits) = (DEFAULT_BUDGET_BYTES, Limits::default());
-        ClientConfig { clock, view, budget_bytes, draws: Draws::default(), role: Role::Viewer, limits, silence_s: 20.0 }
+        let (draws, role, silence_s) = (Draws::default(), Role::Viewer, 20.0);
+        ClientConfig { clock, view, budget_bytes, draws, role, world_from_eye: None, resume: None, limits, silence_s }
     }
 }
 
@@ -140,14 +149,16 @@ struct Ping {
 impl ClientSession {
     /// Begins with Hello.
     pub fn new(config: ClientConfig, now_s: f64) -> ClientSession {
-        let hello = ClientMessage::Hello {
+        let hello = ClientMessage::Hello(Box::new(Hello {
             version: VERSION,
             clock: config.clock,
             view: config.view,
             budget_bytes: config.budget_bytes,
             draws: config.draws,
             role: config.role.clone(),
-        };
+            world_from_eye: config.world_from_eye,
+            resume: config.resume,
+        }));
         ClientSession {
             config,
             state: State::Greeting,
@@ -218,7 +229,7 @@ impl ClientSession {
             }
             ServerMessage::Presenter { .. } => return Err(SessionError::Range("the presenter's eye")),
             ServerMessage::Inventory(inventory) => self.events.push_back(ClientEvent::Inventory(inventory)),
-            ServerMessage::Goodbye { reason } => return Err(SessionError::Goodbye { reason }),
+            ServerMessage::Goodbye { reason, again } => return Err(SessionError::Goodbye { reason, again }),
             ServerMessage::Update(_) => unreachable!("updates come in fragments"),
         }
         Ok(())
@@ -267,7 +278,7 @@ impl ClientSession {
     pub fn poll_transmit_stamped(&mut self, stamp: impl FnOnce(f64, usize) -> f64) -> Option<Vec<u8>> {
         let mut envelope = self.outbox.pop_front()?;
         let mut bytes = wire::encode_client(&envelope);
-        if !matches!(envelope.message, ClientMessage::Hello { .. } | ClientMessage::Advance { .. }) {
+        if !matches!(envelope.message, ClientMessage::Hello(_) | ClientMessage::Advance { .. }) {
             envelope.at_s = stamp(envelope.at_s, bytes.len());
             bytes = wire::encode_client(&envelope);
         }
@@ -282,7 +293,7 @@ impl ClientSession {
 
     /// When [`ClientSession::handle_timeout`] wants to be called next.
     pub fn next_deadline_s(&self) -> Option<f64> {
-        let silence_s = self.heard_at_s + self.config.silence_s;
+        let silence_s = self.silent_from_s();
         let pose_s = self.pose_waiting.map_or(f64::INFINITY, |_| self.next_pose_at_s);
         match self.state {
             State::Closed => None,
@@ -296,8 +307,8 @@ impl ClientSession {
         if self.state == State::Closed {
             return Err(SessionError::Closed);
         }
-        if now_s >= self.heard_at_s + self.config.silence_s {
-            return self.close_on_error(Err(SessionError::Silent { after_s: self.config.silence_s }));
+        if now_s >= self.silent_from_s() {
+            return self.close_on_error(Err(SessionError::Silent { after_s: now_s - self.heard_at_s }));
         }
         if self.state == State::Open {
             self.send_waiting_pose(now_s);
@@ -306,6 +317,18 @@ impl ClientSession {
             }
         }
         Ok(())
+    }
+
+    /// When the server counts as gone, if nothing is heard until then.
+    fn silent_from_s(&self) -> f64 {
+        let ClientConfig { silence_s, .. } = self.config;
+        match self.ping.round_trip_s.filter(|_| self.ping.waiting) {
+            Some(round_trip_s) => {
+                let patience_s = (PATIENCE_ROUND_TRIPS * round_trip_s).max(LEAST_PATIENCE_S).min(silence_s);
+                (self.ping.sent_at_s.max(self.heard_at_s) + patience_s).min(self.heard_at_s + silence_s)
+            }
+            None => self.heard_at_s + silence_s,
+        }
     }
 
     fn next_ping_at_s(&self) -> Option<f64> {

@@ -106,6 +106,11 @@ impl Flow {
         Acked::Update { delay_s }
     }
 
+    /// Nothing was sent yet, and the client holds the updates up to this one.
+    pub fn goes_on_after(&mut self, number: u64) {
+        self.last_number = number;
+    }
+
     /// Gives up what is in flight: the client begins anew.
     pub fn forget(&mut self) {
         self.in_flight.clear();

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! client                               server
-//! Hello{version, clock, camera} ->     checked; refused by Goodbye{reason}
+//! Hello{version, clock, camera} ->     checked; refused by Goodbye{reason, again}
 //!                               <-     Welcome
 //! Pose, View (when they change) ->     the newest one counts
 //!                               <-     Update 1, 2, 3 ... in fragments, while credit lasts
@@ -23,6 +23,10 @@
 //! [`ServerSession::can_send_update`] holds back while more than the path's bandwidth-delay product is not yet acknowledged,
 //! or while the socket has not yet taken the last update: what is not sent yet can still be replaced by something newer.
 //!
+//! **Coming back**: Welcome has a secret. A client whose connection was cut off says it in its next Hello, with the number and digest of the last update that it
+//! holds. [`ServerEvent::Resume`] asks for what the server kept of that session, [`ServerSession::resume`] answers: Welcome says whether updates build on what the
+//! client holds, and those that were on their way are sent again.
+//!
 //! **Virtual clock** ([`Clock::Virtual`]): sockets are real, time is in the envelopes. The client stamps a message with the time
 //! at which its emulated network delivers it ([`ClientSession::poll_transmit_stamped`]), then says `Advance{to_s}`. The server
 //! runs each tick `T <= to_s` in order: [`ServerSession::run_until`]`(T)` takes in what is stamped `<= T`, updates are sent
@@ -40,10 +44,12 @@ mod flow;
 mod rate;
 mod scene_clock;
 mod server;
+mod trail;
 
 pub use client::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, ReceivedUpdate};
 pub use scene_clock::SceneClock;
 pub use server::{ClientPose, SendError, ServerConfig, ServerEvent, ServerSession};
+pub use trail::Trail;
 
 use thiserror::Error;
 
@@ -139,6 +145,8 @@ pub enum SessionError {
     Goodbye {
         /// As the server puts it.
         reason: String,
+        /// Whether it may be otherwise for who comes again just as it did.
+        again: bool,
     },
     /// This session ended before.
     #[error("the session has ended")]
@@ -146,6 +154,18 @@ pub enum SessionError {
 }
 
 impl SessionError {
+    /// Whether it may go well for a client that comes again just as it did.
+    pub fn may_come_again(&self) -> bool {
+        !matches!(
+            self,
+            SessionError::Version { .. }
+                | SessionError::Clock { .. }
+                | SessionError::Camera { .. }
+                | SessionError::NoRoom { .. }
+                | SessionError::Goodbye { again: false, .. }
+        )
+    }
+
     /// Whose fault it is.
     pub fn fault(&self) -> Fault {
         match self {

@@ -10,10 +10,11 @@ use thiserror::Error;
 
 use super::flow::{Acked, Flow};
 use super::rate::TokenBucket;
+use super::trail::Trail;
 use super::{AUDIENCE_BUDGET_BYTES, SessionError};
 use crate::inventory::Inventory;
 use crate::limits::Limits;
-use crate::message::{ClientMessage, Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::message::{ClientMessage, Clock, Draws, Hello, Resume, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use crate::wire::{self, EncodedUpdate, Envelope, PackedUpdate};
 
 /// Largest output side that is believed.
@@ -71,6 +72,8 @@ impl ServerConfig {
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ServerEvent {
+    /// The client greeted, and holds what an earlier session sent: call [`ServerSession::resume`] with what is left of that one.
+    Resume(Resume),
     /// The client greeted; the session is open and has a view.
     Opened,
     /// The client's output changed, see [`ServerSession::view`].
@@ -137,6 +140,8 @@ pub enum SendError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
     Greeting,
+    /// Greeted by a client that holds this.
+    Resuming(Resume),
     Open,
     Closed,
 }
@@ -154,8 +159,10 @@ pub struct ServerSession {
     draws: Draws,
     role: Role,
     camera: Option<usize>,
+    start_world_from_eye: Option<Rigid>,
     pose: Option<ClientPose>,
     flow: Flow,
+    trail: Trail,
     must_clear: bool,
     rate: TokenBucket,
     restarts: TokenBucket,
@@ -189,8 +196,10 @@ impl ServerSession {
             draws: Draws::default(),
             role: Role::Viewer,
             camera: None,
+            start_world_from_eye: None,
             pose: None,
             flow: Flow::default(),
+            trail: Trail::default(),
             must_clear: false,
             begun_at_s: now_s,
             heard_at_s: now_s,
@@ -227,14 +236,10 @@ impl ServerSession {
             return Err(SessionError::TooMany("messages"));
         }
         match (self.state, envelope.message) {
-            (State::Greeting, ClientMessage::Hello { version, clock, view, budget_bytes, draws, role }) => {
-                (self.budget_bytes, self.draws) = (budget_bytes, draws);
-                check_ends(version, (clock, self.config.clock))?;
-                self.take_role(role)?;
-                self.greet(clock, view, envelope.at_s, now_s)
-            }
+            (State::Greeting, ClientMessage::Hello(hello)) => self.take_hello(*hello, envelope.at_s, now_s),
             (State::Greeting, _) => Err(SessionError::Unexpected("a message before Hello")),
-            (_, ClientMessage::Hello { .. }) => Err(SessionError::Unexpected("a second Hello")),
+            (State::Resuming(_), _) => Err(SessionError::Unexpected("a message before Welcome")),
+            (_, ClientMessage::Hello(_)) => Err(SessionError::Unexpected("a second Hello")),
             (_, ClientMessage::Advance { to_s }) => self.ask_advance(to_s),
             (_, message) if on_virtual => {
                 self.stamped_at_s = envelope.at_s;
@@ -246,6 +251,26 @@ impl ServerSession {
             }
             (_, message) => self.take(message, now_s),
         }
+    }
+
+    fn take_hello(&mut self, hello: Hello, at_s: f64, now_s: f64) -> Result<(), SessionError> {
+        let Hello { version, clock, view, budget_bytes, draws, role, world_from_eye, resume } = hello;
+        (self.budget_bytes, self.draws) = (budget_bytes, draws);
+        check_ends(version, (clock, self.config.clock))?;
+        self.take_role(role)?;
+        check_view(&view)?;
+        if world_from_eye.is_some_and(|eye| !eye.is_valid()) {
+            return Err(SessionError::Range("the eye of Hello"));
+        }
+        (self.view, self.start_world_from_eye) = (Some(view), world_from_eye);
+        match resume.filter(|_| clock == Clock::Wall && self.role == Role::Viewer) {
+            Some(held) => {
+                self.state = State::Resuming(held);
+                self.events.push_back(ServerEvent::Resume(held));
+            }
+            None => self.open(if clock == Clock::Virtual { at_s } else { now_s }, false, now_s),
+        }
+        Ok(())
     }
 
     fn take_role(&mut self, role: Role) -> Result<(), SessionError> {
@@ -277,22 +302,42 @@ impl ServerSession {
         place.ok_or_else(|| SessionError::Camera { asked: asked(), known: cameras.join(", ") })
     }
 
-    fn greet(&mut self, clock: Clock, view: ViewSize, at_s: f64, now_s: f64) -> Result<(), SessionError> {
-        check_view(&view)?;
-        self.view = Some(view);
-        self.state = State::Open;
-        let begun_at_s = if clock == Clock::Virtual { at_s } else { now_s };
-        if clock == Clock::Virtual {
-            self.advanced_to_s = at_s;
+    /// Goes on where the session ended that the client still holds something of; `None`, or a trail that does not lead on from there, begins anew. Returns
+    /// whether it goes on: then the server's copy must be that of the earlier session.
+    pub fn resume(&mut self, trail: Option<Trail>, now_s: f64) -> bool {
+        let State::Resuming(held) = self.state else { return false };
+        let trail = trail.and_then(|trail| trail.after(held));
+        self.open(now_s, trail.is_some(), now_s);
+        let Some(trail) = trail else { return false };
+        self.flow.goes_on_after(held.number);
+        for update in trail.updates() {
+            self.put(update, now_s);
         }
-        let mut welcome = self.config.welcome.clone();
-        if clock == Clock::Wall {
+        self.trail = trail;
+        true
+    }
+
+    /// What was sent and not acknowledged, for a client that comes back after its connection was cut off.
+    pub fn take_trail(&mut self) -> Trail {
+        std::mem::take(&mut self.trail)
+    }
+
+    /// An update was made for a client that is cut off by now: it is part of what it lacks.
+    pub fn missed(&mut self, update: &PackedUpdate) {
+        self.trail.sent(update);
+    }
+
+    fn open(&mut self, at_s: f64, resumed: bool, now_s: f64) {
+        self.state = State::Open;
+        let mut welcome = Welcome { resumed, ..self.config.welcome.clone() };
+        if self.config.clock == Clock::Virtual {
+            self.advanced_to_s = at_s;
+        } else {
             // It is stamped now, and may have been waited for.
             welcome.scene_time_s += now_s - self.begun_at_s;
         }
-        self.say(ServerMessage::Welcome(welcome), begun_at_s);
+        self.say(ServerMessage::Welcome(welcome), at_s);
         self.events.push_back(ServerEvent::Opened);
-        Ok(())
     }
 
     fn ask_advance(&mut self, to_s: f64) -> Result<(), SessionError> {
@@ -333,7 +378,10 @@ impl ServerSession {
             }
             ClientMessage::Ack { number, digest, bytes_received } => {
                 match self.flow.acked(number, digest, bytes_received, now_s) {
-                    Acked::Update { delay_s } => self.events.push_back(ServerEvent::Acked { number, delay_s }),
+                    Acked::Update { delay_s } => {
+                        self.trail.acknowledged(number);
+                        self.events.push_back(ServerEvent::Acked { number, delay_s });
+                    }
                     Acked::Old => {}
                     Acked::DigestDiffers => self.restart(now_s)?,
                     Acked::NeverSent => return Err(SessionError::Range("an ack of what was never sent")),
@@ -351,7 +399,7 @@ impl ServerSession {
                     self.events.push_back(ServerEvent::Inventory);
                 }
             }
-            ClientMessage::Hello { .. } | ClientMessage::Advance { .. } => unreachable!("taken on receipt"),
+            ClientMessage::Hello(_) | ClientMessage::Advance { .. } => unreachable!("taken on receipt"),
         }
         Ok(())
     }
@@ -361,6 +409,7 @@ impl ServerSession {
             return Err(SessionError::TooMany("fresh starts"));
         }
         self.flow.forget();
+        self.trail.forget();
         self.must_clear = true;
         self.events.push_back(ServerEvent::Restart);
         Ok(())
@@ -368,16 +417,16 @@ impl ServerSession {
 
     fn close_on_error(&mut self, result: Result<(), SessionError>, now_s: f64) -> Result<(), SessionError> {
         if let Err(error) = &result {
-            self.close(&error.to_string(), now_s);
+            self.close(&error.to_string(), error.may_come_again(), now_s);
         }
         result
     }
 
-    /// Ends the session: nothing but a Goodbye is left to send.
-    pub fn close(&mut self, reason: &str, now_s: f64) {
+    /// Ends the session: nothing but a Goodbye is left to send. `again`: whether it may be otherwise for a client that comes again just as it did.
+    pub fn close(&mut self, reason: &str, again: bool, now_s: f64) {
         if self.state != State::Closed {
             self.bulk.clear();
-            self.say(ServerMessage::Goodbye { reason: shortened(reason) }, now_s);
+            self.say(ServerMessage::Goodbye { reason: shortened(reason), again }, now_s);
             self.state = State::Closed;
         }
     }
@@ -421,11 +470,16 @@ impl ServerSession {
             Err(SendError::TooLarge { bytes: update.bytes, limit })
         } else {
             self.must_clear = false;
-            self.taken_at_s = now_s;
-            self.flow.sent(update.number, update.digest, update.bytes, now_s);
-            self.bulk.extend(update.fragments.iter().cloned());
+            self.put(update, now_s);
+            self.trail.sent(update);
             Ok(())
         }
+    }
+
+    fn put(&mut self, update: &PackedUpdate, now_s: f64) {
+        self.taken_at_s = now_s;
+        self.flow.sent(update.number, update.digest, update.bytes, now_s);
+        self.bulk.extend(update.fragments.iter().cloned());
     }
 
     /// Says something for which [`wire::encode_server`] made the messages, as others may say it too.
@@ -453,7 +507,7 @@ impl ServerSession {
     pub fn next_deadline_s(&self) -> Option<f64> {
         match self.state {
             State::Closed => None,
-            State::Greeting => Some(self.begun_at_s + self.config.greeting_s),
+            State::Greeting | State::Resuming(_) => Some(self.begun_at_s + self.config.greeting_s),
             State::Open => {
                 let silence_s = self.heard_at_s + self.config.silence_s;
                 Some(self.stalled_at_s().map_or(silence_s, |stalled_s| silence_s.min(stalled_s)))
@@ -470,7 +524,7 @@ impl ServerSession {
     pub fn handle_timeout(&mut self, now_s: f64) -> Result<(), SessionError> {
         let result = match self.state {
             State::Closed => return Err(SessionError::Closed),
-            State::Greeting if now_s >= self.begun_at_s + self.config.greeting_s => {
+            State::Greeting | State::Resuming(_) if now_s >= self.begun_at_s + self.config.greeting_s => {
                 Err(SessionError::NoGreeting { after_s: self.config.greeting_s })
             }
             State::Open if now_s >= self.heard_at_s + self.config.silence_s => {
@@ -479,7 +533,7 @@ impl ServerSession {
             State::Open if self.stalled_at_s().is_some_and(|at_s| now_s >= at_s) => {
                 Err(SessionError::Stalled { after_s: self.config.stall_s })
             }
-            State::Greeting | State::Open => Ok(()),
+            State::Greeting | State::Resuming(_) | State::Open => Ok(()),
         };
         self.close_on_error(result, now_s)
     }
@@ -530,6 +584,11 @@ impl ServerSession {
     /// The client's output; `None` before Hello.
     pub fn view(&self) -> Option<ViewSize> {
         self.view
+    }
+
+    /// Where the client said at first that its eye is; `None` where it did not.
+    pub fn start_world_from_eye(&self) -> Option<Rigid> {
+        self.start_world_from_eye
     }
 
     /// The newest pose; `None` before any.

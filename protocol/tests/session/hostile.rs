@@ -3,25 +3,24 @@
 use camera::{Motion, Rigid};
 use glam::DVec3;
 use vantage_protocol::codec::Coding;
-use vantage_protocol::message::{Clock, Draws, Role, ServerMessage, VERSION, ViewSize, Welcome};
+use vantage_protocol::message::{Clock, Draws, Hello, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use vantage_protocol::session::{ClientConfig, ClientSession, Fault, ServerConfig, ServerSession, SessionError};
 use vantage_protocol::wire::{Envelope, WireError, encode_server, encode_update};
 use vantage_protocol::{ClientMessage, Held};
 
 use super::{VIEW, message, pose, welcome};
 
+fn greeting() -> Hello {
+    let (version, clock, budget_bytes, draws, role) = (VERSION, Clock::Wall, 0, Draws::default(), Role::Viewer);
+    Hello { version, clock, view: VIEW, budget_bytes, draws, role, world_from_eye: None, resume: None }
+}
+
+fn said(hello: Hello) -> Vec<u8> {
+    message(0.0, ClientMessage::Hello(Box::new(hello)))
+}
+
 fn hello() -> Vec<u8> {
-    message(
-        0.0,
-        ClientMessage::Hello {
-            version: VERSION,
-            clock: Clock::Wall,
-            view: VIEW,
-            budget_bytes: 0,
-            draws: Draws::default(),
-            role: Role::Viewer,
-        },
-    )
+    said(greeting())
 }
 
 fn server() -> ServerSession {
@@ -36,7 +35,7 @@ fn refusal(messages: &[Vec<u8>]) -> SessionError {
     let error = server.handle(last, 0.2).unwrap_err();
     let mut client = ClientSession::new(ClientConfig::new(Clock::Wall, VIEW), 0.0);
     let said = std::iter::from_fn(|| server.poll_transmit(0.2)).find_map(|bytes| client.handle(&bytes, 0.3).err());
-    assert_eq!(said, Some(SessionError::Goodbye { reason: error.to_string() }));
+    assert_eq!(said, Some(SessionError::Goodbye { reason: error.to_string(), again: error.may_come_again() }));
     assert!(server.is_drained());
     assert_eq!(server.handle(last, 0.3), Err(SessionError::Closed));
     error
@@ -46,34 +45,16 @@ fn refusal(messages: &[Vec<u8>]) -> SessionError {
 fn hostile_clients_are_refused_by_name() {
     let pose =
         |seq, x_m| ClientMessage::Pose { seq, sampled_at_s: 0.0, world_from_eye: pose(x_m), motion: Motion::STILL };
-    let other = ClientMessage::Hello {
-        version: 99,
-        clock: Clock::Wall,
-        view: VIEW,
-        budget_bytes: 0,
-        draws: Draws::default(),
-        role: Role::Viewer,
-    };
-    assert_eq!(refusal(&[message(0.0, other)]), SessionError::Version { ours: VERSION, theirs: 99 });
-    let other = ClientMessage::Hello {
-        version: VERSION,
-        clock: Clock::Virtual,
-        view: VIEW,
-        budget_bytes: 0,
-        draws: Draws::default(),
-        role: Role::Viewer,
-    };
-    assert_eq!(refusal(&[message(0.0, other)]).fault(), Fault::Mismatch);
-    let blind = ViewSize { width_px: 0, ..VIEW };
-    let other = ClientMessage::Hello {
-        version: VERSION,
-        clock: Clock::Wall,
-        view: blind,
-        budget_bytes: 0,
-        draws: Draws::default(),
-        role: Role::Viewer,
-    };
-    assert!(matches!(refusal(&[message(0.0, other)]), SessionError::Range(_)));
+    let other = Hello { version: 99, ..greeting() };
+    assert_eq!(refusal(&[said(other)]), SessionError::Version { ours: VERSION, theirs: 99 });
+    let other = Hello { clock: Clock::Virtual, ..greeting() };
+    assert_eq!(refusal(&[said(other)]).fault(), Fault::Mismatch);
+    for other in [
+        Hello { view: ViewSize { width_px: 0, ..VIEW }, ..greeting() },
+        Hello { world_from_eye: Some(super::pose(f64::NAN)), ..greeting() },
+    ] {
+        assert!(matches!(refusal(&[said(other)]), SessionError::Range(_)));
+    }
     assert!(matches!(refusal(&[message(0.0, ClientMessage::Restart)]), SessionError::Unexpected(_)));
     assert!(matches!(refusal(&[hello(), hello()]), SessionError::Unexpected(_)));
     let advance = message(0.0, ClientMessage::Advance { to_s: 1.0 });

@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod hostile;
+mod resume;
 
 use std::collections::VecDeque;
 
@@ -36,6 +37,8 @@ fn welcome() -> Welcome {
         look: Look::Plain,
         update_interval_s: 0.1,
         scene_time_s: 0.0,
+        secret: 0,
+        resumed: false,
     }
 }
 

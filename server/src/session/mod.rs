@@ -4,23 +4,28 @@
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
 mod following;
+pub mod kept;
 mod outlet;
+mod resume;
 mod virtual_clock;
 mod wall_clock;
 
+use std::future::Future;
 use std::net::SocketAddr;
+use std::pin::Pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use axum::extract::ws::{Message, WebSocket};
+use axum::extract::ws::{Message, WebSocket, close_code};
 use futures_util::StreamExt;
 use futures_util::stream::SplitStream;
 use glam::DVec3;
-use protocol::message::{Clock, Role, VERSION, Welcome};
+use protocol::message::{Clock, Role, ServerMessage, VERSION, Welcome};
 use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
+use protocol::wire::{self, Envelope};
 use scene::Scene;
-use tokio::sync::{Notify, Semaphore, watch};
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, oneshot, watch};
 
 use crate::account::Account;
 use crate::asked::Asked;
@@ -36,6 +41,7 @@ use crate::stats::Stats;
 use crate::viewer::Viewer;
 use crate::worker::{Made, Served, Wish, Worker, WorkerGone};
 use crate::{anticipate, rest, start};
+use kept::{GiveWay, KeptSessions};
 use outlet::{Outlet, WriteEnd};
 
 /// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
@@ -72,6 +78,10 @@ pub struct Shared {
     pub audiences: Arc<Audiences>,
     /// One permit a session.
     pub places: Arc<Semaphore>,
+    /// One permit a connection that has not greeted.
+    pub doorsteps: Arc<Semaphore>,
+    /// Sessions that were cut off.
+    pub kept: KeptSessions,
     /// What is made for each session.
     pub(crate) plans: Inventories,
     /// Told when a session has ended, and all that it held was dropped.
@@ -125,6 +135,8 @@ impl Shared {
         let welcome = welcome(&scene, &config, &rules);
         let camera_names = scene.named_cameras.iter().map(|named| named.name.clone()).collect();
         let (started, ended) = (Instant::now(), Arc::default());
+        let kept = KeptSessions::new(config.limits.resume);
+        let doorsteps = Arc::new(Semaphore::new(config.limits.doorsteps));
         Ok(Shared {
             config,
             scene,
@@ -133,6 +145,8 @@ impl Shared {
             worker,
             audiences: Arc::default(),
             places,
+            doorsteps,
+            kept,
             plans: Inventories::default(),
             ended,
             rules,
@@ -162,14 +176,25 @@ fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
         look: config.look,
         update_interval_s: rules.update_interval_s,
         scene_time_s: 0.0,
+        secret: 0,
+        resumed: false,
     }
 }
 
 /// Why a session ended.
 #[derive(Debug)]
 enum End {
-    /// The client closed the connection.
+    /// The client closed the connection, and said that it will not come back.
     Left,
+    /// The client closed the connection, and may come back.
+    Closed,
+    /// Another connection goes on with the session.
+    Resumed(GiveWay),
+    /// As many clients as are let in are here.
+    Full {
+        /// So many.
+        clients: usize,
+    },
     /// The connection broke: the client vanished, or the network did.
     Lost(String),
     /// The client broke the rules of websockets: a message of more than the allowed size, or no websocket message at all.
@@ -193,7 +218,7 @@ impl End {
         let text = error.to_string();
         match error.into_inner().downcast_ref() {
             Some(Error::Protocol(ResetWithoutClosingHandshake) | Error::Io(_)) => End::Lost(text),
-            Some(Error::ConnectionClosed | Error::AlreadyClosed) => End::Left,
+            Some(Error::ConnectionClosed | Error::AlreadyClosed) => End::Closed,
             Some(_) => End::Malformed(text),
             None => End::Lost(text),
         }
@@ -248,10 +273,30 @@ struct Connection<'a> {
     presenting: Option<Arc<Presenting>>,
     /// A follower's, until it begins.
     following: Option<Following>,
+    /// Until the client has greeted.
+    doorstep: Option<OwnedSemaphorePermit>,
+    /// From then on.
+    place: Option<OwnedSemaphorePermit>,
+    /// At the worker.
+    turn: Option<Turn<'a>>,
+    secret: u128,
+    /// Told when another connection goes on with the session.
+    give_way: oneshot::Receiver<GiveWay>,
 }
 
-/// Runs a session until it ends.
-pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
+type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, WorkerGone>> + Send + 'a>>;
+
+/// Runs a session until it ends. `doorstep`: until the client has greeted.
+pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep: OwnedSemaphorePermit) {
+    // On the virtual clock every run is the same, and nobody is cut off.
+    let begun = match shared.config.clock {
+        Clock::Wall => shared.kept.begin(),
+        Clock::Virtual => Ok((0, oneshot::channel().1)),
+    };
+    let (secret, give_way) = match begun {
+        Ok(begun) => begun,
+        Err(error) => return refuse(socket, &format!("the server has no random bytes: {error}"), true).await,
+    };
     let now_s = shared.now_s();
     let clock = shared.config.clock;
     let scene_time_s = if clock == Clock::Wall { now_s } else { 0.0 };
@@ -261,7 +306,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
         silence_s: if clock == Clock::Wall { limits.silence.as_secs_f64() } else { VIRTUAL_SILENCE_S },
         stall_s: limits.stall.as_secs_f64(),
         cameras: shared.camera_names.clone(),
-        ..ServerConfig::new(clock, Welcome { scene_time_s, ..shared.welcome.clone() })
+        ..ServerConfig::new(clock, Welcome { scene_time_s, secret, ..shared.welcome.clone() })
     };
     let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
     let (outgoing, incoming) = socket.split();
@@ -278,6 +323,11 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
         start_anew: false,
         presenting: None,
         following: None,
+        doorstep: Some(doorstep),
+        place: None,
+        turn: None,
+        secret,
+        give_way,
     };
     tracing::info!(%peer, "connected");
     let end = match clock {
@@ -286,14 +336,26 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr) {
     };
     let Err(end) = end;
     shared.plans.end(connection.number);
+    let end = connection.leave(end).await;
     connection.farewell(end).await;
+}
+
+/// Says why a client may not stay, and closes. `again`: whether it may be otherwise when it comes again.
+pub async fn refuse(socket: WebSocket, why: &str, again: bool) {
+    let goodbye = ServerMessage::Goodbye { reason: why.to_owned(), again };
+    let message = wire::encode_server(&Envelope { at_s: 0.0, message: goodbye }).into_iter().next();
+    let (outgoing, _) = socket.split();
+    Outlet::start(outgoing, LINGER).close(message, LINGER).await;
 }
 
 impl Connection<'_> {
     /// Takes in what came from the socket.
     fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), End> {
         match message {
-            None | Some(Ok(Message::Close(_))) => Err(End::Left),
+            Some(Ok(Message::Close(Some(frame)))) if matches!(frame.code, close_code::NORMAL | close_code::AWAY) => {
+                Err(End::Left)
+            }
+            None | Some(Ok(Message::Close(_))) => Err(End::Closed),
             Some(Err(error)) => Err(End::of_socket_error(error)),
             Some(Ok(Message::Binary(bytes))) => Ok(self.session.handle(&bytes, self.shared.now_s())?),
             Some(Ok(Message::Text(_))) => Err(SessionError::Unexpected("a text message").into()),
@@ -308,19 +370,25 @@ impl Connection<'_> {
             ServerEvent::Opened => {
                 if let Some(view) = self.session.view() {
                     viewer.view = view;
+                    if let Some(world_from_eye) = self.session.start_world_from_eye() {
+                        *viewer = Viewer::at_start(view, world_from_eye, self.shared.now_s());
+                    }
                     let budget_bytes = self.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
                     let draws = self.session.draws();
                     let cameras = &self.shared.scene.named_cameras;
                     let asked = self.session.camera().and_then(|place| cameras.get(place));
                     self.client.iter_mut().for_each(|client| {
-                        (client.budget_bytes, client.draws) = (budget_bytes, draws);
+                        client.budget_bytes = budget_bytes;
+                        client.set_draws(draws);
                         client.asked = asked.map(|named| Asked::of(named.camera.clone()));
                     });
                     tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }
                 drop(viewer);
+                self.take_place()?;
                 self.take_seat()?;
             }
+            ServerEvent::Resume(_) => {}
             ServerEvent::View(view) => viewer.view = view,
             ServerEvent::Draws => {
                 let draws = self.session.draws();
@@ -353,6 +421,14 @@ impl Connection<'_> {
             }
             ServerEvent::Advance { .. } => {}
         }
+        Ok(())
+    }
+
+    /// Takes one of the places for sessions.
+    fn take_place(&mut self) -> Result<(), End> {
+        let full = End::Full { clients: self.shared.config.limits.clients };
+        self.place = Some(self.shared.places.clone().try_acquire_owned().map_err(|_| full)?);
+        self.doorstep = None;
         Ok(())
     }
 
@@ -437,7 +513,8 @@ impl Connection<'_> {
     async fn farewell(mut self, end: End) {
         let (peer, stats) = (self.peer, &self.shared.stats);
         let reason = match &end {
-            End::Left => None,
+            End::Left | End::Closed | End::Resumed(_) => None,
+            End::Full { clients } => Some(format!("{clients} clients are here already, and no more are let in")),
             End::Lost(error) => Some(format!("the connection failed: {error}")),
             End::Malformed(error) => Some(format!("malformed: {error}")),
             End::Session(error) => Some(error.to_string()),
@@ -459,7 +536,8 @@ impl Connection<'_> {
         } else {
             tracing::info!(%peer, bytes_in, bytes_out, "ended: {reason}");
         }
-        self.session.close(&reason, self.shared.now_s());
+        let again = !matches!(&end, End::Session(error) if !error.may_come_again());
+        self.session.close(&reason, again, self.shared.now_s());
         // The goodbye is the last message; what a virtual session still had to say before it is for nobody.
         let mut last = None;
         while let Some(bytes) = self.session.poll_transmit(self.shared.now_s()) {

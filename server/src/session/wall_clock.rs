@@ -2,16 +2,15 @@
 //! client lacks nothing or has not acknowledged what it was sent.
 
 use std::convert::Infallible;
-use std::future::Future;
-use std::pin::Pin;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use futures_util::StreamExt;
+use protocol::session::ServerEvent;
 use protocol::wire;
 
-use super::{Connection, End, stop_asked};
+use super::{Connection, End, Turn, stop_asked};
 use crate::audience::Presenting;
 use crate::viewer::Viewer;
 use crate::worker::{Served, Wish, WorkerGone};
@@ -20,8 +19,6 @@ use crate::worker::{Served, Wish, WorkerGone};
 pub(super) const IDLE: Duration = Duration::from_secs(1);
 /// A session that lacked nothing in so many ticks one after the other, while its viewer stood, is asked at every message and at [`IDLE`] intervals: whoever stands costs next to nothing.
 const QUIET_TICKS: u32 = 30;
-
-type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, WorkerGone>> + Send + 'a>>;
 
 /// Waits until somebody needs the whole copy of who presents.
 async fn asked(presenting: Option<&Presenting>) {
@@ -36,27 +33,30 @@ impl<'a> Connection<'a> {
     pub(super) async fn run_on_wall_clock(&mut self) -> Result<Infallible, End> {
         let shared = self.shared;
         let interval_s = shared.rules.update_interval_s;
-        let (mut next_tick_s, mut turn, mut outgoing) = (0.0, None::<Turn<'a>>, None);
+        let (mut next_tick_s, mut outgoing) = (0.0, None);
         let mut quiet_ticks = 0_u32;
         loop {
             let now_s = shared.now_s();
             self.session.handle_timeout(now_s)?;
             while let Some(event) = self.session.poll_event() {
                 quiet_ticks = 0;
-                self.event(event)?;
+                match event {
+                    ServerEvent::Resume(held) => self.resume(held).await,
+                    event => self.event(event)?,
+                }
             }
             if let Some(following) = self.following.take() {
                 return self.follow(following).await;
             }
-            if turn.is_none() && now_s >= next_tick_s {
+            if self.turn.is_none() && now_s >= next_tick_s {
                 next_tick_s = f64::max(next_tick_s + interval_s, now_s);
-                turn = self.make_whole().or_else(|| self.wish(now_s).and_then(|wish| self.take_turn(wish)));
-                quiet_ticks = if turn.is_none() { quiet_ticks.saturating_add(1) } else { 0 };
+                self.turn = self.make_whole().or_else(|| self.wish(now_s).and_then(|wish| self.take_turn(wish)));
+                quiet_ticks = if self.turn.is_none() { quiet_ticks.saturating_add(1) } else { 0 };
             }
             if outgoing.is_none() {
                 outgoing = self.session.poll_transmit(now_s);
             }
-            let is_waiting = turn.is_none() && quiet_ticks < QUIET_TICKS;
+            let is_waiting = self.turn.is_none() && quiet_ticks < QUIET_TICKS;
             let wake = if is_waiting { self.until(next_tick_s) } else { IDLE };
             let wake = self.session.next_deadline_s().map_or(wake, |deadline_s| wake.min(self.until(deadline_s)));
             let outgoing_bytes = outgoing.as_ref().map_or(0, bytes::Bytes::len);
@@ -66,12 +66,13 @@ impl<'a> Connection<'a> {
                     sent?;
                     self.shared.stats.sent_bytes.fetch_add(outgoing_bytes as u64, Ordering::Relaxed);
                 }
-                served = async { turn.as_mut().expect("polled only while there is one").await }, if turn.is_some() => {
-                    turn = None;
+                served = async { self.turn.as_mut().expect("polled only while there is one").await }, if self.turn.is_some() => {
+                    self.turn = None;
                     self.served(served?, shared.now_s());
                 }
-                () = asked(self.presenting.as_deref()), if turn.is_none() => {}
+                () = asked(self.presenting.as_deref()), if self.turn.is_none() => {}
                 () = tokio::time::sleep(wake) => {}
+                Ok(gives) = &mut self.give_way => return Err(End::Resumed(gives)),
                 () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
             }
         }

@@ -17,6 +17,7 @@ use surface::{AddressTexel, AddressView, HeldSurfaces};
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
+use vantage_server::access::Access;
 use vantage_server::account::Account;
 use vantage_server::discretize::{Capture, Discretization};
 use vantage_server::imager::{Imager, ImagerError};
@@ -120,6 +121,11 @@ fn noise(view: &Pinhole) -> Capture {
         ends: Vec::new(),
         gpu_s: None,
     }
+}
+
+/// Only who knows the word may connect.
+pub fn secret() -> Access {
+    Access { token: Some("secret".to_owned()), ..Access::default() }
 }
 
 /// A server that looks twice, in images of 32x32.

@@ -5,7 +5,8 @@
 //! out of [`Viewer::poll_socket`]. The frame never waits for any of it. Times are of one clock of the caller's, in seconds:
 //! real on the wall clock, the trace's on the virtual one.
 //!
-//! When a connection ends, the picture stays; a new session begins with an update that clears what is held.
+//! When a connection ends, the picture stays. A new session goes on with what is held, where the server still knows what that is; else it begins with an update
+//! that clears it.
 
 mod decoder;
 mod motion;
@@ -15,7 +16,7 @@ mod tests;
 mod tracks;
 
 use camera::{Motion, Rigid};
-use protocol::message::{Clock, Draws, Role, ViewSize, Welcome};
+use protocol::message::{Clock, Draws, Resume, Role, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SceneClock, SessionError};
 use protocol::{Held, Inventory, Limits};
 use surface::Build;
@@ -82,6 +83,12 @@ pub struct Viewer {
     held: Held,
     /// The session that `held` is of.
     held_session: u64,
+    /// How far that got, for the next one to go on with.
+    resume: Option<Resume>,
+    /// Where the eye is, as soon as that is known.
+    eye: Option<Rigid>,
+    /// The eye that this session's first picture is for, where the server was told.
+    began_at: Option<Rigid>,
     welcome: Option<Welcome>,
     scene_clock: Option<SceneClock>,
     trips: RoundTrips,
@@ -129,6 +136,9 @@ impl Viewer {
             is_uploading: false,
             held: Held::default(),
             held_session: 0,
+            resume: None,
+            eye: None,
+            began_at: None,
             welcome: None,
             scene_clock: None,
             trips: RoundTrips::default(),
@@ -168,6 +178,11 @@ impl Viewer {
     /// What it is there for, from the next session on.
     pub fn with_role(self, role: Role) -> Viewer {
         Viewer { role, ..self }
+    }
+
+    /// Where the eye is at first, instead of where the server says.
+    pub fn with_eye(self, world_from_eye: Rigid) -> Viewer {
+        Viewer { eye: Some(world_from_eye), ..self }
     }
 
     /// Takes what the socket reports.
@@ -224,7 +239,16 @@ impl Viewer {
         self.session_number += 1;
         let Viewer { budget_bytes, draws, .. } = *self;
         let role = self.role.clone();
-        let config = ClientConfig { budget_bytes, draws, role, ..ClientConfig::new(self.clock, self.view) };
+        self.began_at = self.eye.filter(|_| self.role.is_asking());
+        let (world_from_eye, resume) = (self.began_at, self.resume.filter(|_| self.role == Role::Viewer));
+        let config = ClientConfig {
+            budget_bytes,
+            draws,
+            role,
+            world_from_eye,
+            resume,
+            ..ClientConfig::new(self.clock, self.view)
+        };
         self.session = Some(ClientSession::new(config, now_s));
         self.trips = RoundTrips::default();
         self.advanced_to_s = f64::NEG_INFINITY;
@@ -238,6 +262,12 @@ impl Viewer {
             match event {
                 ClientEvent::Welcome(welcome) => {
                     self.connection.welcomed(now_s);
+                    if welcome.resumed {
+                        self.held_session = self.session_number;
+                        self.resume.iter_mut().for_each(|resume| resume.secret = welcome.secret);
+                    } else {
+                        self.resume = None;
+                    }
                     self.welcome = Some(*welcome);
                     // The server learns the pose anew.
                     self.motion = MotionEstimator::default();
@@ -249,13 +279,17 @@ impl Viewer {
             }
         }
         self.trips.sent(session.pose_seq(), now_s);
+        if let Some(round_trip_s) = session.round_trip_s() {
+            self.connection.measured(round_trip_s);
+        }
         // What is shown stays, and its time, when a session ends.
         self.scene_clock = session.scene_clock().or(self.scene_clock);
         if let Err(error) = result {
             self.session = None;
             self.closing = true;
             let why = match error {
-                SessionError::Goodbye { reason } => Ended::Goodbye(reason),
+                SessionError::Goodbye { reason, again: true } => Ended::Goodbye(reason),
+                SessionError::Goodbye { reason, again: false } => Ended::Refused(reason),
                 SessionError::Silent { after_s } => Ended::Closed(format!("nothing heard for {after_s:.0} s")),
                 other => Ended::Fault(other.to_string()),
             };
@@ -296,6 +330,7 @@ impl Viewer {
             return; // What it is sent does not depend on its eye.
         }
         let seen = self.motion.see(world_from_eye, now_s);
+        self.eye = self.welcome.is_some().then_some(world_from_eye).or(self.eye);
         let Some(session) = self.session.as_mut().filter(|session| session.is_open()) else { return };
         session.set_pose(world_from_eye, known.filter(Motion::is_valid).unwrap_or(seen), now_s);
         self.trips.sent(session.pose_seq(), now_s);
@@ -375,6 +410,8 @@ impl Viewer {
             Ok(update) => {
                 self.held_session = self.session_number;
                 session.applied(update.number, update.digest, held_at_s);
+                let secret = self.welcome.as_ref().map_or(0, |welcome| welcome.secret);
+                self.resume = Some(Resume { secret, number: update.number, digest: update.digest });
                 self.updates += 1;
                 // Others' poses are not answered here.
                 if self.role.is_asking() {
@@ -389,6 +426,7 @@ impl Viewer {
             }
             Err(error) => {
                 log_broken(&error);
+                self.resume = None;
                 session.broken(held_at_s);
                 false
             }
@@ -449,7 +487,7 @@ impl Viewer {
 
     /// Whether something is held that the server made for a pose of this session, and not only for where the scene begins.
     pub fn has_answer(&self) -> bool {
-        self.has_picture() && (!self.role.is_asking() || self.trips.is_answered())
+        self.has_picture() && (!self.role.is_asking() || self.began_at.is_some() || self.trips.is_answered())
     }
 
     /// Whether the session is open.

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use protocol::codec::Coding;
 use protocol::held::ObjectPose;
 use protocol::message::{Clock, VERSION, ViewSize, Welcome};
-use protocol::session::{ServerConfig, ServerSession};
+use protocol::session::{ServerConfig, ServerEvent, ServerSession};
 use protocol::wire::encode_update;
 use protocol::{DepthImage, DepthScale, Edit, Held, Lighting, Limits, Look, Mask, Patch, PatchId, Purpose, Update};
 use surface::BuiltSurfaces;
@@ -26,6 +26,8 @@ fn welcome() -> Welcome {
         look: Look::Plain,
         update_interval_s: 0.1,
         scene_time_s: 100.0,
+        secret: 0,
+        resumed: false,
     }
 }
 
@@ -81,6 +83,12 @@ fn exchange(viewer: &mut Viewer, server: &mut Server, now_s: f64) {
                 SocketCommand::Send(bytes) => drop(server.session.handle(&bytes, now_s)),
                 SocketCommand::Open => viewer.handle(SocketEvent::Opened, now_s),
                 SocketCommand::Close => {}
+            }
+        }
+        while let Some(event) = server.session.poll_event() {
+            if matches!(event, ServerEvent::Resume(_)) {
+                // It knows of no earlier session.
+                server.session.resume(None, now_s);
             }
         }
         while let Some(bytes) = server.session.poll_transmit(now_s) {
@@ -162,7 +170,7 @@ fn the_old_picture_stays_until_a_new_session_brings_one() {
     }
     assert_eq!(viewer.held().sample_count(), 4);
 
-    server.session.close("the server restarts", 6.0);
+    server.session.close("the server restarts", true, 6.0);
     exchange(&mut viewer, &mut server, 6.0);
     let status = viewer.status(6.0).expect("trouble is told");
     assert_eq!(status, "server closed the connection: the server restarts, retrying in 1 s");
@@ -177,6 +185,54 @@ fn the_old_picture_stays_until_a_new_session_brings_one() {
     assert!(viewer.advance(&mut followed, 7.1, 10.0));
     assert_eq!(viewer.held().sample_count(), 2);
     assert_eq!(followed.0, [(1, true), (2, false), (1, true)]);
+}
+
+#[test]
+fn a_session_goes_on_with_what_is_held() {
+    let (mut viewer, mut server, mut followed) = (viewer(), Server::new(), Followed::default());
+    viewer = viewer.with_eye(Rigid::IDENTITY);
+    exchange(&mut viewer, &mut server, 0.0);
+    assert_eq!(server.session.start_world_from_eye(), Some(Rigid::IDENTITY), "the first picture is of what it sees");
+    for id in [1, 2] {
+        server.update(vec![patch(id)], 100.0, 0.0);
+        exchange(&mut viewer, &mut server, 0.1);
+        viewer.advance(&mut followed, 0.1, 10.0);
+    }
+    // The second one is not acknowledged, and the third one never comes.
+    server.update(vec![patch(3)], 100.0, 0.1);
+    viewer.handle(SocketEvent::Closed(String::new()), 6.0);
+    assert!(viewer.status(6.0).expect("trouble").starts_with("the connection was lost"));
+
+    let mut after = Server { held: server.held, ..Server::new() };
+    while let Some(command) = viewer.poll_socket(7.0) {
+        match command {
+            SocketCommand::Open => viewer.handle(SocketEvent::Opened, 7.0),
+            SocketCommand::Send(bytes) => after.session.handle(&bytes, 7.0).expect("a hello"),
+            SocketCommand::Close => {}
+        }
+    }
+    let Some(ServerEvent::Resume(resume)) = after.session.poll_event() else { panic!("it comes back") };
+    assert_eq!(resume.number, 2);
+    assert!(after.session.resume(Some(server.session.take_trail()), 7.0));
+    exchange(&mut viewer, &mut after, 7.1);
+    assert!(viewer.advance(&mut followed, 7.1, 10.0));
+    assert_eq!(followed.0, [(1, true), (2, false), (3, false)]);
+    assert_eq!(viewer.held().digest(), after.held.digest());
+    exchange(&mut viewer, &mut after, 7.2);
+    after.update(vec![patch(4)], 100.0, 7.2);
+    exchange(&mut viewer, &mut after, 7.3);
+    assert!(viewer.advance(&mut followed, 7.3, 10.0), "and on");
+}
+
+#[test]
+fn who_is_refused_is_told_why_and_stays_away() {
+    let (mut viewer, mut server) = (viewer(), Server::new());
+    server.session.close("the token is wrong", false, 0.0);
+    exchange(&mut viewer, &mut server, 0.0);
+    assert_eq!(viewer.status(60.0).as_deref(), Some("ws://there does not let you in: the token is wrong"));
+    assert_eq!(viewer.poll_socket(60.0), None);
+    viewer.retry_now(60.0);
+    assert_eq!(viewer.poll_socket(60.0), Some(SocketCommand::Open));
 }
 
 #[test]

@@ -1,0 +1,78 @@
+//! Which server the page talks to, and by which token.
+//!
+//! A token comes in the page's address, after `#token=` (which no browser sends anywhere) or `?token=`. It is taken out of the address at once, so that no
+//! history, no bookmark and no picture of the screen has it, and is kept for this tab alone, so that a reload works.
+
+use wasm_bindgen::prelude::*;
+use web_sys::{Location, UrlSearchParams};
+
+/// Where the tab keeps its token.
+const TOKEN_KEY: &str = "vantage-token";
+/// What is spoken, and the beginning of how a token is told: a page can set no header but this one.
+const PROTOCOL: &str = "vantage";
+const TOKEN_PROTOCOL: &str = "vantage.token.";
+
+/// A server's websocket.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Address {
+    /// Without a token.
+    pub url: String,
+    token: Option<String>,
+}
+
+impl Address {
+    /// For a person: the host and the path.
+    pub fn shown(&self) -> String {
+        let (address, _) = self.url.split_once('?').unwrap_or((&self.url, ""));
+        address.split_once("://").map_or(address, |(_, rest)| rest).trim_end_matches("/ws").to_owned()
+    }
+
+    /// The websocket protocols to offer: one of them is the token, in hexadecimal.
+    pub fn protocols(&self) -> Vec<String> {
+        let hex = |token: &String| token.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();
+        let token = self.token.as_ref().map(|token| TOKEN_PROTOCOL.to_owned() + &hex(token));
+        std::iter::once(PROTOCOL.to_owned()).chain(token).collect()
+    }
+}
+
+/// Of a page's address: the server that the page came from, wherever a proxy puts it, or the one that `?server=` names.
+pub fn address(location: &Location, query: &UrlSearchParams) -> Result<Address, String> {
+    let part = |part: Result<String, JsValue>| part.map_err(|_| "the page has no address".to_owned());
+    let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
+    let url = match query.get("server") {
+        Some(server) if server.contains("://") => server,
+        Some(server) => format!("{scheme}://{server}/ws"),
+        None => {
+            let path = part(location.pathname())?;
+            let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+            format!("{scheme}://{}{folder}/ws", part(location.host())?)
+        }
+    };
+    Ok(Address { url, token: token(location, query) })
+}
+
+/// The token that the page was opened with, now or before.
+fn token(location: &Location, query: &UrlSearchParams) -> Option<String> {
+    let window = web_sys::window()?;
+    let in_hash =
+        location.hash().ok().and_then(|hash| UrlSearchParams::new_with_str(hash.trim_start_matches('#')).ok());
+    let given = in_hash.as_ref().and_then(|hash| hash.get("token")).or_else(|| query.get("token"));
+    // Pages may be denied any store of their own.
+    let store = window.session_storage().ok().flatten();
+    let Some(given) = given else { return store?.get_item(TOKEN_KEY).ok().flatten() };
+    if let Some(store) = store {
+        drop(store.set_item(TOKEN_KEY, &given));
+    }
+    query.delete("token");
+    if let Some(hash) = &in_hash {
+        hash.delete("token");
+    }
+    let marked = |mark: &str, params: String| if params.is_empty() { params } else { mark.to_owned() + &params };
+    let rest = in_hash.map_or_else(String::new, |hash| marked("#", String::from(hash.to_string())));
+    let path = location.pathname().unwrap_or_default();
+    let clean = path + &marked("?", String::from(query.to_string())) + &rest;
+    if let Ok(history) = window.history() {
+        drop(history.replace_state_with_url(&JsValue::NULL, "", Some(&clean)));
+    }
+    Some(given)
+}
