@@ -13,6 +13,7 @@ import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
 import { withLitSquare, withMaterials } from './lib/models.mjs';
 import { brightness, canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
+import { startRelay } from './lib/relay.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, still, until } from './lib/state.mjs';
 
@@ -248,6 +249,58 @@ function tests(renderer) {
       const again = await canvasPixels(at.page, join(shots, `${renderer}-6-again.png`));
       assert.ok(contrast(again) > 50, 'the canvas is nearly blank');
       assert.ok(await at.page.locator('#status').isHidden());
+    }],
+    ['goes on with what it holds when its network comes back', async () => {
+      const relay = await startRelay(at.port);
+      const page = await smallPage(at, `${relay.origin}/?renderer=${renderer}`);
+      const before = await settled(page);
+      const picture = await stillPicture(page, `${renderer}-6-before-the-cut`);
+      relay.freeze();
+      const cut = await until(page, 'the status', (now) => now.status !== '');
+      assert.ok(cut.picture && cut.samples === before.samples, 'the old picture stays');
+      relay.thaw();
+      const thawed = Date.now();
+      await until(page, 'a session', (now) => now.connected && now.status === '');
+      const back_s = (Date.now() - thawed) / 1000;
+      const after = await settled(page);
+      const share = after.stats.bytes_received / before.stats.bytes_received;
+      console.log(`        back after ${back_s.toFixed(1)} s, for ${(100 * share).toFixed(1)} % of the bytes of the first set`);
+      assert.ok(share <= 0.1, `${after.stats.bytes_received} bytes of ${before.stats.bytes_received}`);
+      assert.equal(after.samples, before.samples, 'it holds what it held');
+      assert.equal(difference(picture, await stillPicture(page, `${renderer}-6-after-the-cut`), 0), 0, 'the same picture');
+      await page.close();
+      relay.stop();
+    }],
+    ['is told why it is not let in, and keeps its token to itself', async () => {
+      const token = 'open/Sesame+ü';
+      const heard = [];
+      const log = (line) => { heard.push(line); at.log(line); };
+      const server = await startServer({ bin, web, port: await freePort(), scene: SCENE, log, more: ['--image-size', '256', '--images', '2', '--token', token] });
+      const address = (hash) => `${server.origin}/?renderer=${renderer}${hash}`;
+      for (const [hash, words] of [['', /does not let you in: a token is needed/], ['#token=other', /does not let you in: the token is wrong/]]) {
+        const page = await smallPage(at, address(hash));
+        const { status } = await until(page, 'a word', (now) => words.test(now.status));
+        await sleep(2000);
+        assert.equal((await until(page, 'a word', () => true)).status, status, 'it does not try again by itself');
+        await page.screenshot({ path: join(shots, `${renderer}-6-not-let-in.png`) });
+        await page.close();
+      }
+      const page = await at.page.context().newPage();
+      const urls = [];
+      page.on('request', (request) => urls.push(`${request.url()} ${JSON.stringify(request.headers())}`));
+      page.on('websocket', (socket) => urls.push(socket.url()));
+      await page.goto(address(`#token=${encodeURIComponent(token)}`), { waitUntil: 'load', timeout: PATIENCE_MS });
+      await until(page, 'a picture', (now) => now.picture);
+      const hidden = [token, encodeURIComponent(token)];
+      const tells = (text) => hidden.some((word) => text.includes(word));
+      assert.ok(!tells(page.url()), `the address has the token: ${page.url()}`);
+      assert.ok(!(await page.content()).includes(token), 'the page shows the token');
+      await page.reload({ waitUntil: 'load', timeout: PATIENCE_MS });
+      await until(page, 'a picture after a reload', (now) => now.picture);
+      assert.deepEqual([...urls, ...heard].filter(tells), []);
+      assert.ok(urls.some((url) => url.startsWith('ws://')), 'the socket was seen');
+      await page.close();
+      await server.stop();
     }],
     ['makes a new device when one is lost', async () => {
       const before = await settled(at.page);
