@@ -44,6 +44,14 @@ pub enum GpuError {
          mesa-vulkan-drivers libvulkan1)"
     )]
     NoAdapter,
+    /// No adapter is called that.
+    #[error("there is no GPU {wanted:?}; there are: {there}")]
+    Unknown {
+        /// As asked for.
+        wanted: String,
+        /// The names of those that there are.
+        there: String,
+    },
     /// The adapter refused.
     #[error("the adapter {name} gave no device")]
     Device {
@@ -61,24 +69,60 @@ pub enum GpuError {
 #[cfg(not(target_arch = "wasm32"))]
 const WANTED: Features = Features::PRIMITIVE_INDEX.union(Features::TIMESTAMP_QUERY).union(Features::FLOAT32_FILTERABLE);
 
+/// The adapters that work without a window, best first.
+#[cfg(not(target_arch = "wasm32"))]
+async fn headless_adapters() -> (Instance, Vec<Adapter>) {
+    let of = async |backends: wgpu::Backends| {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = backends.with_env();
+        let instance = Instance::new(descriptor);
+        let mut adapters = instance.enumerate_adapters(backends.with_env()).await;
+        adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
+        (instance, adapters)
+    };
+    let found = of(wgpu::Backends::PRIMARY).await;
+    // OpenGL is asked only where there is nothing better: opening it is slow and noisy.
+    if found.1.is_empty() { of(wgpu::Backends::GL).await } else { found }
+}
+
+/// The place of the adapter that somebody wants, by its number or by a part of its name.
+#[cfg(not(target_arch = "wasm32"))]
+fn place_of(wanted: &str, names: &[String]) -> Option<usize> {
+    let wanted = wanted.trim().to_lowercase();
+    match wanted.parse::<usize>() {
+        Ok(number) if number < names.len() => Some(number),
+        _ if wanted.is_empty() => None,
+        _ => names.iter().position(|name| name.to_lowercase().contains(&wanted)),
+    }
+}
+
 impl Gpu {
     /// A device without a window: a hardware GPU where there is one, else a software adapter, with everything it offers of
     /// what this project uses and the adapter's own limits.
     #[cfg(not(target_arch = "wasm32"))]
     pub async fn new_headless() -> Result<Gpu, GpuError> {
-        // OpenGL is asked only where there is nothing better: opening it is slow and noisy.
-        for backends in [wgpu::Backends::PRIMARY, wgpu::Backends::GL] {
-            let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-            descriptor.backends = backends.with_env();
-            let instance = Instance::new(descriptor);
-            let mut adapters = instance.enumerate_adapters(backends.with_env()).await;
-            adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
-            if let Some(adapter) = adapters.into_iter().next() {
-                let limits = adapter.limits();
-                return Gpu::open(instance, adapter, limits, WANTED).await;
-            }
+        Gpu::new_headless_on(None).await
+    }
+
+    /// The same on the adapter that somebody wants, by its place among [`Gpu::names`] or by a part of its name, in any case.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub async fn new_headless_on(wanted: Option<&str>) -> Result<Gpu, GpuError> {
+        let (instance, mut adapters) = headless_adapters().await;
+        if adapters.is_empty() {
+            return Err(GpuError::NoAdapter);
         }
-        Err(GpuError::NoAdapter)
+        let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+        let place = wanted.map_or(Some(0), |wanted| place_of(wanted, &names));
+        let unknown = || GpuError::Unknown { wanted: wanted.unwrap_or_default().to_owned(), there: names.join(", ") };
+        let adapter = adapters.swap_remove(place.ok_or_else(unknown)?);
+        let limits = adapter.limits();
+        Gpu::open(instance, adapter, limits, WANTED).await
+    }
+
+    /// The names of the adapters that work without a window, the one that is taken where nobody chooses first.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub async fn names() -> Vec<String> {
+        headless_adapters().await.1.iter().map(|adapter| adapter.get_info().name).collect()
     }
 
     /// A device that draws with no more than WebGL2 offers (2-D sizes aside), so that what draws with it draws everywhere; compute shaders
@@ -198,5 +242,27 @@ fn rank(device_type: DeviceType) -> u32 {
         DeviceType::VirtualGpu => 2,
         DeviceType::Other => 3,
         DeviceType::Cpu => 4,
+    }
+}
+
+#[cfg(all(test, not(target_arch = "wasm32")))]
+mod tests {
+    use super::place_of;
+
+    #[test]
+    fn adapters_are_found_by_number_and_by_name() {
+        let names = ["NVIDIA H100 PCIe", "NVIDIA RTX 4090", "llvmpipe (LLVM 15)"].map(str::to_owned);
+        for (wanted, place) in [
+            ("0", Some(0)),
+            ("2", Some(2)),
+            ("h100", Some(0)),
+            ("4090", Some(1)),
+            ("LLVMpipe", Some(2)),
+            ("3", None),
+            ("", None),
+            ("radeon", None),
+        ] {
+            assert_eq!(place_of(wanted, &names), place, "{wanted}");
+        }
     }
 }

@@ -10,7 +10,7 @@ mod model;
 #[cfg(not(target_arch = "wasm32"))]
 mod proxy;
 
-pub use link::{Link, LinkError, Stall};
+pub use link::{Blackout, Link, LinkError, Stall};
 pub use model::LinkModel;
 #[cfg(not(target_arch = "wasm32"))]
 pub use proxy::Proxy;

@@ -16,6 +16,28 @@ pub struct Link {
     pub mbit: Option<f64>,
     /// Pauses; `None` for a path without.
     pub stall: Option<Stall>,
+    /// Share of packets that get lost, 0 to below 1. TCP sends them again: what it carries stays whole and in order, and comes later.
+    pub loss: f64,
+    /// How long what waits for the bandwidth may be, in seconds; `None` for a home router's. It takes a [`crate::Proxy`].
+    pub queue_s: Option<f64>,
+    /// A time without any network; `None` for a path without.
+    pub blackout: Option<Blackout>,
+}
+
+/// A time in which everything that is sent gets lost.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Blackout {
+    /// Seconds of it.
+    pub length_s: f64,
+    /// When it begins, in seconds after the path does.
+    pub begin_s: f64,
+}
+
+impl Blackout {
+    /// When it is over.
+    pub fn end_s(&self) -> f64 {
+        self.begin_s + self.length_s
+    }
 }
 
 /// A pause that comes again and again: nothing arrives in the first `length_s` of every period but the first.
@@ -34,7 +56,7 @@ pub enum LinkError {
     #[error("'{0}' is not of the form name=value, as in rtt=40,jitter=20,mbit=20,stall=300@5000")]
     Form(String),
     /// A name that does not exist.
-    #[error("'{0}' is not one of rtt, jitter, mbit, stall")]
+    #[error("'{0}' is not one of rtt, jitter, mbit, stall, loss, queue, blackout")]
     Name(String),
     /// Given twice.
     #[error("'{0}' is given twice")]
@@ -57,7 +79,7 @@ const MAX_MS: f64 = 86_400_000.0;
 impl FromStr for Link {
     type Err = LinkError;
 
-    /// Reads `rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS`; each may be left out, in any order. Empty text is a path
+    /// Reads `rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS,loss=PERCENT,queue=MS,blackout=MS@BEGIN_MS`; each may be left out, in any order. Empty text is a path
     /// that does nothing.
     fn from_str(text: &str) -> Result<Link, LinkError> {
         let mut link = Link::default();
@@ -73,6 +95,9 @@ impl FromStr for Link {
                 "jitter" => link.jitter_s = milliseconds("jitter", value)?,
                 "mbit" => link.mbit = Some(mbit(value)?),
                 "stall" => link.stall = Some(stall(value)?),
+                "loss" => link.loss = loss(value)?,
+                "queue" => link.queue_s = Some(milliseconds("queue", value)?),
+                "blackout" => link.blackout = Some(blackout(value)?),
                 _ => return Err(LinkError::Name(name.into())),
             }
         }
@@ -101,6 +126,19 @@ fn stall(value: &str) -> Result<Stall, LinkError> {
     if stall.length_s < stall.period_s { Ok(stall) } else { Err(wrong()) }
 }
 
+fn loss(value: &str) -> Result<f64, LinkError> {
+    match value.parse::<f64>() {
+        Ok(percent) if (0.0..=50.0).contains(&percent) => Ok(percent / 100.0),
+        _ => Err(LinkError::Value { name: "loss", value: value.into(), why: "percent from 0 to 50" }),
+    }
+}
+
+fn blackout(value: &str) -> Result<Blackout, LinkError> {
+    let wrong = || LinkError::Value { name: "blackout", value: value.into(), why: "MS@BEGIN_MS" };
+    let (length, begin) = value.split_once('@').ok_or_else(wrong)?;
+    Ok(Blackout { length_s: milliseconds("blackout", length)?, begin_s: milliseconds("blackout", begin)? })
+}
+
 impl fmt::Display for Link {
     /// As it is read; 1e-3 ms and finer is rounded away.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -111,6 +149,15 @@ impl fmt::Display for Link {
         }
         if let Some(stall) = self.stall {
             write!(f, ",stall={}@{}", ms(stall.length_s), ms(stall.period_s))?;
+        }
+        if self.loss > 0.0 {
+            write!(f, ",loss={}", (self.loss * 1e6).round() / 1e4)?;
+        }
+        if let Some(queue_s) = self.queue_s {
+            write!(f, ",queue={}", ms(queue_s))?;
+        }
+        if let Some(blackout) = self.blackout {
+            write!(f, ",blackout={}@{}", ms(blackout.length_s), ms(blackout.begin_s))?;
         }
         Ok(())
     }
@@ -123,7 +170,7 @@ mod tests {
     #[test]
     fn reads_what_people_type() {
         let link: Link = "rtt=40,jitter=20,mbit=20".parse().unwrap();
-        assert_eq!(link, Link { rtt_s: 0.04, jitter_s: 0.02, mbit: Some(20.0), stall: None });
+        assert_eq!(link, Link { rtt_s: 0.04, jitter_s: 0.02, mbit: Some(20.0), ..Link::default() });
         let link: Link = " stall=300@5000 , rtt=500".parse().unwrap();
         assert_eq!(link.stall, Some(Stall { length_s: 0.3, period_s: 5.0 }));
         assert_eq!("".parse::<Link>().unwrap(), Link::default());
@@ -131,7 +178,12 @@ mod tests {
 
     #[test]
     fn prints_what_it_reads() {
-        for text in ["rtt=0,jitter=0", "rtt=40,jitter=20,mbit=20", "rtt=0.5,jitter=0,mbit=0.25,stall=300@5000"] {
+        for text in [
+            "rtt=0,jitter=0",
+            "rtt=40,jitter=20,mbit=20",
+            "rtt=0.5,jitter=0,mbit=0.25,stall=300@5000",
+            "rtt=0,jitter=0,loss=1.5,queue=1000,blackout=30000@5000",
+        ] {
             assert_eq!(text.parse::<Link>().unwrap().to_string(), text);
         }
     }
@@ -139,11 +191,22 @@ mod tests {
     #[test]
     fn names_what_is_wrong() {
         assert_eq!("rtt".parse::<Link>(), Err(LinkError::Form("rtt".into())));
-        assert_eq!("loss=1".parse::<Link>(), Err(LinkError::Name("loss".into())));
+        assert_eq!("lost=1".parse::<Link>(), Err(LinkError::Name("lost".into())));
         assert_eq!("rtt=1,rtt=2".parse::<Link>(), Err(LinkError::Twice("rtt".into())));
-        for bad in
-            ["rtt=-1", "rtt=nan", "rtt=inf", "rtt=1e99", "jitter=x", "mbit=0", "mbit=nan", "stall=5", "stall=5@5"]
-        {
+        for bad in [
+            "rtt=-1",
+            "rtt=nan",
+            "rtt=inf",
+            "rtt=1e99",
+            "jitter=x",
+            "mbit=0",
+            "mbit=nan",
+            "stall=5",
+            "stall=5@5",
+            "loss=51",
+            "queue=-1",
+            "blackout=5",
+        ] {
             assert!(matches!(bad.parse::<Link>(), Err(LinkError::Value { .. })), "{bad}");
         }
     }

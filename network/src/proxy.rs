@@ -28,7 +28,7 @@ const MIN_HOLDS_BYTES: usize = 64 * 1024;
 const SOCKET_BUFFER_BYTES: u32 = 64 * 1024;
 const BACKLOG: u32 = 1024;
 
-/// Forwards every connection to a target, each through a link of its own, both ways. Bytes are kept as they are and in
+/// Forwards every connection to a target, each through a link of its own, both ways. The link's time begins with the proxy. Bytes are kept as they are and in
 /// order; what the link holds is bounded, so a receiver that does not read stops its sender. Ends when dropped.
 #[derive(Debug)]
 pub struct Proxy {
@@ -101,14 +101,14 @@ async fn accept(
     forwarded: Forwarded,
     cut: watch::Receiver<u64>,
 ) {
-    let mut connections = JoinSet::new();
+    let (mut connections, epoch) = (JoinSet::new(), Instant::now());
     let mut seed = 0;
     loop {
         tokio::select! {
             accepted = listener.accept() => match accepted {
                 Ok((client, _)) => {
                     seed += 2;
-                    connections.spawn(forward(client, target, link, seed, forwarded.clone(), cut.clone()));
+                    connections.spawn(forward(client, target, (link, epoch), seed, forwarded.clone(), cut.clone()));
                 }
                 Err(error) => {
                     warn!(%error, "the proxy could not accept a connection");
@@ -124,7 +124,7 @@ async fn accept(
 async fn forward(
     client: TcpStream,
     target: SocketAddr,
-    link: Link,
+    (link, epoch): (Link, Instant),
     seed: u64,
     forwarded: Forwarded,
     mut cut: watch::Receiver<u64>,
@@ -143,7 +143,6 @@ async fn forward(
             debug!(%error, "no TCP_NODELAY");
         }
     }
-    let epoch = Instant::now();
     let (from_client, to_client) = client.into_split();
     let (from_server, to_server) = server.into_split();
     let both_ways = async {
@@ -165,7 +164,7 @@ async fn forward(
 /// What a direction holds at most: what its delay keeps on the way, and a queue.
 fn holds_bytes(link: &Link) -> usize {
     let delay_s = link.rtt_s / 2.0 + link.jitter_s + link.stall.map_or(0.0, |stall| stall.length_s);
-    let holds = |mbit: f64| (mbit * 1e6 / 8.0 * (delay_s + QUEUE_S)) as usize;
+    let holds = |mbit: f64| (mbit * 1e6 / 8.0 * (delay_s + link.queue_s.unwrap_or(QUEUE_S))) as usize;
     link.mbit.map_or(UNLIMITED_HOLDS_BYTES, |mbit| holds(mbit).clamp(MIN_HOLDS_BYTES, UNLIMITED_HOLDS_BYTES))
 }
 

@@ -12,7 +12,7 @@ use scene::environment::Environment;
 use scene::load::{Choice, Stage};
 use tracing_subscriber::EnvFilter;
 use vantage_server::imager::GpuImager;
-use vantage_server::options::Options;
+use vantage_server::options::{LogFormat, Options};
 use vantage_server::{app, cameras, source};
 
 /// `EX_UNAVAILABLE` of sysexits.h: a service that is needed is not there, here a graphics adapter.
@@ -23,21 +23,24 @@ const EXIT_USAGE: u8 = 2;
 fn main() -> ExitCode {
     let options = Options::parse();
     if options.list {
-        scene::builtin::names()
-            .chain(scene::builtin::blended())
-            .chain(scene::builtin::reflecting())
-            .chain(scene::builtin::rough())
-            .for_each(|name| println!("{name}"));
+        scene::builtin::offered().for_each(|name| println!("{name}"));
+        return ExitCode::SUCCESS;
+    }
+    if options.list_gpus {
+        pollster::block_on(Gpu::names()).iter().enumerate().for_each(|(number, name)| println!("{number} {name}"));
         return ExitCode::SUCCESS;
     }
     let filter = EnvFilter::try_from_default_env()
         .unwrap_or_else(|_| EnvFilter::new("info,wgpu=error,wgpu_core=error,wgpu_hal=off,naga=error"));
-    tracing_subscriber::fmt()
+    let log = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_target(false)
         .with_ansi(std::io::stderr().is_terminal())
-        .with_writer(std::io::stderr)
-        .init();
+        .with_writer(std::io::stderr);
+    match options.log_format {
+        LogFormat::Text => log.init(),
+        LogFormat::Json => log.json().flatten_event(true).init(),
+    }
     let config = match options.config() {
         Ok(config) => config,
         Err(message) => {
@@ -59,7 +62,8 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options, config: vantage_server::Config) -> anyhow::Result<()> {
-    let gpu = pollster::block_on(Gpu::new_headless())?;
+    let gpu = pollster::block_on(Gpu::new_headless_on(options.gpu.as_deref()))?;
+    tracing::info!("draws on {}", gpu.caps.name);
     let scene = Arc::new(load(options)?);
     let environment = options.environment.as_deref().map(Environment::load).transpose()?;
     let config = vantage_server::Config { environment: environment.map(Arc::new), ..config };

@@ -37,6 +37,15 @@ pub struct Options {
     /// Name the built-in scenes and exit
     #[arg(long)]
     pub list: bool,
+    /// Which GPU draws, by its number or a part of its name; without it, the best one
+    #[arg(long, value_name = "NAME", env = "VANTAGE_GPU")]
+    pub gpu: Option<String>,
+    /// Name the GPUs that there are, with their numbers, and exit
+    #[arg(long)]
+    pub list_gpus: bool,
+    /// How the log is written
+    #[arg(long, value_enum, default_value_t, env = "VANTAGE_LOG_FORMAT")]
+    pub log_format: LogFormat,
     /// Address to listen on; anything but loopback needs --token
     #[arg(long, default_value = "127.0.0.1")]
     pub bind: IpAddr,
@@ -119,6 +128,16 @@ pub struct Options {
 
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
     Logging: RUST_LOG=debug also shows why each set of images is made.";
+
+/// `--log-format`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum LogFormat {
+    /// Lines for people.
+    #[default]
+    Text,
+    /// An object a line, for machines.
+    Json,
+}
 
 /// `--bodies`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]

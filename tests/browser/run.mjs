@@ -8,6 +8,7 @@
 // Prints a line a test, then "N passed, N failed, N skipped", and exits with 1 where one failed.
 import assert from 'node:assert/strict';
 import { mkdir } from 'node:fs/promises';
+import { networkInterfaces } from 'node:os';
 import { basename, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
@@ -299,6 +300,22 @@ function tests(renderer) {
       await until(page, 'a picture after a reload', (now) => now.picture);
       assert.deepEqual([...urls, ...heard].filter(tells), []);
       assert.ok(urls.some((url) => url.startsWith('ws://')), 'the socket was seen');
+      await page.close();
+      await server.stop();
+    }],
+    ['says why a page from another machine has no WebGPU', async () => {
+      // This machine by its name in the network, as colleagues open it; without one there is nothing to see.
+      const name = Object.values(networkInterfaces()).flat().find(({ family, internal }) => family === 'IPv4' && !internal)?.address;
+      assert.ok(await at.page.locator('#insecure').isHidden(), 'loopback is secure');
+      if (!name) return;
+      const more = ['--image-size', '64', '--images', '1', '--bind', '0.0.0.0', '--token', 'open'];
+      const port = await freePort();
+      const server = await startServer({ bin, web, port, scene: SCENE, log: at.log, more });
+      const page = await smallPage(at, `http://${name}:${port}/#token=open`);
+      const state = await until(page, 'a picture', (now) => now.picture);
+      assert.equal(state.renderer, 'webgl2');
+      await page.locator('#insecure').waitFor({ state: 'visible' });
+      await page.screenshot({ path: join(shots, `${renderer}-6-insecure.png`) });
       await page.close();
       await server.stop();
     }],

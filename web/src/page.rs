@@ -68,6 +68,8 @@ pub struct Page {
 impl Page {
     /// Finds them.
     pub fn new() -> Result<Page, String> {
+        let is_secure = web_sys::window().is_some_and(|window| window.is_secure_context());
+        element("insecure")?.set_hidden(is_secure);
         Ok(Page {
             scene: element("scene")?,
             fps: element("fps")?,

@@ -170,6 +170,11 @@ impl Connection {
         matches!(self.state, State::Working { .. })
     }
 
+    /// Whether the server lets nobody in who comes as this client does.
+    pub fn is_refused(&self) -> bool {
+        self.state == State::Refused
+    }
+
     /// The server's own reason, where that was the last thing to end a session.
     pub fn goodbye(&self) -> Option<&str> {
         match &self.ended {

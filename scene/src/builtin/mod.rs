@@ -123,6 +123,16 @@ pub fn rough() -> impl Iterator<Item = &'static str> {
     ROUGH.iter().flat_map(|&(still, moving, _)| [still, moving])
 }
 
+/// The names that a person is offered: all but those of [`stiff`].
+pub fn offered() -> impl Iterator<Item = &'static str> {
+    names().chain(blended()).chain(reflecting()).chain(rough())
+}
+
+/// Whether [`load`] has a scene of that name.
+pub fn has(name: &str) -> bool {
+    all().any(|&(still, moving, _)| name == still || name == moving) || meadow_blades(name).is_some()
+}
+
 /// 60 poses, ten a second, that see the reflector of a scene of [`reflecting()`] or [`rough()`]; `None` for other names. Pose
 /// `k` belongs to the scene at `k / 10` seconds. Eyes go 60 degrees around a pot on a table; in the maze they follow
 /// the mirror as it rolls, or come nearer where it stands. What [`load_with`] names has the path of the scene that it is made from.
@@ -146,8 +156,12 @@ const MAX_BLADES: usize = 2304;
 /// `grass-N-blades`: the meadow with N blades a tuft, 1 to 2,304, where `grass` has 36. What grows with the number of triangles alone is
 /// measured by it; the meadow's size stays.
 fn meadow(name: &str) -> Option<Scene> {
+    meadow_blades(name).map(|blades| grass::with_blades(blades).finish(name, false))
+}
+
+fn meadow_blades(name: &str) -> Option<usize> {
     let blades = name.strip_prefix("grass-")?.strip_suffix("-blades")?.parse().ok()?;
-    (1..=MAX_BLADES).contains(&blades).then(|| grass::with_blades(blades).finish(name, false))
+    (1..=MAX_BLADES).contains(&blades).then_some(blades)
 }
 
 /// The built-in scene of that name, those of all lists included, or the meadow `grass-N-blades` with N blades a tuft (1 to 2,304; `grass` has

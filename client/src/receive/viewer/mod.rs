@@ -495,9 +495,9 @@ impl Viewer {
         self.connection.is_working()
     }
 
-    /// How far the first update is; `None` once there is a picture.
+    /// How far the first update is; `None` once there is a picture, or where none will come.
     pub fn progress(&self) -> Option<Progress> {
-        if self.has_picture() {
+        if self.has_picture() || self.connection.is_refused() {
             return None;
         }
         let (bytes, of_bytes) = self.session.as_ref().map_or((0, 0), ClientSession::progress_bytes);
