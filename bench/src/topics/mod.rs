@@ -7,6 +7,7 @@ pub mod layers;
 pub mod left_out;
 pub mod light_images;
 pub mod materials;
+pub mod network;
 pub mod novel_views;
 pub mod occlusion;
 pub mod reconstruction;
@@ -25,6 +26,7 @@ pub const ALL: &[&dyn Topic] = &[
     &reconstruction::Reconstruction,
     &sent_once::SentOnce,
     &serving::Serving,
+    &network::Network,
     &timing::Timing,
     &frame_rate::FrameRateTopic,
     &codec::Codec,
