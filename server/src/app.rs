@@ -11,11 +11,11 @@ use axum::extract::{ConnectInfo, Query, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{Html, IntoResponse, Json, Response};
 use axum::routing::get;
-use axum::serve::ListenerExt;
+use axum::serve::{Listener, ListenerExt, TapIo};
 use scene::Scene;
 use serde::Deserialize;
 use thiserror::Error;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinHandle;
 use tower_http::compression::CompressionLayer;
@@ -67,6 +67,12 @@ pub struct Running {
 }
 
 impl Running {
+    /// Where a browser finds it.
+    pub fn url(&self) -> String {
+        let scheme = if self.shared.config.tls.is_some() { "https" } else { "http" };
+        format!("{scheme}://{}", self.addr)
+    }
+
     /// Says goodbye to every client and stops.
     pub async fn stop(self) {
         self.stop.send_replace(true);
@@ -97,26 +103,41 @@ pub async fn serve(config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -
     let places = Arc::new(Semaphore::new(config.limits.clients));
     let shared = Arc::new(Shared::new(config, scene, imager, places, stopped.clone()).map_err(ServeError::Thread)?);
     let stats = shared.stats.clone();
+    let tls = shared.config.tls.clone();
     let router = router(shared.clone());
-    let listener = listener.tap_io(|stream| {
-        // A pose that waits for an acknowledgement of the last one is late.
-        if let Err(error) = stream.set_nodelay(true) {
-            tracing::debug!("no TCP_NODELAY: {error}");
-        }
-    });
     let give_back = tokio::spawn(memory::give_back_after(shared.ended.clone()));
     let forget = tokio::spawn(memory::give_back_unasked(stats.pool.clone()));
     let task = tokio::spawn(async move {
-        let service = router.into_make_service_with_connect_info::<SocketAddr>();
-        let mut stopped = stopped;
-        let stop = async move { session::stop_asked(&mut stopped).await };
-        if let Err(error) = axum::serve(listener, service).with_graceful_shutdown(stop).await {
-            tracing::error!("the server went down: {error}");
+        match tls {
+            None => answer(listener.tap_io(|stream| send_at_once(stream)), router, stopped).await,
+            Some(tls) => {
+                answer(tls.listen(listener).tap_io(|stream| send_at_once(stream.get_ref().0)), router, stopped).await;
+            }
         }
         give_back.abort();
         forget.abort();
     });
     Ok(Running { addr, stats, stop, shared, task })
+}
+
+/// Answers who connects, until the server is to stop.
+async fn answer<L, F>(listener: TapIo<L, F>, router: Router, mut stopped: watch::Receiver<bool>)
+where
+    L: Listener<Addr = SocketAddr>,
+    F: FnMut(&mut L::Io) + Send + 'static,
+{
+    let service = router.into_make_service_with_connect_info::<SocketAddr>();
+    let stop = async move { session::stop_asked(&mut stopped).await };
+    if let Err(error) = axum::serve(listener, service).with_graceful_shutdown(stop).await {
+        tracing::error!("the server went down: {error}");
+    }
+}
+
+/// A pose that waits for an acknowledgement of the last one is late.
+fn send_at_once(stream: &TcpStream) {
+    if let Err(error) = stream.set_nodelay(true) {
+        tracing::debug!("no TCP_NODELAY: {error}");
+    }
 }
 
 fn router(shared: Arc<Shared>) -> Router {

@@ -13,6 +13,7 @@ use crate::access::Access;
 use crate::coding::CodingRule;
 use crate::discretize::placement::Placement;
 use crate::discretize::{Discretization, MAX_IMAGES};
+use crate::tls::Tls;
 
 /// Where views of the scene and of copies are laid beside each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -69,6 +70,8 @@ pub struct Config {
     pub web: PathBuf,
     /// Who may connect.
     pub access: Access,
+    /// What https and wss are served by; `None` for http and ws.
+    pub tls: Option<Tls>,
     /// Caps and patience.
     pub limits: ServerLimits,
 }
@@ -103,6 +106,7 @@ impl Default for Config {
             update_hz: 10.0,
             web: PathBuf::from("target/web"),
             access: Access::default(),
+            tls: None,
             limits: ServerLimits::default(),
         }
     }

@@ -12,7 +12,7 @@
 //!   light from all around.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
-//! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`stats`]:
+//! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
 //!   what it counts.
 
 // Whether a pipeline of wgpu may go from thread to thread is asked through all that it consists of.
@@ -59,6 +59,7 @@ pub mod start;
 pub mod stats;
 mod targets;
 mod timer;
+pub mod tls;
 pub mod truth;
 pub mod viewer;
 mod whereabouts;

@@ -62,15 +62,20 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options, config: vantage_server::Config) -> anyhow::Result<()> {
+    // Before the scene, which may take minutes to load.
+    let tls = options.tls()?;
+    if options.tls_self_signed {
+        tls.iter().for_each(|tls| tracing::info!("SHA-256 fingerprint of the certificate: {}", tls.fingerprint()));
+    }
     let gpu = pollster::block_on(Gpu::new_headless_on(options.gpu.as_deref()))?;
     tracing::info!("draws on {}", gpu.caps.name);
     let scene = Arc::new(load(options)?);
     let environment = options.environment.as_deref().map(Environment::load).transpose()?;
-    let config = vantage_server::Config { environment: environment.map(Arc::new), ..config };
+    let config = vantage_server::Config { environment: environment.map(Arc::new), tls, ..config };
     let imager = Box::new(GpuImager::new(&gpu, &scene, &config)?);
     tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(async {
         let running = app::serve(config, scene, imager).await?;
-        println!("http://{}", running.addr);
+        println!("{}", running.url());
         let failure = tokio::select! {
             signal = asked_to_stop() => { signal?; None }
             failure = running.failed() => Some(failure),

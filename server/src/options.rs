@@ -14,6 +14,7 @@ use crate::config::{ComparesOn, Config};
 use crate::discretize::Discretization;
 use crate::discretize::placement::Placement;
 use crate::source;
+use crate::tls::{Tls, TlsError};
 
 /// Renders a scene as depth images and streams their samples to viewers.
 #[derive(Debug, Parser)]
@@ -58,6 +59,16 @@ pub struct Options {
     /// A page of another origin (https://HOST or https://HOST:PORT) that may connect; may be given several times
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     pub allow_origin: Vec<String>,
+    /// Serve https and wss by this certificate, a PEM file that also holds the chain of those that vouch for it; a new one is taken up while
+    /// serving
+    #[arg(long, value_name = "FILE", env = "VANTAGE_TLS_CERT", requires = "tls_key")]
+    pub tls_cert: Option<PathBuf>,
+    /// The private key of --tls-cert, a PEM file
+    #[arg(long, value_name = "FILE", env = "VANTAGE_TLS_KEY", requires = "tls_cert")]
+    pub tls_key: Option<PathBuf>,
+    /// Serve https and wss by a certificate that is made at start and that nobody vouches for; the log tells its fingerprint
+    #[arg(long, conflicts_with_all = ["tls_cert", "tls_key"])]
+    pub tls_self_signed: bool,
     /// How the images of a set are made: conventional, depth-peeling, non-redundant, neighbourhood, surface, covered, footprint, visibility,
     /// visibility-plain
     #[arg(long, default_value_t)]
@@ -326,8 +337,18 @@ impl Options {
             update_hz: self.update_hz,
             web: self.web.clone().unwrap_or(defaults.web),
             access: Access { token: self.token.clone(), origins: self.allow_origin.clone() },
+            tls: None,
             limits,
         })
+    }
+
+    /// The certificate, read or made; `None` where none is asked for.
+    pub fn tls(&self) -> Result<Option<Tls>, TlsError> {
+        match (&self.tls_cert, &self.tls_key) {
+            (Some(certificate), Some(key)) => Tls::of_files(certificate, key).map(Some),
+            _ if self.tls_self_signed => Tls::self_signed(self.bind).map(Some),
+            _ => Ok(None),
+        }
     }
 }
 
@@ -389,6 +410,17 @@ mod tests {
         assert!(open.config().is_err());
         let closed = Options::parse_from(["vantage-server", "--bind", "0.0.0.0", "--token", "secret"]);
         assert!(closed.config().is_ok());
+    }
+
+    #[test]
+    fn a_certificate_comes_with_its_key_or_is_made() {
+        let parse = |line: &str| Options::try_parse_from(line.split_whitespace());
+        assert!(parse("vantage-server --tls-cert a.pem --tls-key b.pem").is_ok());
+        assert!(parse("vantage-server --tls-self-signed").is_ok());
+        for wrong in ["--tls-cert a.pem", "--tls-key b.pem", "--tls-cert a.pem --tls-key b.pem --tls-self-signed"] {
+            let error = parse(&format!("vantage-server {wrong}")).expect_err(wrong).to_string();
+            assert!(error.contains("--tls-cert") && error.contains("--tls-"), "{error}");
+        }
     }
 
     #[test]

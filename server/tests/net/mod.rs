@@ -183,8 +183,13 @@ impl Client {
     }
 
     pub async fn with(running: &Running, config: ClientConfig) -> Client {
+        Client::over(socket(running).await, config)
+    }
+
+    /// Over a socket that is open.
+    pub fn over(socket: Socket, config: ClientConfig) -> Client {
         Client {
-            socket: socket(running).await,
+            socket,
             session: ClientSession::new(config, 0.0),
             held: Held::default(),
             welcome: None,

@@ -1,0 +1,74 @@
+//! Connections whose handshake is done.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::serve::Listener;
+use rustls::ServerConfig;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio_rustls::TlsAcceptor;
+use tokio_rustls::server::TlsStream;
+
+/// A peer that has not shaken hands after this is given up. It takes a few round trips, and slow paths have half a second each.
+const HANDSHAKE_WITHIN: Duration = Duration::from_secs(10);
+/// Handshakes at one time at most; who comes then waits in the system's queue until one has ended. As many as sessions by default.
+const MAX_HANDSHAKES: usize = 256;
+
+/// Accepts connections over TLS. Handshakes run beside each other: who stalls holds up nobody.
+pub struct TlsListener {
+    tcp: TcpListener,
+    configs: watch::Receiver<Arc<ServerConfig>>,
+    handshakes: JoinSet<Option<Accepted>>,
+}
+
+type Accepted = (TlsStream<TcpStream>, SocketAddr);
+
+impl TlsListener {
+    /// Each connection takes the newest of `configs`.
+    pub(super) fn new(tcp: TcpListener, configs: watch::Receiver<Arc<ServerConfig>>) -> TlsListener {
+        TlsListener { tcp, configs, handshakes: JoinSet::new() }
+    }
+}
+
+impl Listener for TlsListener {
+    type Io = TlsStream<TcpStream>;
+    type Addr = SocketAddr;
+
+    async fn accept(&mut self) -> Accepted {
+        loop {
+            tokio::select! {
+                Some(ended) = self.handshakes.join_next() => {
+                    if let Ok(Some(accepted)) = ended {
+                        return accepted;
+                    }
+                }
+                (stream, peer) = Listener::accept(&mut self.tcp), if self.handshakes.len() < MAX_HANDSHAKES => {
+                    let config = self.configs.borrow().clone();
+                    self.handshakes.spawn(shake_hands(config, stream, peer));
+                }
+            }
+        }
+    }
+
+    fn local_addr(&self) -> std::io::Result<SocketAddr> {
+        self.tcp.local_addr()
+    }
+}
+
+/// `None` where it fails, which is the peer's affair: it may speak plain HTTP, or not trust the certificate.
+async fn shake_hands(config: Arc<ServerConfig>, stream: TcpStream, peer: SocketAddr) -> Option<Accepted> {
+    match tokio::time::timeout(HANDSHAKE_WITHIN, TlsAcceptor::from(config).accept(stream)).await {
+        Ok(Ok(stream)) => Some((stream, peer)),
+        Ok(Err(error)) => {
+            tracing::debug!(%peer, "no TLS: {error}");
+            None
+        }
+        Err(_) => {
+            tracing::debug!(%peer, "no TLS: no handshake within {} s", HANDSHAKE_WITHIN.as_secs());
+            None
+        }
+    }
+}
