@@ -33,9 +33,12 @@ const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage,
 #[command(name = "vantage-view", version, after_help = EXIT_CODES)]
 #[command(group(clap::ArgGroup::new("shown").args(["trace", "camera"]).multiple(true)))]
 struct Arguments {
-    /// The server: ws://HOST:PORT, HOST:PORT, or with a path and a token ws://HOST:PORT/ws?token=...
+    /// The server: ws://HOST:PORT, HOST:PORT, over TLS wss://HOST:PORT, or with a path and a token ws://HOST:PORT/ws?token=...
     #[arg(long, default_value = "ws://127.0.0.1:8080")]
     server: String,
+    /// Over TLS: trust the certificates in this PEM file too, of a server without an authority or of an authority
+    #[arg(long, value_name = "FILE")]
+    tls_ca: Option<PathBuf>,
     /// Width and height of the picture [default: 1280x720; headless: 640x360]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
@@ -261,6 +264,7 @@ impl Arguments {
     fn window(&self, role: Role) -> window::Options {
         window::Options {
             server: self.server.clone(),
+            tls_ca: self.tls_ca.clone(),
             size_px: self.size.unwrap_or((1280, 720)),
             fov_y_rad: self.fov_y_deg.to_radians(),
             budget_bytes: self.budget_bytes(),
@@ -279,6 +283,7 @@ impl Arguments {
 
     fn headless(&self, way: Way, role: Role) -> headless::Options {
         let mut options = headless::Options::new(self.server.clone(), way);
+        options.tls_ca.clone_from(&self.tls_ca);
         options.out.clone_from(&self.out);
         options.size_px = self.size.unwrap_or(options.size_px);
         options.fov_y_rad = self.fov_y_deg.to_radians();

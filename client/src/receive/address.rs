@@ -6,24 +6,22 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum AddressError {
     /// Another scheme.
-    #[error("{0}: use ws://HOST:PORT")]
+    #[error("{0}: use ws://HOST:PORT or wss://HOST:PORT")]
     Scheme(String),
-    /// Encrypted, which the native viewer cannot do.
-    #[error("{0}: this viewer has no TLS; use the browser for wss://, or ws:// through a tunnel")]
-    Tls(String),
     /// No host in it.
     #[error("{0:?} names no host")]
     Host(String),
 }
 
 /// The websocket's address of what a person typed: `HOST:PORT`, `http://HOST:PORT` and `ws://HOST:PORT` mean
-/// `ws://HOST:PORT/ws`; a path and a query of one's own (`?token=…`) are kept.
+/// `ws://HOST:PORT/ws`, `https://HOST:PORT` and `wss://HOST:PORT` mean `wss://HOST:PORT/ws`; a path and a query of one's own
+/// (`?token=…`) are kept. Without a port, that of http or https is meant.
 pub fn websocket_url(typed: &str) -> Result<String, AddressError> {
     let typed = typed.trim();
-    let rest = match typed.split_once("://") {
-        None => typed,
-        Some(("ws" | "http", rest)) => rest,
-        Some(("wss" | "https", _)) => return Err(AddressError::Tls(typed.to_owned())),
+    let (scheme, rest) = match typed.split_once("://") {
+        None => ("ws", typed),
+        Some(("ws" | "http", rest)) => ("ws", rest),
+        Some(("wss" | "https", rest)) => ("wss", rest),
         Some(_) => return Err(AddressError::Scheme(typed.to_owned())),
     };
     let (before_query, query) = rest.split_once('?').map_or((rest, None), |(before, query)| (before, Some(query)));
@@ -33,7 +31,12 @@ pub fn websocket_url(typed: &str) -> Result<String, AddressError> {
     }
     let path = if path.is_empty() { "ws" } else { path };
     let query = query.map_or_else(String::new, |query| format!("?{query}"));
-    Ok(format!("ws://{authority}/{path}{query}"))
+    Ok(format!("{scheme}://{authority}/{path}{query}"))
+}
+
+/// Whether the server of an address that [`websocket_url`] made is spoken to over TLS.
+pub fn is_over_tls(url: &str) -> bool {
+    url.starts_with("wss://")
 }
 
 /// `HOST:PORT` of an address that [`websocket_url`] made.
@@ -42,7 +45,7 @@ pub fn authority(url: &str) -> &str {
     rest.split(['/', '?']).next().unwrap_or(rest)
 }
 
-/// Resolves the server of an address that [`websocket_url`] made.
+/// Resolves the server of an address that [`websocket_url`] made, without TLS.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn socket_addr(url: &str) -> std::io::Result<std::net::SocketAddr> {
     use std::net::ToSocketAddrs;
@@ -71,12 +74,15 @@ mod tests {
             ("ws://[::1]:8080/ws", "ws://[::1]:8080/ws"),
             ("ws://host:1/other?token=a/b", "ws://host:1/other?token=a/b"),
             ("host:1?token=x", "ws://host:1/ws?token=x"),
+            ("https://host", "wss://host/ws"),
+            ("wss://host:1/?token=x", "wss://host:1/ws?token=x"),
+            ("wss://[::1]:8443/other", "wss://[::1]:8443/other"),
         ] {
             assert_eq!(websocket_url(typed).as_deref(), Ok(url));
         }
-        assert!(matches!(websocket_url("wss://host"), Err(AddressError::Tls(_))));
+        assert!(is_over_tls("wss://host/ws") && !is_over_tls("ws://wss/ws"));
         assert!(matches!(websocket_url("ftp://host"), Err(AddressError::Scheme(_))));
-        for nothing in ["", "ws://", "ws:///ws", ":80"] {
+        for nothing in ["", "ws://", "ws:///ws", ":80", "https://", "wss://:443"] {
             assert!(matches!(websocket_url(nothing), Err(AddressError::Host(_))), "{nothing}");
         }
     }

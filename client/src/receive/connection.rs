@@ -33,8 +33,8 @@ pub enum Command {
 /// Why a connection ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ended {
-    /// It never came about.
-    Unreachable,
+    /// It never came about; what was said about it, possibly nothing.
+    Unreachable(String),
     /// The other end closed it, or it broke; what was said about it, possibly nothing.
     Closed(String),
     /// The server gave a reason.
@@ -97,7 +97,7 @@ impl Connection {
                 Some(Command::Open)
             }
             State::Opening { since_s } if now_s - since_s > self.try_lasts_s() => {
-                self.ended(Ended::Unreachable, now_s);
+                self.ended(Ended::Unreachable(String::new()), now_s);
                 Some(Command::Close)
             }
             State::Greeting { since_s } if now_s - since_s > self.try_lasts_s() => {
@@ -148,7 +148,7 @@ impl Connection {
             _ => {}
         }
         let why = match (why, &self.state) {
-            (Ended::Closed(_), State::Opening { .. }) => Ended::Unreachable,
+            (Ended::Closed(said), State::Opening { .. }) => Ended::Unreachable(said),
             (why, _) => why,
         };
         let is_refused = matches!(why, Ended::Refused(_));
@@ -190,7 +190,8 @@ impl Connection {
             State::Waiting { until_s } => {
                 let why = match &self.ended {
                     None => format!("connecting to {address}"),
-                    Some(Ended::Unreachable) => format!("cannot reach {address}"),
+                    Some(Ended::Unreachable(said)) if said.is_empty() => format!("cannot reach {address}"),
+                    Some(Ended::Unreachable(said)) => format!("cannot reach {address}: {said}"),
                     Some(Ended::Closed(said)) if said.is_empty() => "the connection was lost".to_owned(),
                     Some(Ended::Closed(said)) => format!("the connection was lost: {said}"),
                     Some(Ended::Goodbye(reason) | Ended::Refused(reason)) => {
@@ -238,12 +239,21 @@ mod tests {
     }
 
     #[test]
+    fn why_a_server_cannot_be_reached_is_told() {
+        let mut connection = Connection::new("wss://there", 0.0);
+        open(&mut connection, 0.0);
+        connection.ended(Ended::Closed("its certificate is not trusted".to_owned()), 0.0);
+        let status = connection.status(0.0).expect("trouble is told");
+        assert_eq!(status, "cannot reach wss://there: its certificate is not trusted, retrying in 1 s");
+    }
+
+    #[test]
     fn a_session_that_worked_starts_the_waits_anew() {
         let mut connection = Connection::new("ws://there", 0.0);
         for _ in 0..4 {
             let State::Waiting { until_s } = connection.state else { panic!("waiting") };
             open(&mut connection, until_s);
-            connection.ended(Ended::Unreachable, until_s);
+            connection.ended(Ended::Unreachable(String::new()), until_s);
         }
         let State::Waiting { until_s } = connection.state else { panic!("waiting") };
         open(&mut connection, until_s);
@@ -339,7 +349,7 @@ mod tests {
     fn a_person_may_skip_the_wait() {
         let mut connection = Connection::new("ws://there", 0.0);
         open(&mut connection, 0.0);
-        connection.ended(Ended::Unreachable, 0.0);
+        connection.ended(Ended::Unreachable(String::new()), 0.0);
         connection.retry_now(0.1);
         open(&mut connection, 0.1);
     }

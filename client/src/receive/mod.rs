@@ -5,7 +5,7 @@
 //! - [`moment`]: what of the scene is shown at once.
 //! - [`stats`]: figures about the last second.
 //! - [`address`]: a server's address as people type it.
-//! - Natively: `socket`, the websocket, and `pump`, its loop; `traffic`, what crosses it.
+//! - Natively: `socket`, the websocket, and `pump`, its loop; `traffic`, what crosses it; `trust`, which servers are believed.
 
 pub mod address;
 pub mod connection;
@@ -18,4 +18,6 @@ pub mod socket;
 pub mod stats;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod traffic;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod trust;
 pub mod viewer;

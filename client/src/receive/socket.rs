@@ -1,17 +1,21 @@
 //! The native websocket: a task that moves messages between the socket and two bounded queues, and nothing else.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
 use network::{Link, Proxy};
+use rustls::ClientConfig;
 use tokio::runtime::{Handle, Runtime};
 use tokio::sync::mpsc;
 use tokio::task::AbortHandle;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{Error, Message};
+use tokio_tungstenite::{Connector, connect_async_tls_with_config};
 
 use crate::receive::address;
+use crate::receive::trust::{self, TrustError};
 use crate::receive::viewer::SocketEvent;
 
 /// Messages in either direction that wait at most. Fragments are 32 KiB, so 2 MiB; then the socket's own flow control holds.
@@ -21,6 +25,7 @@ const QUEUE_MESSAGES: usize = 64;
 #[derive(Debug)]
 pub struct Sockets {
     runtime: Option<Runtime>,
+    tls: Option<Arc<ClientConfig>>,
 }
 
 impl Sockets {
@@ -31,11 +36,24 @@ impl Sockets {
             .thread_name("network")
             .enable_all()
             .build()?;
-        Ok(Sockets { runtime: Some(runtime) })
+        Ok(Sockets { runtime: Some(runtime), tls: None })
     }
 
-    /// Puts an emulated network before the server of an address that [`address::websocket_url`] made.
+    /// Ready for the server of an address that [`address::websocket_url`] made: where that is over TLS, it is believed by
+    /// [`trust::trust`] with the certificates of a `further` file.
+    pub fn ready_for(mut self, url: &str, further: Option<&Path>) -> Result<Sockets, TrustError> {
+        if address::is_over_tls(url) {
+            self.tls = Some(trust::trust(further)?);
+        }
+        Ok(self)
+    }
+
+    /// Puts an emulated network before the server of an address that [`address::websocket_url`] made. None over TLS: a server's
+    /// certificate is not of the proxy's address.
     pub fn start_proxy(&self, url: &str, link: Link) -> std::io::Result<Proxy> {
+        if address::is_over_tls(url) {
+            return Err(std::io::Error::other(format!("{url}: a network is emulated for ws:// only, not over TLS")));
+        }
         let target = address::socket_addr(url)?;
         self.handle().block_on(Proxy::start(([127, 0, 0, 1], 0).into(), target, link))
     }
@@ -44,12 +62,14 @@ impl Sockets {
         self.runtime.as_ref().expect("the runtime lives as long as this does").handle()
     }
 
-    /// Opens a socket. Messages longer than `max_message_bytes` end it. `wake` is called whenever an event is there.
+    /// Opens a socket, over TLS where [`Sockets::ready_for`] made ready for that. Messages longer than `max_message_bytes` end it.
+    /// `wake` is called whenever an event is there.
     pub fn open(&self, url: String, max_message_bytes: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Socket {
         let (event_in, events) = mpsc::channel(QUEUE_MESSAGES);
         let (outgoing, outgoing_out) = mpsc::channel(QUEUE_MESSAGES);
+        let connector = self.tls.clone().map_or(Connector::Plain, Connector::Rustls);
         let task = async move {
-            let closed = run(&url, max_message_bytes, &event_in, outgoing_out, &*wake).await;
+            let closed = run(&url, connector, max_message_bytes, &event_in, outgoing_out, &*wake).await;
             // The other end of the queue is gone only where nobody wants to know any more.
             let _ = event_in.send(SocketEvent::Closed(closed)).await;
             wake();
@@ -105,6 +125,7 @@ impl Drop for Socket {
 /// Runs a socket to its end; returns what is to be said about it.
 async fn run(
     url: &str,
+    connector: Connector,
     max_message_bytes: usize,
     events: &mpsc::Sender<SocketEvent>,
     mut outgoing: mpsc::Receiver<Vec<u8>>,
@@ -112,7 +133,7 @@ async fn run(
 ) -> String {
     let config =
         WebSocketConfig::default().max_message_size(Some(max_message_bytes)).max_frame_size(Some(max_message_bytes));
-    let (socket, _) = match tokio_tungstenite::connect_async_with_config(url, Some(config), true).await {
+    let (socket, _) = match connect_async_tls_with_config(url, Some(config), true, Some(connector)).await {
         Ok(opened) => opened,
         Err(error) => return words(&error),
     };
@@ -160,6 +181,23 @@ fn words(error: &Error) -> String {
             let body = response.body().as_deref().map(String::from_utf8_lossy).unwrap_or_default();
             format!("the server answers {}: {}", response.status(), body.trim().chars().take(200).collect::<String>())
         }
+        Error::Io(error) => match error.get_ref().and_then(|inner| inner.downcast_ref()) {
+            Some(handshake) => trust::words(handshake),
+            None => error.to_string(),
+        },
         other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_network_is_emulated_over_tls() {
+        let sockets = Sockets::new().expect("a thread");
+        let said = sockets.start_proxy("wss://127.0.0.1:1/ws", Link::default()).err().map(|error| error.to_string());
+        assert!(said.as_ref().is_some_and(|said| said.contains("ws:// only")), "{said:?}");
+        assert!(sockets.start_proxy("ws://127.0.0.1:1/ws", Link::default()).is_ok());
     }
 }

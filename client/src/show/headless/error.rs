@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::draw::picture::PictureError;
 use crate::receive::address::AddressError;
+use crate::receive::trust::TrustError;
 
 /// See the module.
 #[derive(Debug, Error)]
@@ -15,6 +16,9 @@ pub enum HeadlessError {
     /// The address.
     #[error(transparent)]
     Address(#[from] AddressError),
+    /// The certificates to trust.
+    #[error(transparent)]
+    Trust(#[from] TrustError),
     /// No GPU, or it went away.
     #[error(transparent)]
     Gpu(#[from] GpuError),

@@ -38,7 +38,7 @@ pub fn run(options: &Options) -> Result<Summary, HeadlessError> {
 /// Runs on a given device and shows every picture to `on_frame`.
 pub fn run_on(gpu: &Gpu, options: &Options, on_frame: &mut dyn FnMut(&Drawn<'_>)) -> Result<Summary, HeadlessError> {
     let url = address::websocket_url(&options.server)?;
-    let sockets = Sockets::new().map_err(HeadlessError::Thread)?;
+    let sockets = Sockets::new().map_err(HeadlessError::Thread)?.ready_for(&url, options.tls_ca.as_deref())?;
     // The virtual clock emulates the network by stamps instead.
     let link = options.link.filter(|_| options.clock == Clock::Wall);
     let proxy = link.map(|link| sockets.start_proxy(&url, link)).transpose().map_err(HeadlessError::Network)?;

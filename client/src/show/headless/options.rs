@@ -22,6 +22,8 @@ pub enum Way {
 pub struct Options {
     /// The server, as people type it.
     pub server: String,
+    /// PEM file of certificates to trust beside those that are trusted anyway, for servers over TLS.
+    pub tls_ca: Option<PathBuf>,
     /// Where the eye goes.
     pub way: Way,
     /// Folder for the pictures and `stats.json`; `None` writes nothing.
@@ -61,6 +63,7 @@ impl Options {
     pub fn new(server: impl Into<String>, way: Way) -> Options {
         Options {
             server: server.into(),
+            tls_ca: None,
             way,
             out: None,
             size_px: (640, 360),

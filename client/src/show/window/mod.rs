@@ -35,7 +35,7 @@ const PANEL_INTERVAL: Duration = Duration::from_millis(250);
 /// Runs until the window is closed.
 pub fn run(options: Options) -> Result<(), WindowError> {
     let url = address::websocket_url(&options.server)?;
-    let sockets = Sockets::new().map_err(WindowError::Network)?;
+    let sockets = Sockets::new().map_err(WindowError::Network)?.ready_for(&url, options.tls_ca.as_deref())?;
     let proxy = options.link.map(|link| sockets.start_proxy(&url, link)).transpose().map_err(WindowError::Network)?;
     let url = match &proxy {
         Some(proxy) => address::with_authority(&url, &proxy.local_addr().to_string()),

@@ -1,5 +1,7 @@
 //! What a window is told, and why one ends with an error.
 
+use std::path::PathBuf;
+
 use gpu::GpuError;
 use network::Link;
 use protocol::message::Role;
@@ -7,12 +9,15 @@ use thiserror::Error;
 
 use crate::draw::picture::{PictureError, PictureOptions};
 use crate::receive::address::AddressError;
+use crate::receive::trust::TrustError;
 
 /// What a window is told.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// The server, as people type it.
     pub server: String,
+    /// PEM file of certificates to trust beside those that are trusted anyway, for servers over TLS.
+    pub tls_ca: Option<PathBuf>,
     /// First size of the window's inside, in physical pixels.
     pub size_px: (u32, u32),
     /// Vertical field of view.
@@ -51,6 +56,9 @@ pub enum WindowError {
     /// The address.
     #[error(transparent)]
     Address(#[from] AddressError),
+    /// The certificates to trust.
+    #[error(transparent)]
+    Trust(#[from] TrustError),
     /// No GPU, or it went away.
     #[error(transparent)]
     Gpu(#[from] GpuError),
