@@ -150,7 +150,7 @@ impl Default for ServerLimits {
             stall: Duration::from_secs(30),
             silence: Duration::from_secs(60),
             resume: ResumeLimits { time: Duration::from_secs(120), bytes: 1 << 30 },
-            doorsteps: 64,
+            doorsteps: 1024,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The server: plan -> discretize -> encode -> socket.
 //!
-//! - [`app`]: one port with the web client, the websocket and `/healthz`; [`session`]: one client's connection, on either
+//! - [`app`]: a server's life; `routes`: what its port answers; `metrics`: its figures for Prometheus; [`session`]: one client's connection, on either
 //!   clock; [`audience`]: clients that follow another.
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
 //!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick,
@@ -41,6 +41,7 @@ pub mod look;
 pub mod look_times;
 pub mod made;
 mod memory;
+mod metrics;
 pub mod occluders;
 pub mod options;
 pub mod pace;
@@ -50,6 +51,7 @@ mod queue;
 pub mod render;
 pub mod rest;
 mod revise;
+mod routes;
 pub mod scale;
 pub mod session;
 mod sky;

@@ -1,5 +1,8 @@
 //! `vantage-server`: renders a scene as depth images and streams their samples to viewers.
 
+// Whether a pipeline of wgpu may go from thread to thread is asked through all that it consists of.
+#![recursion_limit = "256"]
+
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -67,15 +70,30 @@ fn run(options: &Options, config: vantage_server::Config) -> anyhow::Result<()> 
     if options.tls_self_signed {
         tls.iter().for_each(|tls| tracing::info!("SHA-256 fingerprint of the certificate: {}", tls.fingerprint()));
     }
+    let config = vantage_server::Config { tls, ..config };
     let gpu = pollster::block_on(Gpu::new_headless_on(options.gpu.as_deref()))?;
     tracing::info!("draws on {}", gpu.caps.name);
-    let scene = Arc::new(load(options)?);
-    let environment = options.environment.as_deref().map(Environment::load).transpose()?;
-    let config = vantage_server::Config { environment: environment.map(Arc::new), tls, ..config };
-    let imager = Box::new(GpuImager::new(&gpu, &scene, &config)?);
     tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(async {
-        let running = app::serve(config, scene, imager).await?;
-        println!("{}", running.url());
+        let listening = app::listen(&config).await?;
+        println!("{}", listening.url());
+        let (options, progress) = (options.clone(), listening.progress());
+        let loading = tokio::task::spawn_blocking(move || -> anyhow::Result<_> {
+            let scene = Arc::new(load(&options, &progress)?);
+            let environment = options.environment.as_deref().map(Environment::load).transpose()?;
+            let config = vantage_server::Config { environment: environment.map(Arc::new), ..config };
+            let imager = Box::new(GpuImager::new(&gpu, &scene, &config)?);
+            Ok((config, scene, imager))
+        });
+        let (config, scene, imager) = tokio::select! {
+            signal = asked_to_stop() => {
+                signal?;
+                // Nothing is lost with what is loaded so far, and nobody waits for the rest.
+                std::process::exit(0);
+            }
+            loaded = loading => loaded??,
+        };
+        let running = listening.serve(config, scene, imager)?;
+        tracing::info!("ready");
         let failure = tokio::select! {
             signal = asked_to_stop() => { signal?; None }
             failure = running.failed() => Some(failure),
@@ -88,7 +106,8 @@ fn run(options: &Options, config: vantage_server::Config) -> anyhow::Result<()> 
     })
 }
 
-fn load(options: &Options) -> anyhow::Result<Scene> {
+/// Loads the scene, and says how far it is: on the terminal, and to who comes.
+fn load(options: &Options, says: &(dyn Fn(String) + Sync)) -> anyhow::Result<Scene> {
     let name = options.scene.as_deref().unwrap_or(scene::builtin::DEFAULT);
     let style = ProgressStyle::with_template("{msg:>24} [{bar:40}] {percent:>3} %")?.progress_chars("=> ");
     let bar = ProgressBar::new(1000).with_style(style);
@@ -96,12 +115,14 @@ fn load(options: &Options) -> anyhow::Result<Scene> {
     let Options { file_scene, variant, file_camera, .. } = options;
     let choice = Choice { scene: file_scene.clone(), variant: variant.clone(), camera: file_camera.clone() };
     let scene = source::load_chosen(name, &choice, options.scale, &|progress| {
-        bar.set_message(match progress.stage {
+        let stage = match progress.stage {
             Stage::Read => "reading files",
             Stage::Textures => "decoding images",
             Stage::Meshes => "building meshes",
             Stage::Finish => "measuring the scene",
-        });
+        };
+        bar.set_message(stage);
+        says(format!("{stage}, {:.0} %", progress.share * 100.0));
         bar.set_position((progress.share * 1000.0) as u64);
     });
     bar.finish_and_clear();

@@ -17,7 +17,7 @@ use crate::source;
 use crate::tls::{Tls, TlsError};
 
 /// Renders a scene as depth images and streams their samples to viewers.
-#[derive(Debug, Parser)]
+#[derive(Debug, Clone, Parser)]
 #[command(name = "vantage-server", version, after_help = EXIT_CODES)]
 pub struct Options {
     /// A scene file (glTF, GLB, OBJ, PLY, STL) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a

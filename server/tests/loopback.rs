@@ -2,12 +2,14 @@
 
 mod net;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use camera::Motion;
 use glam::DVec3;
-use net::{Client, config, request, room, secret, start};
+use net::{Client, NoiseImager, VIEW, config, request, request_at, room, secret, start};
 use protocol::message::Clock;
+use protocol::session::{ClientConfig, SessionError};
 use vantage_server::Config;
 use vantage_server::plan::Reason;
 
@@ -25,6 +27,31 @@ async fn health_page_and_headers() {
     }
     assert!(request(&running, "/nothing", "").await.starts_with("HTTP/1.1 404"));
     assert!(request(&running, "/../Cargo.toml", "").await.starts_with("HTTP/1.1 404"));
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn who_comes_while_the_scene_is_loaded_is_told_so() {
+    let config = Config { access: secret(), ..config() };
+    let listening = vantage_server::app::listen(&config).await.expect("a port");
+    let addr = listening.addr;
+    assert!(request_at(addr, "/livez", "").await.starts_with("HTTP/1.1 200"));
+    assert!(request_at(addr, "/healthz", "").await.starts_with("HTTP/1.1 503"));
+    listening.progress()("reading files, 40 %".to_owned());
+    let ready = request_at(addr, "/readyz", "").await;
+    assert!(ready.starts_with("HTTP/1.1 503") && ready.contains("being loaded: reading files, 40 %"), "{ready}");
+    let (socket, _) = tokio_tungstenite::connect_async(format!("ws://{addr}/ws")).await.expect("a socket");
+    let mut client = Client::over(socket, ClientConfig::new(Clock::Wall, VIEW));
+    let told = client.run(10.0, |_| false).await.expect_err("no session yet");
+    let SessionError::Goodbye { reason, again } = told else { panic!("{told}") };
+    assert!(reason.contains("reading files, 40 %") && again, "{reason}");
+
+    let imager = Box::new(NoiseImager { delay: Duration::ZERO });
+    let running = listening.serve(config, Arc::new(room(false)), imager).expect("a server");
+    assert!(request(&running, "/readyz", "").await.starts_with("HTTP/1.1 200"));
+    assert!(request(&running, "/metrics", "").await.starts_with("HTTP/1.1 403"));
+    let metrics = request(&running, "/metrics", "Authorization: Bearer secret\r\n").await;
+    assert!(metrics.contains("\nvantage_sessions 0\n") && metrics.contains("scene=\"room\""), "{metrics}");
     running.stop().await;
 }
 

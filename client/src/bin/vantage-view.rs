@@ -12,6 +12,7 @@ use client::draw::picture::PictureOptions;
 use client::draw::shadow::{self, Shadows};
 use client::draw::soft;
 use client::draw::steady::FrameRate;
+use client::receive::address;
 use client::show::begin;
 use client::show::headless::{self, HeadlessError, Way};
 use client::show::window::{self, Renderer, WindowError};
@@ -33,9 +34,12 @@ const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage,
 #[command(name = "vantage-view", version, after_help = EXIT_CODES)]
 #[command(group(clap::ArgGroup::new("shown").args(["trace", "camera"]).multiple(true)))]
 struct Arguments {
-    /// The server: ws://HOST:PORT, HOST:PORT, over TLS wss://HOST:PORT, or with a path and a token ws://HOST:PORT/ws?token=...
+    /// The server: ws://HOST:PORT, HOST:PORT, over TLS wss://HOST:PORT, or with a path ws://HOST:PORT/ws
     #[arg(long, default_value = "ws://127.0.0.1:8080")]
     server: String,
+    /// What the server must be told
+    #[arg(long, env = "VANTAGE_TOKEN", hide_env_values = true)]
+    token: Option<String>,
     /// Over TLS: trust the certificates in this PEM file too, of a server without an authority or of an authority
     #[arg(long, value_name = "FILE")]
     tls_ca: Option<PathBuf>,
@@ -261,9 +265,13 @@ impl Arguments {
         begin::role(self.camera.clone(), self.present.clone(), self.follow.clone()).map_err(anyhow::Error::msg)
     }
 
+    fn server(&self) -> String {
+        self.token.as_ref().map_or_else(|| self.server.clone(), |token| address::with_token(&self.server, token))
+    }
+
     fn window(&self, role: Role) -> window::Options {
         window::Options {
-            server: self.server.clone(),
+            server: self.server(),
             tls_ca: self.tls_ca.clone(),
             size_px: self.size.unwrap_or((1280, 720)),
             fov_y_rad: self.fov_y_deg.to_radians(),
@@ -282,7 +290,7 @@ impl Arguments {
     }
 
     fn headless(&self, way: Way, role: Role) -> headless::Options {
-        let mut options = headless::Options::new(self.server.clone(), way);
+        let mut options = headless::Options::new(self.server(), way);
         options.tls_ca.clone_from(&self.tls_ca);
         options.out.clone_from(&self.out);
         options.size_px = self.size.unwrap_or(options.size_px);

@@ -34,6 +34,42 @@ pub fn websocket_url(typed: &str) -> Result<String, AddressError> {
     Ok(format!("{scheme}://{authority}/{path}{query}"))
 }
 
+/// An address as a person typed it, for people: nobody looks over a shoulder at a token.
+pub fn shown(typed: &str) -> &str {
+    typed.split_once('?').map_or(typed, |(before, _)| before)
+}
+
+/// An address as a person typed it, with a token in its query.
+pub fn with_token(typed: &str, token: &str) -> String {
+    let coded = |byte: u8| match byte {
+        b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => char::from(byte).to_string(),
+        _ => format!("%{byte:02X}"),
+    };
+    let mark = if typed.contains('?') { '&' } else { '?' };
+    format!("{typed}{mark}token={}", token.bytes().map(coded).collect::<String>())
+}
+
+/// An address that [`websocket_url`] made without the token of its query, and that token.
+pub fn without_token(url: &str) -> (String, Option<String>) {
+    let Some((before, query)) = url.split_once('?') else { return (url.to_owned(), None) };
+    let (tokens, others): (Vec<_>, Vec<_>) = query.split('&').partition(|part| part.starts_with("token="));
+    let token = tokens.first().map(|token| decoded(&token["token=".len()..]));
+    let others = others.join("&");
+    (if others.is_empty() { before.to_owned() } else { format!("{before}?{others}") }, token)
+}
+
+/// A value of a query.
+fn decoded(value: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::new(), value.as_bytes());
+    while let Some((&byte, after)) = rest.split_first() {
+        let hex = after.get(..2).and_then(|digits| std::str::from_utf8(digits).ok());
+        let coded = hex.filter(|_| byte == b'%').and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        bytes.push(coded.unwrap_or(if byte == b'+' { b' ' } else { byte }));
+        rest = if coded.is_some() { &after[2..] } else { after };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
 /// Whether the server of an address that [`websocket_url`] made is spoken to over TLS.
 pub fn is_over_tls(url: &str) -> bool {
     url.starts_with("wss://")
@@ -85,6 +121,17 @@ mod tests {
         for nothing in ["", "ws://", "ws:///ws", ":80", "https://", "wss://:443"] {
             assert!(matches!(websocket_url(nothing), Err(AddressError::Host(_))), "{nothing}");
         }
+    }
+
+    #[test]
+    fn a_token_is_taken_out_of_an_address() {
+        for token in ["secret", "open/Sesame+ü &x=%41", ""] {
+            let url = websocket_url(&with_token("wss://host:1/other?a=1", token)).expect("an address");
+            assert_eq!(without_token(&url), ("wss://host:1/other?a=1".to_owned(), Some(token.to_owned())));
+        }
+        assert_eq!(without_token("ws://host/ws?token=a+b%2"), ("ws://host/ws".to_owned(), Some("a b%2".to_owned())));
+        assert_eq!(without_token("ws://host/ws"), ("ws://host/ws".to_owned(), None));
+        assert_eq!(shown("ws://host?token=x"), "ws://host");
     }
 
     #[test]

@@ -10,6 +10,9 @@ use rustls::ClientConfig;
 use tokio::runtime::{Handle, Runtime};
 use tokio::sync::mpsc;
 use tokio::task::AbortHandle;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::handshake::client::Request;
+use tokio_tungstenite::tungstenite::http::header::{AUTHORIZATION, HeaderValue};
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{Connector, connect_async_tls_with_config};
@@ -133,7 +136,11 @@ async fn run(
 ) -> String {
     let config =
         WebSocketConfig::default().max_message_size(Some(max_message_bytes)).max_frame_size(Some(max_message_bytes));
-    let (socket, _) = match connect_async_tls_with_config(url, Some(config), true, Some(connector)).await {
+    let request = match request(url) {
+        Ok(request) => request,
+        Err(error) => return words(&error),
+    };
+    let (socket, _) = match connect_async_tls_with_config(request, Some(config), true, Some(connector)).await {
         Ok(opened) => opened,
         Err(error) => return words(&error),
     };
@@ -172,6 +179,19 @@ async fn run(
     }
 }
 
+/// What asks for the socket. A token goes in a header of its own: addresses are written down on the way.
+fn request(url: &str) -> Result<Request, Error> {
+    let (url, token) = address::without_token(url);
+    let mut request = url.into_client_request()?;
+    if let Some(token) = token {
+        let mut bearer = HeaderValue::from_bytes(format!("Bearer {token}").as_bytes())
+            .map_err(|error| Error::HttpFormat(error.into()))?;
+        bearer.set_sensitive(true);
+        request.headers_mut().insert(AUTHORIZATION, bearer);
+    }
+    Ok(request)
+}
+
 /// An error for a person; an end without a goodbye is said as nothing.
 fn words(error: &Error) -> String {
     match error {
@@ -192,6 +212,14 @@ fn words(error: &Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_token_goes_in_a_header_alone() {
+        let request = request("ws://host/ws?token=a%2Fb").expect("a request");
+        assert_eq!(request.uri().to_string(), "ws://host/ws");
+        assert_eq!(request.headers()[AUTHORIZATION], "Bearer a/b");
+        assert!(!format!("{request:?}").contains("a/b"));
+    }
 
     #[test]
     fn no_network_is_emulated_over_tls() {

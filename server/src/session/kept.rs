@@ -15,7 +15,7 @@ use crate::client::Client;
 use crate::config::ResumeLimits;
 
 /// What a session that runs may take to give way to a connection that goes on with it: a turn at the worker.
-const GIVES_WAY_WITHIN: Duration = Duration::from_secs(2);
+pub const GIVES_WAY_WITHIN: Duration = Duration::from_secs(2);
 
 /// What is left of a session.
 #[derive(Debug)]
@@ -76,12 +76,11 @@ impl KeptSessions {
         }
     }
 
-    /// A session was cut off.
-    pub fn keep(&self, secret: u128, left: Left) {
+    /// A session was cut off. Gives back what is left where a connection has just asked for it: it waits to be given that.
+    pub fn keep(&self, secret: u128, left: Left) -> Option<Left> {
         let mut entries = self.lock();
-        // Taken over meanwhile, by a connection that did not wait so long.
         if entries.remove(&secret).is_none() {
-            return;
+            return Some(left);
         }
         entries.insert(secret, Entry::Kept { left, since: Instant::now() });
         while kept_bytes(&entries) > self.limits.bytes {
@@ -96,6 +95,7 @@ impl KeptSessions {
             tokio::time::sleep(time).await;
             kept.forget(secret);
         });
+        None
     }
 
     /// Nobody will come back to a session.
@@ -146,7 +146,7 @@ mod tests {
     async fn is_there_once_and_for_who_knows_its_secret() {
         let kept = kept(Duration::from_secs(60));
         let (secret, _asked) = kept.begin().expect("random bytes");
-        kept.keep(secret, left());
+        assert!(kept.keep(secret, left()).is_none());
         assert_eq!(kept.count(), 1);
         assert!(kept.take(secret ^ 1).await.is_none());
         assert!(kept.take(secret).await.is_some());
@@ -160,15 +160,15 @@ mod tests {
         let runs = tokio::spawn(async move { asked.await.expect("asked").send(left()).is_ok() });
         assert!(kept.take(secret).await.is_some());
         assert!(runs.await.expect("it ends"));
-        kept.keep(secret, left());
-        assert_eq!(kept.count(), 0, "it is another's now");
+        assert!(kept.keep(secret, left()).is_some(), "it is another's now");
+        assert_eq!(kept.count(), 0);
     }
 
     #[tokio::test(start_paused = true)]
     async fn is_forgotten_in_time() {
         let kept = kept(Duration::from_secs(60));
         let (secret, _asked) = kept.begin().expect("random bytes");
-        kept.keep(secret, left());
+        assert!(kept.keep(secret, left()).is_none());
         tokio::time::sleep(Duration::from_secs(61)).await;
         assert_eq!(kept.count(), 0);
     }

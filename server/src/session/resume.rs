@@ -3,7 +3,7 @@
 use protocol::message::{Resume, Role};
 use protocol::session::SessionError;
 
-use super::kept::Left;
+use super::kept::{GIVES_WAY_WITHIN, Left};
 use super::{Connection, End};
 use crate::worker::Served;
 
@@ -54,7 +54,11 @@ impl Connection<'_> {
                 End::Closed
             }
             (end, Some(left)) => {
-                kept.keep(self.secret, left);
+                if let Some(left) = kept.keep(self.secret, left)
+                    && let Ok(Ok(gives)) = tokio::time::timeout(GIVES_WAY_WITHIN, &mut self.give_way).await
+                {
+                    drop(gives.send(left));
+                }
                 end
             }
             (end, None) => {

@@ -1,6 +1,7 @@
 //! A server on loopback with images that cost nothing, and clients of it.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -140,9 +141,14 @@ pub async fn start(config: Config, scene: Scene, delay: Duration) -> Running {
 
 /// One request, without a client library: status line, headers and body as text.
 pub async fn request(running: &Running, path: &str, headers: &str) -> String {
+    request_at(running.addr, path, headers).await
+}
+
+/// The same of a server that may be loading.
+pub async fn request_at(addr: SocketAddr, path: &str, headers: &str) -> String {
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
-    let mut stream = TcpStream::connect(running.addr).await.expect("connect");
-    let head = format!("GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close, Upgrade\r\n{headers}\r\n", running.addr);
+    let mut stream = TcpStream::connect(addr).await.expect("connect");
+    let head = format!("GET {path} HTTP/1.1\r\nHost: {addr}\r\nConnection: close, Upgrade\r\n{headers}\r\n");
     stream.write_all(head.as_bytes()).await.expect("write");
     let mut answer = Vec::new();
     stream.read_to_end(&mut answer).await.expect("read");

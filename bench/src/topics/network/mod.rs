@@ -38,9 +38,9 @@ const QUICK_LINKS: [(&str, &str); 2] = [("none", ""), ("a queue of 1 s", "rtt=40
 const BLACKOUTS_S: [f64; 3] = [3.0, 10.0, 30.0];
 const QUICK_BLACKOUTS_S: [f64; 1] = [8.0];
 /// A visit: without what comes before the first pictures are there.
-const VISIT_S: f64 = 20.0;
-const QUICK_VISIT_S: f64 = 6.0;
-const SETTLES_S: f64 = 3.0;
+const VISIT_S: f64 = 30.0;
+const QUICK_VISIT_S: f64 = 14.0;
+const SETTLES_S: f64 = 8.0;
 /// With a blackout: it stands until its first set is there, walks, and stands when the network goes away, until all must be there again.
 const WALKS_S: std::ops::Range<f64> = 5.0..9.0;
 const BLACKOUT_BEGINS_S: f64 = 11.0;

@@ -11,6 +11,7 @@ use super::error::HeadlessError;
 use super::options::Options;
 use super::poses::{ANSWER_WITHIN_S, Poses, view};
 use super::stage::{Drawn, Moment, Ran, Stage};
+use crate::receive::address;
 use crate::receive::pump::Pump;
 use crate::receive::socket::Sockets;
 use crate::receive::viewer::{Decoder, SocketEvent, Viewer};
@@ -38,7 +39,7 @@ pub(super) fn run(
     let decoder = Decoder::inline(Limits::default());
     let mut run = Lockstep {
         pump: Pump::new(sockets, url, Arc::new(|| {})),
-        viewer: Viewer::new(&options.server, Clock::Virtual, options.view(), decoder, 0.0)
+        viewer: Viewer::new(address::shown(&options.server), Clock::Virtual, options.view(), decoder, 0.0)
             .with_budget(options.budget_bytes)
             .with_draws(options.told.unwrap_or_else(|| options.picture.draws()))
             .with_role(options.role.clone()),

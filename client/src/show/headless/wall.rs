@@ -9,6 +9,7 @@ use super::error::HeadlessError;
 use super::options::Options;
 use super::poses::{ANSWER_WITHIN_S, Poses, view};
 use super::stage::{Drawn, Moment, Ran, Stage};
+use crate::receive::address;
 use crate::receive::pump::Pump;
 use crate::receive::socket::Sockets;
 use crate::receive::viewer::{Decoder, Viewer};
@@ -24,7 +25,7 @@ pub(super) fn run(
     on_frame: &mut dyn FnMut(&Drawn<'_>),
 ) -> Result<Ran, HeadlessError> {
     let decoder = Decoder::on_thread(Limits::default(), Arc::new(|| {})).map_err(HeadlessError::Thread)?;
-    let mut viewer = Viewer::new(&options.server, Clock::Wall, options.view(), decoder, 0.0)
+    let mut viewer = Viewer::new(address::shown(&options.server), Clock::Wall, options.view(), decoder, 0.0)
         .with_budget(options.budget_bytes)
         .with_draws(options.told.unwrap_or_else(|| options.picture.draws()))
         .with_role(options.role.clone());

@@ -118,7 +118,7 @@ impl<'a> App<'a> {
         let decoder = Decoder::on_thread(Limits::default(), Arc::clone(&wake)).map_err(WindowError::Network)?;
         let view = ViewSize { width_px: options.size_px.0, height_px: options.size_px.1, fov_y_rad: options.fov_y_rad };
         screen.window.request_redraw();
-        let mut viewer = Viewer::new(&options.server, Clock::Wall, view, decoder, 0.0)
+        let mut viewer = Viewer::new(address::shown(&options.server), Clock::Wall, view, decoder, 0.0)
             .with_budget(options.budget_bytes)
             .with_draws(options.picture.draws())
             .with_role(options.role.clone());
