@@ -106,7 +106,7 @@ fn check_server(server: &mut ServerSession, now_s: f64, takes: bool) {
     }
     while let Some(event) = server.poll_event() {
         if matches!(event, ServerEvent::Resume(_)) {
-            server.resume(takes.then(Trail::default), now_s);
+            server.resume(1, takes.then(Trail::default), now_s);
         }
     }
     assert!(server.next_deadline_s().is_none_or(f64::is_finite));

@@ -55,7 +55,7 @@ impl LinkModel {
     }
 
     /// What the path and its sender let through; `None` without a bound.
-    fn bits_per_s(&self) -> Option<f64> {
+    pub(crate) fn bits_per_s(&self) -> Option<f64> {
         let Link { loss, rtt_s, mbit, .. } = self.link;
         let of_sender = (loss > 0.0 && rtt_s > 0.0).then(|| MATHIS * PACKET_BYTES as f64 * 8.0 / (rtt_s * loss.sqrt()));
         let of_path = mbit.map(|mbit| mbit * 1e6);

@@ -164,8 +164,10 @@ async fn forward(
 /// What a direction holds at most: what its delay keeps on the way, and a queue.
 fn holds_bytes(link: &Link) -> usize {
     let delay_s = link.rtt_s / 2.0 + link.jitter_s + link.stall.map_or(0.0, |stall| stall.length_s);
-    let holds = |mbit: f64| (mbit * 1e6 / 8.0 * (delay_s + link.queue_s.unwrap_or(QUEUE_S))) as usize;
-    link.mbit.map_or(UNLIMITED_HOLDS_BYTES, |mbit| holds(mbit).clamp(MIN_HOLDS_BYTES, UNLIMITED_HOLDS_BYTES))
+    let holds = |bits_per_s: f64| (bits_per_s / 8.0 * (delay_s + link.queue_s.unwrap_or(QUEUE_S))) as usize;
+    LinkModel::new(*link, 0)
+        .bits_per_s()
+        .map_or(UNLIMITED_HOLDS_BYTES, |bits_per_s| holds(bits_per_s).clamp(MIN_HOLDS_BYTES, UNLIMITED_HOLDS_BYTES))
 }
 
 /// Bytes on their way, with the room that they take.

@@ -14,6 +14,11 @@ use crate::look::Look;
 /// The version of the protocol; both ends must agree.
 pub const VERSION: u16 = 25;
 
+/// The websocket protocol that is spoken. A page that gives a token offers it beside [`TOKEN_SUBPROTOCOL`], as it can set no header.
+pub const SUBPROTOCOL: &str = "vantage";
+/// The beginning of a websocket protocol that is a token: its bytes follow in hexadecimal.
+pub const TOKEN_SUBPROTOCOL: &str = "vantage.token.";
+
 /// Which clock a session runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Clock {

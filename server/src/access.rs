@@ -1,6 +1,7 @@
 //! Who may connect: origins, tokens, and the headers that keep a page to itself.
 
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
+use protocol::message::TOKEN_SUBPROTOCOL;
 
 /// Headers of every answer: the page is isolated, is not framed by others, and a rebuilt client is seen at once.
 pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 7] = [
@@ -12,11 +13,6 @@ pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 7] = [
     (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("frame-ancestors 'none'")),
     (header::CACHE_CONTROL, HeaderValue::from_static("no-cache")),
 ];
-
-/// The websocket protocol that is spoken. A page that gives a token offers it beside [`TOKEN_PROTOCOL`], as it can set no header.
-pub const PROTOCOL: &str = "vantage";
-/// The beginning of a protocol that is a token: its bytes follow in hexadecimal.
-pub const TOKEN_PROTOCOL: &str = "vantage.token.";
 
 /// Who may connect.
 #[derive(Debug, Clone, Default)]
@@ -60,6 +56,15 @@ pub fn check(headers: &HeaderMap, in_address: Option<&str>, access: &Access) -> 
     if is_loopback(authority) || is_own || is_allowed { Ok(()) } else { Err(Refused::Origin) }
 }
 
+/// The same for who reads what is told of a server. A page of the same origin names none when it reads, so without a token the host must be this machine by a
+/// name that nobody else can point here.
+pub fn check_reader(headers: &HeaderMap, in_address: Option<&str>, access: &Access) -> Result<(), Refused> {
+    check(headers, in_address, access)?;
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
+    let is_here = access.token.is_some() || host.is_none_or(is_loopback);
+    if is_here { Ok(()) } else { Err(Refused::Origin) }
+}
+
 /// The token of a request's headers: that of a bearer, or one of the offered protocols.
 fn token_of(headers: &HeaderMap) -> Option<String> {
     let value = |name| headers.get(name).and_then(|value: &HeaderValue| value.to_str().ok());
@@ -67,7 +72,7 @@ fn token_of(headers: &HeaderMap) -> Option<String> {
         return Some(bearer.trim().to_owned());
     }
     let mut offered = value(header::SEC_WEBSOCKET_PROTOCOL)?.split(',').map(str::trim);
-    let hex = offered.find_map(|protocol| protocol.strip_prefix(TOKEN_PROTOCOL))?;
+    let hex = offered.find_map(|protocol| protocol.strip_prefix(TOKEN_SUBPROTOCOL))?;
     let byte = |index: usize| hex.get(index..index + 2).and_then(|digits| u8::from_str_radix(digits, 16).ok());
     String::from_utf8((0..hex.len()).step_by(2).map(byte).collect::<Option<_>>()?).ok()
 }
@@ -120,6 +125,8 @@ mod tests {
         {
             assert_eq!(check(&headers(Some(origin), "127.0.0.1:8080"), None, &open), Err(Refused::Origin), "{origin}");
         }
+        assert_eq!(check_reader(&headers(None, "evil.example:8080"), None, &open), Err(Refused::Origin));
+        assert_eq!(check_reader(&headers(None, "127.0.0.1:8080"), None, &open), Ok(()));
         let rebound = headers(Some("http://evil.example:8080"), "evil.example:8080");
         assert_eq!(check(&rebound, None, &open), Err(Refused::Origin), "a name that points here is not us");
     }

@@ -67,7 +67,7 @@ pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
     let listener = TcpListener::bind(addr).await.map_err(listen_error)?;
     let addr = listener.local_addr().map_err(listen_error)?;
     let (stop, stopped) = watch::channel(false);
-    let gate = Arc::new(Gate::default());
+    let gate = Arc::new(Gate::new(config));
     let (router, tls) = (routes::router(gate.clone(), &config.web), config.tls.clone());
     let scheme = if tls.is_some() { "https" } else { "http" };
     let task = tokio::spawn(async move {

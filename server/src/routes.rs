@@ -10,12 +10,15 @@ use axum::extract::{ConnectInfo, Query, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{Html, IntoResponse, Json, Response};
 use axum::routing::get;
+use protocol::message::SUBPROTOCOL;
 use serde::Deserialize;
+use tokio::sync::Semaphore;
 use tower_http::compression::CompressionLayer;
 use tower_http::services::ServeDir;
 use tower_http::set_header::SetResponseHeaderLayer;
 
-use crate::access::{self, SECURITY_HEADERS};
+use crate::access::{self, Access, Refused, SECURITY_HEADERS};
+use crate::config::Config;
 use crate::metrics;
 use crate::session::{self, Shared};
 
@@ -27,14 +30,22 @@ const READ_BUFFER_BYTES: usize = 4096;
 const WRITE_BUFFER_BYTES: usize = 0;
 const MAX_WRITE_BUFFER_BYTES: usize = 256 * 1024;
 /// What is there behind the port: nothing while the scene is loaded, then all that sessions share.
-#[derive(Default)]
 pub(crate) struct Gate {
+    access: Access,
+    /// One permit a connection that has not said who it is.
+    doorsteps: Arc<Semaphore>,
     shared: OnceLock<Arc<Shared>>,
     /// How far loading is.
     said: Mutex<String>,
 }
 
 impl Gate {
+    /// Closed, by a server's options.
+    pub(crate) fn new(config: &Config) -> Gate {
+        let doorsteps = Arc::new(Semaphore::new(config.limits.doorsteps));
+        Gate { access: config.access.clone(), doorsteps, shared: OnceLock::new(), said: Mutex::default() }
+    }
+
     /// Says how far loading is.
     pub(crate) fn says(&self, said: String) {
         *self.said.lock().unwrap_or_else(PoisonError::into_inner) = said;
@@ -58,10 +69,31 @@ impl Gate {
     }
 }
 
-/// An answer to who came too early.
-fn early(said: String) -> Response {
-    let answer = serde_json::json!({ "ok": false, "loading": said, "version": env!("CARGO_PKG_VERSION") });
-    (StatusCode::SERVICE_UNAVAILABLE, Json(answer)).into_response()
+/// Why nothing is told.
+enum Untold {
+    Refused(Refused),
+    /// The scene is being loaded.
+    Early(String),
+}
+
+impl Gate {
+    /// For who may read what is told of a server.
+    fn shared_with(&self, asked: &Asked, headers: &HeaderMap) -> Result<&Arc<Shared>, Untold> {
+        access::check_reader(headers, asked.token.as_deref(), &self.access).map_err(Untold::Refused)?;
+        self.shared().map_err(Untold::Early)
+    }
+}
+
+impl IntoResponse for Untold {
+    fn into_response(self) -> Response {
+        match self {
+            Untold::Refused(refused) => (StatusCode::FORBIDDEN, format!("{refused}\n")).into_response(),
+            Untold::Early(said) => {
+                let answer = serde_json::json!({ "ok": false, "loading": said, "version": env!("CARGO_PKG_VERSION") });
+                (StatusCode::SERVICE_UNAVAILABLE, Json(answer)).into_response()
+            }
+        }
+    }
 }
 
 /// All that is answered; `web`: the folder of the built web client.
@@ -111,22 +143,17 @@ async fn ready(State(gate): State<Arc<Gate>>) -> Response {
 }
 
 /// For Prometheus, where who asks may connect.
-async fn measures(State(gate): State<Arc<Gate>>, Query(asked): Query<Asked>, headers: HeaderMap) -> Response {
-    let shared = match gate.shared() {
-        Ok(shared) => shared,
-        Err(said) => return early(said),
-    };
-    if let Err(refused) = access::check(&headers, asked.token.as_deref(), &shared.config.access) {
-        return (StatusCode::FORBIDDEN, format!("{refused}\n")).into_response();
-    }
-    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(shared)).into_response()
+async fn measures(
+    State(gate): State<Arc<Gate>>,
+    Query(asked): Query<Asked>,
+    headers: HeaderMap,
+) -> Result<impl IntoResponse, Untold> {
+    let shared = gate.shared_with(&asked, &headers)?;
+    Ok(([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(shared)))
 }
 
-async fn health(State(gate): State<Arc<Gate>>) -> Response {
-    let shared = match gate.shared() {
-        Ok(shared) => shared,
-        Err(said) => return early(said),
-    };
+async fn health(State(gate): State<Arc<Gate>>) -> Result<Response, Untold> {
+    let shared = gate.shared().map_err(Untold::Early)?;
     let mut answer = shared.stats.json();
     let failure = shared.worker.failure().borrow().clone();
     if let Some(object) = answer.as_object_mut() {
@@ -137,19 +164,17 @@ async fn health(State(gate): State<Arc<Gate>>) -> Response {
         object.insert("version".into(), env!("CARGO_PKG_VERSION").into());
     }
     let status = if failure.is_none() { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
-    (status, Json(answer)).into_response()
+    Ok((status, Json(answer)).into_response())
 }
 
 /// What is made for each session, and what is left out, for who may connect.
-async fn plan(State(gate): State<Arc<Gate>>, Query(asked): Query<Asked>, headers: HeaderMap) -> Response {
-    let shared = match gate.shared() {
-        Ok(shared) => shared,
-        Err(said) => return early(said),
-    };
-    if let Err(refused) = access::check(&headers, asked.token.as_deref(), &shared.config.access) {
-        return (StatusCode::FORBIDDEN, format!("{refused}\n")).into_response();
-    }
-    Json(serde_json::json!({ "scene": shared.scene.name, "sessions": shared.plans.json() })).into_response()
+async fn plan(
+    State(gate): State<Arc<Gate>>,
+    Query(asked): Query<Asked>,
+    headers: HeaderMap,
+) -> Result<Json<serde_json::Value>, Untold> {
+    let shared = gate.shared_with(&asked, &headers)?;
+    Ok(Json(serde_json::json!({ "scene": shared.scene.name, "sessions": shared.plans.json() })))
 }
 
 #[derive(Deserialize)]
@@ -164,21 +189,14 @@ async fn websocket(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    let shared = match gate.shared() {
-        Ok(shared) => shared.clone(),
-        Err(said) => {
-            return upgrade
-                .protocols([access::PROTOCOL])
-                .on_upgrade(async move |socket| session::refuse(socket, &said, true).await);
-        }
-    };
-    let Ok(doorstep) = shared.doorsteps.clone().try_acquire_owned() else {
-        tracing::warn!(%peer, "websocket refused: {} others have not said who they are", shared.config.limits.doorsteps);
+    let Ok(doorstep) = gate.doorsteps.clone().try_acquire_owned() else {
+        tracing::warn!(%peer, "websocket refused: too many others have not said who they are");
         return (StatusCode::SERVICE_UNAVAILABLE, "too many who have not said who they are\n").into_response();
     };
-    let checked = access::check(&headers, asked.token.as_deref(), &shared.config.access);
+    let checked = access::check(&headers, asked.token.as_deref(), &gate.access);
+    let shared = gate.shared().cloned();
     upgrade
-        .protocols([access::PROTOCOL])
+        .protocols([SUBPROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
         .max_frame_size(MAX_MESSAGE_BYTES)
         .read_buffer_size(READ_BUFFER_BYTES)
@@ -191,6 +209,10 @@ async fn websocket(
                 tracing::warn!(%peer, "refused: {refused}");
                 return session::refuse(socket, &refused.to_string(), false).await;
             }
+            let shared = match shared {
+                Ok(shared) => shared,
+                Err(said) => return session::refuse(socket, &said, true).await,
+            };
             shared.stats.clients.fetch_add(1, Ordering::Relaxed);
             shared.stats.connected.fetch_add(1, Ordering::Relaxed);
             session::run(&shared, socket, peer, doorstep).await;

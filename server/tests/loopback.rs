@@ -40,7 +40,7 @@ async fn who_comes_while_the_scene_is_loaded_is_told_so() {
     listening.progress()("reading files, 40 %".to_owned());
     let ready = request_at(addr, "/readyz", "").await;
     assert!(ready.starts_with("HTTP/1.1 503") && ready.contains("being loaded: reading files, 40 %"), "{ready}");
-    let (socket, _) = tokio_tungstenite::connect_async(format!("ws://{addr}/ws")).await.expect("a socket");
+    let (socket, _) = tokio_tungstenite::connect_async(format!("ws://{addr}/ws?token=secret")).await.expect("a socket");
     let mut client = Client::over(socket, ClientConfig::new(Clock::Wall, VIEW));
     let told = client.run(10.0, |_| false).await.expect_err("no session yet");
     let SessionError::Goodbye { reason, again } = told else { panic!("{told}") };

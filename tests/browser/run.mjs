@@ -284,6 +284,10 @@ function tests(renderer) {
         await sleep(2000);
         assert.equal((await until(page, 'a word', () => true)).status, status, 'it does not try again by itself');
         await page.screenshot({ path: join(shots, `${renderer}-6-not-let-in.png`) });
+        if (hash) {
+          await page.evaluate((right) => { window.location.hash = `token=${right}`; }, encodeURIComponent(token));
+          await until(page, 'a picture by the token that was put right', (now) => now.picture);
+        }
         await page.close();
       }
       const page = await at.page.context().newPage();

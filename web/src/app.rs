@@ -136,6 +136,7 @@ pub async fn start() -> Result<(), String> {
     };
     let sink = app.sink();
     input::listen_to_page(&sink)?;
+    server::reload_for_tokens();
     app.listen_to_canvas();
     let app = Rc::new(RefCell::new(app));
     APP.set(Some(Rc::clone(&app)));

@@ -3,14 +3,14 @@
 //! A token comes in the page's address, after `#token=` (which no browser sends anywhere) or `?token=`. It is taken out of the address at once, so that no
 //! history, no bookmark and no picture of the screen has it, and is kept for this tab alone, so that a reload works.
 
+use client::receive::address::without_token;
+use protocol::message::{SUBPROTOCOL, TOKEN_SUBPROTOCOL};
+use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
 use web_sys::{Location, UrlSearchParams};
 
-/// Where the tab keeps its token.
-const TOKEN_KEY: &str = "vantage-token";
-/// What is spoken, and the beginning of how a token is told: a page can set no header but this one.
-const PROTOCOL: &str = "vantage";
-const TOKEN_PROTOCOL: &str = "vantage.token.";
+/// Where the tab keeps its token for a server, whose address follows.
+const TOKEN_KEY: &str = "vantage-token ";
 
 /// A server's websocket.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,8 +30,8 @@ impl Address {
     /// The websocket protocols to offer: one of them is the token, in hexadecimal.
     pub fn protocols(&self) -> Vec<String> {
         let hex = |token: &String| token.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();
-        let token = self.token.as_ref().map(|token| TOKEN_PROTOCOL.to_owned() + &hex(token));
-        std::iter::once(PROTOCOL.to_owned()).chain(token).collect()
+        let token = self.token.as_ref().map(|token| TOKEN_SUBPROTOCOL.to_owned() + &hex(token));
+        std::iter::once(SUBPROTOCOL.to_owned()).chain(token).collect()
     }
 }
 
@@ -48,20 +48,23 @@ pub fn address(location: &Location, query: &UrlSearchParams) -> Result<Address, 
             format!("{scheme}://{}{folder}/ws", part(location.host())?)
         }
     };
-    Ok(Address { url, token: token(location, query) })
+    let (url, in_url) = without_token(&url);
+    let token = token(location, query, &url).or(in_url);
+    Ok(Address { url, token })
 }
 
-/// The token that the page was opened with, now or before.
-fn token(location: &Location, query: &UrlSearchParams) -> Option<String> {
+/// The token for a server that the page was opened with, now or before. Another server is never told it.
+fn token(location: &Location, query: &UrlSearchParams, url: &str) -> Option<String> {
     let window = web_sys::window()?;
     let in_hash =
         location.hash().ok().and_then(|hash| UrlSearchParams::new_with_str(hash.trim_start_matches('#')).ok());
     let given = in_hash.as_ref().and_then(|hash| hash.get("token")).or_else(|| query.get("token"));
     // Pages may be denied any store of their own.
     let store = window.session_storage().ok().flatten();
-    let Some(given) = given else { return store?.get_item(TOKEN_KEY).ok().flatten() };
+    let key = TOKEN_KEY.to_owned() + url;
+    let Some(given) = given else { return store?.get_item(&key).ok().flatten() };
     if let Some(store) = store {
-        drop(store.set_item(TOKEN_KEY, &given));
+        drop(store.set_item(&key, &given));
     }
     query.delete("token");
     if let Some(hash) = &in_hash {
@@ -75,4 +78,18 @@ fn token(location: &Location, query: &UrlSearchParams) -> Option<String> {
         drop(history.replace_state_with_url(&JsValue::NULL, "", Some(&clean)));
     }
     Some(given)
+}
+
+/// Who puts a token into the address of a page that is open means it for now: another part after the `#` would load nothing anew.
+pub fn reload_for_tokens() {
+    let Some(window) = web_sys::window() else { return };
+    let changed = Closure::<dyn FnMut()>::new(|| {
+        let location = web_sys::window().map(|window| window.location());
+        if let Some(location) = location.filter(|location| location.hash().is_ok_and(|hash| hash.contains("token="))) {
+            drop(location.reload());
+        }
+    });
+    window.set_onhashchange(Some(changed.as_ref().unchecked_ref()));
+    // The window outlives it.
+    changed.forget();
 }

@@ -69,6 +69,8 @@ const RUNS: &[NamedRun] = &[
 
     run("serving", "serving", &[]),
 
+    run("network", "network", &[]),
+
     run("frame-rate", "frame-rate", &[]),
 
     run("timing", "timing --quick", &[]),

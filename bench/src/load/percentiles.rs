@@ -16,7 +16,8 @@ pub struct Percentiles {
 }
 
 impl Percentiles {
-    pub(super) fn of(mut values_ms: Vec<f64>) -> Percentiles {
+    /// Of values in milliseconds.
+    pub fn of(mut values_ms: Vec<f64>) -> Percentiles {
         values_ms.sort_by(f64::total_cmp);
         let count = values_ms.len();
         let at = |share: f64| match count {

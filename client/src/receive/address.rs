@@ -22,12 +22,12 @@ pub fn websocket_url(typed: &str) -> Result<String, AddressError> {
         None => ("ws", typed),
         Some(("ws" | "http", rest)) => ("ws", rest),
         Some(("wss" | "https", rest)) => ("wss", rest),
-        Some(_) => return Err(AddressError::Scheme(typed.to_owned())),
+        Some(_) => return Err(AddressError::Scheme(shown(typed).to_owned())),
     };
     let (before_query, query) = rest.split_once('?').map_or((rest, None), |(before, query)| (before, Some(query)));
     let (authority, path) = before_query.split_once('/').unwrap_or((before_query, ""));
     if authority.is_empty() || authority.starts_with(':') {
-        return Err(AddressError::Host(typed.to_owned()));
+        return Err(AddressError::Host(shown(typed).to_owned()));
     }
     let path = if path.is_empty() { "ws" } else { path };
     let query = query.map_or_else(String::new, |query| format!("?{query}"));

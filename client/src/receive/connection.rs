@@ -7,7 +7,7 @@
 pub const FIRST_WAIT_S: f64 = 0.5;
 /// The longest wait: a person who watches sees something happen.
 pub const LONGEST_WAIT_S: f64 = 8.0;
-/// A server that has not said welcome after this is given up, in seconds. A server may still be loading its scene.
+/// A server that has not said welcome after this is given up, in seconds. A path may be slow.
 pub const WELCOME_WITHIN_S: f64 = 15.0;
 /// A session that lasted this long worked: the next wait is the first one again.
 const WORKED_AFTER_S: f64 = 5.0;
@@ -21,6 +21,8 @@ const TRY_ROUND_TRIPS: f64 = 6.0;
 /// Every so manieth try lasts twice as long, and rarely one as long as a first one: the path may have become slower.
 const PATIENT_TRIES: u32 = 4;
 const MOST_PATIENT_TRIES: u32 = 16;
+/// After so many tries, two minutes, the server has nothing left of the session, and there is no hurry any more.
+const TRIES_TO_COME_BACK: u32 = 48;
 
 /// What the driver must do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -153,6 +155,10 @@ impl Connection {
             (Ended::Closed(said), State::Opening { .. }) => Ended::Unreachable(said),
             (why, _) => why,
         };
+        // Who is told to come again, or tried for long, is in no hurry.
+        if matches!(why, Ended::Goodbye(_)) || self.tries >= TRIES_TO_COME_BACK {
+            self.comes_back = None;
+        }
         let is_refused = matches!(why, Ended::Refused(_));
         self.ended = Some(why);
         self.state = if is_refused { State::Refused } else { State::Waiting { until_s: now_s + self.next_wait_s } };

@@ -55,7 +55,10 @@ impl Sockets {
     /// certificate is not of the proxy's address.
     pub fn start_proxy(&self, url: &str, link: Link) -> std::io::Result<Proxy> {
         if address::is_over_tls(url) {
-            return Err(std::io::Error::other(format!("{url}: a network is emulated for ws:// only, not over TLS")));
+            return Err(std::io::Error::other(format!(
+                "{}: a network is emulated for ws:// only, not over TLS",
+                address::shown(url)
+            )));
         }
         let target = address::socket_addr(url)?;
         self.handle().block_on(Proxy::start(([127, 0, 0, 1], 0).into(), target, link))

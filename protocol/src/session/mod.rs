@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! client                               server
-//! Hello{version, clock, camera} ->     checked; refused by Goodbye{reason, again}
+//! Hello                         ->     checked; refused by Goodbye{reason, again}
 //!                               <-     Welcome
 //! Pose, View (when they change) ->     the newest one counts
 //!                               <-     Update 1, 2, 3 ... in fragments, while credit lasts
@@ -19,7 +19,7 @@
 //! decoded here: [`ClientEvent::Update`] gives its bytes, for [`decode_update`] and [`Held::apply`] on whatever thread;
 //! then [`ClientSession::applied`] acknowledges it, or [`ClientSession::broken`] asks to begin anew.
 //!
-//! **Server**: *greeting* until Hello comes, then *open*; *closed* after any error, with a Goodbye queued that says why.
+//! **Server**: *greeting* until Hello comes, *resuming* while it is looked for what a client that comes back was sent, then *open*; *closed* after any error, with a Goodbye queued that says why.
 //! [`ServerSession::can_send_update`] holds back while more than the path's bandwidth-delay product is not yet acknowledged,
 //! or while the socket has not yet taken the last update: what is not sent yet can still be replaced by something newer.
 //!

@@ -263,7 +263,7 @@ impl ServerSession {
             return Err(SessionError::Range("the eye of Hello"));
         }
         (self.view, self.start_world_from_eye) = (Some(view), world_from_eye);
-        match resume.filter(|_| clock == Clock::Wall && self.role == Role::Viewer) {
+        match resume.filter(|_| clock == Clock::Wall && self.role.is_asking()) {
             Some(held) => {
                 self.state = State::Resuming(held);
                 self.events.push_back(ServerEvent::Resume(held));
@@ -302,10 +302,12 @@ impl ServerSession {
         place.ok_or_else(|| SessionError::Camera { asked: asked(), known: cameras.join(", ") })
     }
 
-    /// Goes on where the session ended that the client still holds something of; `None`, or a trail that does not lead on from there, begins anew. Returns
+    /// Goes on where the session ended that the client still holds something of; `None`, or a trail that does not lead on from there, begins anew. The client is told
+    /// this secret. Returns
     /// whether it goes on: then the server's copy must be that of the earlier session.
-    pub fn resume(&mut self, trail: Option<Trail>, now_s: f64) -> bool {
+    pub fn resume(&mut self, secret: u128, trail: Option<Trail>, now_s: f64) -> bool {
         let State::Resuming(held) = self.state else { return false };
+        self.config.welcome.secret = secret;
         let trail = trail.and_then(|trail| trail.after(held));
         self.open(now_s, trail.is_some(), now_s);
         let Some(trail) = trail else { return false };
@@ -322,9 +324,10 @@ impl ServerSession {
         std::mem::take(&mut self.trail)
     }
 
-    /// An update was made for a client that is cut off by now: it is part of what it lacks.
-    pub fn missed(&mut self, update: &PackedUpdate) {
+    /// An update was made for a client that is cut off by now: it is part of what it lacks. Returns whether it may ever be sent.
+    pub fn missed(&mut self, update: &PackedUpdate) -> bool {
         self.trail.sent(update);
+        update.bytes <= self.config.limits.update_bytes
     }
 
     fn open(&mut self, at_s: f64, resumed: bool, now_s: f64) {

@@ -37,7 +37,7 @@ fn come_back(pair: &mut Pair, resume: Resume) -> bool {
     after.server.handle(&hello, 0.1).unwrap();
     assert_eq!(after.server.poll_event(), Some(ServerEvent::Resume(resume)));
     assert!(!after.server.can_send_update(), "before it is known what the client holds");
-    let goes_on = after.server.resume(Some(trail), 0.1);
+    let goes_on = after.server.resume(1, Some(trail), 0.1);
     let said = after.server.poll_transmit(0.1).unwrap();
     after.client.handle(&said, 0.2).unwrap();
     let Some(ClientEvent::Welcome(welcome)) = after.client.poll_event() else { panic!("a welcome") };

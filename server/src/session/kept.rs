@@ -1,21 +1,23 @@
 //! Sessions that were cut off, kept for a while for the clients that come back.
 //!
 //! A session is known by a secret that only its client was told. While it runs, whoever names it takes it over: the connection that it had may be dead without
-//! the server knowing. After that it stays for [`ResumeLimits::time`], as long as all that are kept fit into [`ResumeLimits::bytes`].
+//! the server knowing, and so may the one that took it over. After that it stays for [`ResumeLimits::time`], as long as all that are kept fit into [`ResumeLimits::bytes`].
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use protocol::session::Trail;
-use tokio::sync::oneshot;
+use tokio::sync::{Notify, oneshot};
+use tokio::time::Instant;
 
 use crate::account::BYTES_PER_SAMPLE;
 use crate::client::Client;
 use crate::config::ResumeLimits;
 
-/// What a session that runs may take to give way to a connection that goes on with it: a turn at the worker.
-pub const GIVES_WAY_WITHIN: Duration = Duration::from_secs(2);
+/// What a session that runs may take to give way to a connection that goes on with it: a turn at the worker. Longer than a client waits for a welcome when it
+/// comes back: the connection that it makes after that takes over from the one that still waits here.
+pub const GIVES_WAY_WITHIN: Duration = Duration::from_secs(10);
 
 /// What is left of a session.
 #[derive(Debug)]
@@ -32,11 +34,20 @@ impl Left {
     }
 }
 
+/// How a session that runs is known.
+#[derive(Debug, Default)]
+pub struct Name {
+    /// Its own for ever, known to nobody else.
+    own: u128,
+    /// The one that its client is told: that of the session that it goes on with, if any.
+    pub secret: u128,
+}
+
 /// A request to give way, and where to put what is left.
 pub type GiveWay = oneshot::Sender<Left>;
 
 enum Entry {
-    Running(oneshot::Sender<GiveWay>),
+    Running { own: u128, asks: oneshot::Sender<GiveWay> },
     Kept { left: Left, since: Instant },
 }
 
@@ -45,30 +56,41 @@ enum Entry {
 pub struct KeptSessions {
     limits: ResumeLimits,
     by_secret: Arc<Mutex<HashMap<u128, Entry>>>,
+    /// Told when something that was kept is dropped.
+    dropped: Arc<Notify>,
 }
 
 impl KeptSessions {
-    /// None yet.
-    pub fn new(limits: ResumeLimits) -> KeptSessions {
-        KeptSessions { limits, by_secret: Arc::default() }
+    /// None yet. `dropped` is told when something that was kept is dropped.
+    pub fn new(limits: ResumeLimits, dropped: Arc<Notify>) -> KeptSessions {
+        KeptSessions { limits, by_secret: Arc::default(), dropped }
     }
 
-    /// A session begins: its secret, and what tells it to give way.
-    pub fn begin(&self) -> Result<(u128, oneshot::Receiver<GiveWay>), getrandom::Error> {
+    /// A session begins: its name, and what tells it to give way.
+    pub fn begin(&self) -> Result<(Name, oneshot::Receiver<GiveWay>), getrandom::Error> {
         let mut bytes = [0; 16];
         getrandom::fill(&mut bytes)?;
-        let secret = u128::from_le_bytes(bytes);
+        let own = u128::from_le_bytes(bytes);
         let (asks, asked) = oneshot::channel();
-        self.lock().insert(secret, Entry::Running(asks));
-        Ok((secret, asked))
+        self.lock().insert(own, Entry::Running { own, asks });
+        Ok((Name { own, secret: own }, asked))
     }
 
-    /// What is left of a session; it is over. `None` where nothing is.
-    pub async fn take(&self, secret: u128) -> Option<Left> {
-        let entry = self.lock().remove(&secret)?;
-        match entry {
+    /// What is left of the session that a client names, which is over. From now on the one that asks has its secret, as its client may be cut off again before
+    /// it is told another. `None` where there is no such session, or nothing is left of it.
+    pub async fn take_over(&self, name: &mut Name, secret: u128) -> Option<Left> {
+        let earlier = {
+            let mut entries = self.lock();
+            let earlier = entries.remove(&secret)?;
+            if let Some(own) = entries.remove(&name.secret) {
+                entries.insert(secret, own);
+            }
+            name.secret = secret;
+            earlier
+        };
+        match earlier {
             Entry::Kept { left, since } => (since.elapsed() < self.limits.time).then_some(left),
-            Entry::Running(asks) => {
+            Entry::Running { asks, .. } => {
                 let (gives, given) = oneshot::channel();
                 asks.send(gives).ok()?;
                 tokio::time::timeout(GIVES_WAY_WITHIN, given).await.ok()?.ok()
@@ -77,30 +99,45 @@ impl KeptSessions {
     }
 
     /// A session was cut off. Gives back what is left where a connection has just asked for it: it waits to be given that.
-    pub fn keep(&self, secret: u128, left: Left) -> Option<Left> {
+    pub fn keep(&self, name: &Name, left: Left) -> Option<Left> {
         let mut entries = self.lock();
-        if entries.remove(&secret).is_none() {
+        if !name.is_of(entries.get(&name.secret)) {
             return Some(left);
         }
+        let secret = name.secret;
         entries.insert(secret, Entry::Kept { left, since: Instant::now() });
         while kept_bytes(&entries) > self.limits.bytes {
             let oldest =
                 entries.iter().filter_map(|(secret, entry)| entry.kept_since().map(|since| (since, *secret))).min();
             let Some((_, secret)) = oldest else { break };
             entries.remove(&secret);
+            self.dropped.notify_one();
         }
         drop(entries);
         let (kept, time) = (self.clone(), self.limits.time);
         tokio::spawn(async move {
             tokio::time::sleep(time).await;
-            kept.forget(secret);
+            kept.forget_old(secret);
         });
         None
     }
 
-    /// Nobody will come back to a session.
-    pub fn forget(&self, secret: u128) {
-        self.lock().remove(&secret);
+    /// A session is over that nobody will come back to.
+    pub fn forget(&self, name: &Name) {
+        let mut entries = self.lock();
+        if name.is_of(entries.get(&name.secret)) {
+            entries.remove(&name.secret);
+        }
+    }
+
+    /// What was kept for too long; a session that goes on by now, or was cut off again since, stays.
+    fn forget_old(&self, secret: u128) {
+        let is_old = |entry: &Entry| entry.kept_since().is_some_and(|since| since.elapsed() >= self.limits.time);
+        let mut entries = self.lock();
+        if entries.get(&secret).is_some_and(is_old) {
+            entries.remove(&secret);
+            self.dropped.notify_one();
+        }
     }
 
     /// How many are kept.
@@ -113,10 +150,17 @@ impl KeptSessions {
     }
 }
 
+impl Name {
+    /// Whether this entry is of its session.
+    fn is_of(&self, entry: Option<&Entry>) -> bool {
+        matches!(entry, Some(Entry::Running { own, .. }) if *own == self.own)
+    }
+}
+
 impl Entry {
     fn kept_since(&self) -> Option<Instant> {
         match self {
-            Entry::Running(_) => None,
+            Entry::Running { .. } => None,
             Entry::Kept { since, .. } => Some(*since),
         }
     }
@@ -124,7 +168,7 @@ impl Entry {
 
 fn kept_bytes(entries: &HashMap<u128, Entry>) -> u64 {
     let bytes = |entry: &Entry| match entry {
-        Entry::Running(_) => 0,
+        Entry::Running { .. } => 0,
         Entry::Kept { left, .. } => left.bytes(),
     };
     entries.values().map(bytes).sum()
@@ -139,37 +183,56 @@ mod tests {
     }
 
     fn kept(time: Duration) -> KeptSessions {
-        KeptSessions::new(ResumeLimits { time, bytes: u64::MAX })
+        KeptSessions::new(ResumeLimits { time, bytes: u64::MAX }, Arc::default())
+    }
+
+    /// A session that has begun: its name, and where it is told to give way.
+    fn begun(kept: &KeptSessions) -> (Name, oneshot::Receiver<GiveWay>) {
+        kept.begin().expect("random bytes")
     }
 
     #[tokio::test]
     async fn is_there_once_and_for_who_knows_its_secret() {
         let kept = kept(Duration::from_secs(60));
-        let (secret, _asked) = kept.begin().expect("random bytes");
-        assert!(kept.keep(secret, left()).is_none());
+        let [(first, _asked), (mut second, _asked_too), (mut third, _asked_last)] =
+            [begun(&kept), begun(&kept), begun(&kept)];
+        assert!(kept.keep(&first, left()).is_none());
         assert_eq!(kept.count(), 1);
-        assert!(kept.take(secret ^ 1).await.is_none());
-        assert!(kept.take(secret).await.is_some());
-        assert!(kept.take(secret).await.is_none());
+        assert!(kept.take_over(&mut second, first.secret ^ 1).await.is_none());
+        assert!(kept.take_over(&mut second, first.secret).await.is_some());
+        assert_eq!(second.secret, first.secret, "its client may be cut off before it is told another");
+        assert_eq!(kept.count(), 0);
+        assert!(kept.take_over(&mut third, first.secret ^ 1).await.is_none());
     }
 
     #[tokio::test]
-    async fn a_session_that_runs_gives_way() {
+    async fn who_takes_over_may_be_taken_over_before_it_is_given_anything() {
         let kept = kept(Duration::from_secs(60));
-        let (secret, asked) = kept.begin().expect("random bytes");
-        let runs = tokio::spawn(async move { asked.await.expect("asked").send(left()).is_ok() });
-        assert!(kept.take(secret).await.is_some());
-        assert!(runs.await.expect("it ends"));
-        assert!(kept.keep(secret, left()).is_some(), "it is another's now");
-        assert_eq!(kept.count(), 0);
+        let [(first, asked), (mut second, asked_second), (mut third, _asked_third)] =
+            [begun(&kept), begun(&kept), begun(&kept)];
+        let (one, other, name) = (kept.clone(), kept.clone(), first.secret);
+        let second = tokio::spawn(async move { (one.take_over(&mut second, name).await, second) });
+        let gives = asked.await.expect("asked");
+        let third = tokio::spawn(async move { other.take_over(&mut third, name).await });
+        let gives_on = asked_second.await.expect("asked");
+        // The first one is cut off just now; the second one waits for what is left of it.
+        let back = kept.keep(&first, left()).expect("another has its name");
+        gives.send(back).expect("awaited");
+        let (left, second) = second.await.expect("it ends");
+        gives_on.send(left.expect("what is left")).expect("awaited");
+        kept.forget(&second);
+        assert!(third.await.expect("it ends").is_some());
     }
 
     #[tokio::test(start_paused = true)]
     async fn is_forgotten_in_time() {
         let kept = kept(Duration::from_secs(60));
-        let (secret, _asked) = kept.begin().expect("random bytes");
-        assert!(kept.keep(secret, left()).is_none());
-        tokio::time::sleep(Duration::from_secs(61)).await;
+        let (name, _asked) = begun(&kept);
+        assert!(kept.keep(&name, left()).is_none());
+        tokio::time::sleep(Duration::from_secs(59)).await;
+        assert_eq!(kept.count(), 1);
+        tokio::time::sleep(Duration::from_secs(2)).await;
         assert_eq!(kept.count(), 0);
+        tokio::time::timeout(Duration::from_secs(1), kept.dropped.notified()).await.expect("it is told");
     }
 }

@@ -41,7 +41,7 @@ use crate::stats::Stats;
 use crate::viewer::Viewer;
 use crate::worker::{Made, Served, Wish, Worker, WorkerGone};
 use crate::{anticipate, rest, start};
-use kept::{GiveWay, KeptSessions};
+use kept::{GiveWay, KeptSessions, Name};
 use outlet::{Outlet, WriteEnd};
 
 /// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
@@ -78,13 +78,11 @@ pub struct Shared {
     pub audiences: Arc<Audiences>,
     /// One permit a session.
     pub places: Arc<Semaphore>,
-    /// One permit a connection that has not greeted.
-    pub doorsteps: Arc<Semaphore>,
     /// Sessions that were cut off.
     pub kept: KeptSessions,
     /// What is made for each session.
     pub(crate) plans: Inventories,
-    /// Told when a session has ended, and all that it held was dropped.
+    /// Told when a session has ended, and when what was kept of one is dropped.
     pub ended: Arc<Notify>,
     rules: Rules,
     camera_names: Arc<[String]>,
@@ -134,9 +132,8 @@ impl Shared {
         let worker = Worker::start(std::iter::once(stage).chain(twins).collect(), stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
         let camera_names = scene.named_cameras.iter().map(|named| named.name.clone()).collect();
-        let (started, ended) = (Instant::now(), Arc::default());
-        let kept = KeptSessions::new(config.limits.resume);
-        let doorsteps = Arc::new(Semaphore::new(config.limits.doorsteps));
+        let (started, ended) = (Instant::now(), Arc::<Notify>::default());
+        let kept = KeptSessions::new(config.limits.resume, ended.clone());
         Ok(Shared {
             config,
             scene,
@@ -145,7 +142,6 @@ impl Shared {
             worker,
             audiences: Arc::default(),
             places,
-            doorsteps,
             kept,
             plans: Inventories::default(),
             ended,
@@ -279,7 +275,7 @@ struct Connection<'a> {
     place: Option<OwnedSemaphorePermit>,
     /// At the worker.
     turn: Option<Turn<'a>>,
-    secret: u128,
+    name: Name,
     /// Told when another connection goes on with the session.
     give_way: oneshot::Receiver<GiveWay>,
 }
@@ -291,9 +287,9 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep:
     // On the virtual clock every run is the same, and nobody is cut off.
     let begun = match shared.config.clock {
         Clock::Wall => shared.kept.begin(),
-        Clock::Virtual => Ok((0, oneshot::channel().1)),
+        Clock::Virtual => Ok((Name::default(), oneshot::channel().1)),
     };
-    let (secret, give_way) = match begun {
+    let (name, give_way) = match begun {
         Ok(begun) => begun,
         Err(error) => return refuse(socket, &format!("the server has no random bytes: {error}"), true).await,
     };
@@ -306,7 +302,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep:
         silence_s: if clock == Clock::Wall { limits.silence.as_secs_f64() } else { VIRTUAL_SILENCE_S },
         stall_s: limits.stall.as_secs_f64(),
         cameras: shared.camera_names.clone(),
-        ..ServerConfig::new(clock, Welcome { scene_time_s, secret, ..shared.welcome.clone() })
+        ..ServerConfig::new(clock, Welcome { scene_time_s, secret: name.secret, ..shared.welcome.clone() })
     };
     let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
     let (outgoing, incoming) = socket.split();
@@ -326,7 +322,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep:
         doorstep: Some(doorstep),
         place: None,
         turn: None,
-        secret,
+        name,
         give_way,
     };
     tracing::info!(%peer, "connected");

@@ -12,7 +12,9 @@ impl End {
     fn may_come_back(&self) -> bool {
         matches!(
             self,
-            End::Closed
+            // Who came back to a full server holds what he held.
+            End::Full { .. }
+                | End::Closed
                 | End::Lost(_)
                 | End::NotReading
                 | End::Session(SessionError::Silent { .. } | SessionError::Stalled { .. })
@@ -23,15 +25,16 @@ impl End {
 impl Connection<'_> {
     /// Goes on with the session that a client was cut off from, or begins anew where nothing is left of it.
     pub(super) async fn resume(&mut self, held: Resume) {
-        let left = self.shared.kept.take(held.secret).await;
-        let now_s = self.shared.now_s();
-        let Some(Left { client, trail }) = left else {
+        let left = self.shared.kept.take_over(&mut self.name, held.secret).await;
+        let (now_s, secret) = (self.shared.now_s(), self.name.secret);
+        // What a presenter was sent his followers hold too: he begins anew, as soon as the session that was cut off has let his name go.
+        let Some(Left { client, trail }) = left.filter(|_| *self.session.role() == Role::Viewer) else {
             tracing::info!(peer = %self.peer, "comes back, and nothing is left of its session");
-            self.session.resume(None, now_s);
+            self.session.resume(secret, None, now_s);
             return;
         };
         let bytes = trail.bytes();
-        if self.session.resume(Some(trail), now_s) {
+        if self.session.resume(secret, Some(trail), now_s) {
             tracing::info!(peer = %self.peer, bytes, "comes back and goes on");
             self.shared.stats.resumed.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             self.client = Some(client);
@@ -42,19 +45,23 @@ impl Connection<'_> {
 
     /// Leaves what there is of the session to whoever goes on with it.
     pub(super) async fn leave(&mut self, end: End) -> End {
-        let kept = &self.shared.kept;
-        if !(end.may_come_back() || matches!(end, End::Resumed(_))) || *self.session.role() != Role::Viewer {
-            kept.forget(self.secret);
-            return end;
+        let shared = self.shared;
+        let is_resumed = matches!(end, End::Resumed(_));
+        if is_resumed || end.may_come_back() {
+            // Whoever comes back needs them before this connection's goodbye is through.
+            (self.place, self.presenting) = (None, None);
         }
-        match (end, self.left_over().await) {
-            (End::Resumed(gives), Some(left)) => {
-                // Where it waits no longer, nobody does.
-                drop(gives.send(left));
+        let left = if is_resumed || end.may_come_back() { self.left_over().await } else { None };
+        match (end, left) {
+            (End::Resumed(gives), left) => {
+                if let Some(left) = left {
+                    // Where it waits no longer, nobody does.
+                    drop(gives.send(left));
+                }
                 End::Closed
             }
             (end, Some(left)) => {
-                if let Some(left) = kept.keep(self.secret, left)
+                if let Some(left) = shared.kept.keep(&self.name, left)
                     && let Ok(Ok(gives)) = tokio::time::timeout(GIVES_WAY_WITHIN, &mut self.give_way).await
                 {
                     drop(gives.send(left));
@@ -62,22 +69,23 @@ impl Connection<'_> {
                 end
             }
             (end, None) => {
-                kept.forget(self.secret);
+                shared.kept.forget(&self.name);
                 end
             }
         }
     }
 
-    /// What is left of the session, with the update that is being made; `None` where that leads nowhere.
+    /// What is left of a viewer's session, with the update that is being made; `None` where that leads nowhere.
     async fn left_over(&mut self) -> Option<Left> {
+        let mut leads_on = !self.start_anew && *self.session.role() == Role::Viewer;
         if let Some(turn) = self.turn.take() {
             let Served { client, update } = turn.await.ok()?;
             if let Some(made) = update {
-                self.session.missed(&made.update.packed(self.shared.now_s()));
+                leads_on &= self.session.missed(&made.update.packed(self.shared.now_s()));
             }
             self.client = Some(client);
         }
         let client = self.client.take().filter(|client| client.asked.is_none() && client.account.held().number > 0)?;
-        (!self.start_anew).then(|| Left { client, trail: self.session.take_trail() })
+        leads_on.then(|| Left { client, trail: self.session.take_trail() })
     }
 }

@@ -1,5 +1,6 @@
 //! Connections whose handshake is done.
 
+use std::collections::VecDeque;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,13 +9,13 @@ use axum::serve::Listener;
 use rustls::ServerConfig;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
-use tokio::task::JoinSet;
+use tokio::task::{AbortHandle, JoinSet};
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
 
 /// A peer that has not shaken hands after this is given up. It takes a few round trips, and slow paths have half a second each.
 const HANDSHAKE_WITHIN: Duration = Duration::from_secs(10);
-/// Handshakes at one time at most; who comes then waits in the system's queue until one has ended. As many as sessions by default.
+/// Handshakes at one time at most; where one more begins, the oldest is given up. As many as sessions by default.
 const MAX_HANDSHAKES: usize = 256;
 
 /// Accepts connections over TLS. Handshakes run beside each other: who stalls holds up nobody.
@@ -22,6 +23,8 @@ pub struct TlsListener {
     tcp: TcpListener,
     configs: watch::Receiver<Arc<ServerConfig>>,
     handshakes: JoinSet<Option<Accepted>>,
+    /// Of them, as they began; some may have ended.
+    oldest: VecDeque<AbortHandle>,
 }
 
 type Accepted = (TlsStream<TcpStream>, SocketAddr);
@@ -29,7 +32,7 @@ type Accepted = (TlsStream<TcpStream>, SocketAddr);
 impl TlsListener {
     /// Each connection takes the newest of `configs`.
     pub(super) fn new(tcp: TcpListener, configs: watch::Receiver<Arc<ServerConfig>>) -> TlsListener {
-        TlsListener { tcp, configs, handshakes: JoinSet::new() }
+        TlsListener { tcp, configs, handshakes: JoinSet::new(), oldest: VecDeque::new() }
     }
 }
 
@@ -45,9 +48,15 @@ impl Listener for TlsListener {
                         return accepted;
                     }
                 }
-                (stream, peer) = Listener::accept(&mut self.tcp), if self.handshakes.len() < MAX_HANDSHAKES => {
+                (stream, peer) = Listener::accept(&mut self.tcp) => {
+                    while self.oldest.pop_front_if(|oldest| oldest.is_finished()).is_some() {}
+                    if self.handshakes.len() >= MAX_HANDSHAKES
+                        && let Some(oldest) = self.oldest.pop_front()
+                    {
+                        oldest.abort();
+                    }
                     let config = self.configs.borrow().clone();
-                    self.handshakes.spawn(shake_hands(config, stream, peer));
+                    self.oldest.push_back(self.handshakes.spawn(shake_hands(config, stream, peer)));
                 }
             }
         }

@@ -11,6 +11,7 @@ use gpu::Gpu;
 use network::Link;
 use server::imager::GpuImager;
 
+use crate::load::Percentiles;
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
 use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
@@ -167,7 +168,7 @@ fn steady(name: &str, link: &str, visit: &Visit, scene: &str, report: &mut Repor
     let last_s = visit.moments.last().map_or(0.0, |moment| moment.at_s);
     let bytes = (visit.bytes_at(last_s) - visit.bytes_at(SETTLES_S)) as f64;
     row.counts.set("goodput_mbit_per_s", bytes * 8.0 / 1e6 / (last_s - SETTLES_S).max(1.0));
-    let p99_ms = percentile(&ages_ms, 0.99);
+    let p99_ms = (!ages_ms.is_empty()).then(|| Percentiles::of(ages_ms).p99);
     p99_ms.into_iter().for_each(|value| row.counts.set("age_p99_ms", value));
     let Ok(link) = link.parse::<Link>() else { return };
     if let (Some(p99_ms), Some(interval)) = (p99_ms, row.time_ms.get("interval"))
@@ -213,13 +214,6 @@ fn row(name: &str, link: &str, scene: &str, visit: &Visit) -> Row {
     row.parameters.set("link", link);
     row.counts.set("turn_ms", visit.longest_turn_ms);
     row
-}
-
-/// The value that this share of all is not above; `None` of none.
-fn percentile(values: &[f64], share: f64) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(((sorted.len() as f64 - 1.0) * share).round() as usize).copied()
 }
 
 #[cfg(test)]

@@ -240,7 +240,7 @@ impl Viewer {
         let Viewer { budget_bytes, draws, .. } = *self;
         let role = self.role.clone();
         self.began_at = self.eye.filter(|_| self.role.is_asking());
-        let (world_from_eye, resume) = (self.began_at, self.resume.filter(|_| self.role == Role::Viewer));
+        let (world_from_eye, resume) = (self.began_at, self.resume.filter(|_| self.role.is_asking()));
         let config = ClientConfig {
             budget_bytes,
             draws,
@@ -291,7 +291,11 @@ impl Viewer {
                 SessionError::Goodbye { reason, again: true } => Ended::Goodbye(reason),
                 SessionError::Goodbye { reason, again: false } => Ended::Refused(reason),
                 SessionError::Silent { after_s } => Ended::Closed(format!("nothing heard for {after_s:.0} s")),
-                other => Ended::Fault(other.to_string()),
+                // The same bytes would only break it again.
+                other => {
+                    self.resume = None;
+                    Ended::Fault(other.to_string())
+                }
             };
             self.connection.ended(why, now_s);
         }

@@ -28,9 +28,9 @@ impl RoundTrips {
         }
     }
 
-    /// An update was applied whose newest pose is this.
+    /// An update was applied whose newest pose is this. What an earlier session was sent counts its own poses.
     pub fn answered(&mut self, seq: u64) {
-        if seq > self.newest_answered {
+        if seq > self.newest_answered && seq <= self.newest_sent {
             self.newest_answered = seq;
             self.answered = Some(seq);
         }

@@ -88,7 +88,7 @@ fn exchange(viewer: &mut Viewer, server: &mut Server, now_s: f64) {
         while let Some(event) = server.session.poll_event() {
             if matches!(event, ServerEvent::Resume(_)) {
                 // It knows of no earlier session.
-                server.session.resume(None, now_s);
+                server.session.resume(0, None, now_s);
             }
         }
         while let Some(bytes) = server.session.poll_transmit(now_s) {
@@ -213,7 +213,7 @@ fn a_session_goes_on_with_what_is_held() {
     }
     let Some(ServerEvent::Resume(resume)) = after.session.poll_event() else { panic!("it comes back") };
     assert_eq!(resume.number, 2);
-    assert!(after.session.resume(Some(server.session.take_trail()), 7.0));
+    assert!(after.session.resume(1, Some(server.session.take_trail()), 7.0));
     exchange(&mut viewer, &mut after, 7.1);
     assert!(viewer.advance(&mut followed, 7.1, 10.0));
     assert_eq!(followed.0, [(1, true), (2, false), (3, false)]);
