@@ -7,8 +7,9 @@ use futures_util::StreamExt;
 use protocol::session::ServerEvent;
 use protocol::wire::PackedUpdate;
 
+use super::end::End;
 use super::wall_clock::IDLE;
-use super::{Connection, End, stop_asked};
+use super::{Connection, stop_asked};
 use crate::audience::Following;
 
 /// Between two places of the presenter's eye at least: clients go from one to the next by themselves.

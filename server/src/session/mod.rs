@@ -3,6 +3,7 @@
 //! What all sessions share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
+mod end;
 mod following;
 pub mod kept;
 mod outlet;
@@ -41,8 +42,9 @@ use crate::stats::Stats;
 use crate::viewer::Viewer;
 use crate::worker::{Made, Served, Wish, Worker, WorkerGone};
 use crate::{anticipate, rest, start};
+use end::End;
 use kept::{GiveWay, KeptSessions, Name};
-use outlet::{Outlet, WriteEnd};
+use outlet::Outlet;
 
 /// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
 const LINGER: Duration = Duration::from_millis(250);
@@ -174,71 +176,6 @@ fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
         scene_time_s: 0.0,
         secret: 0,
         resumed: false,
-    }
-}
-
-/// Why a session ended.
-#[derive(Debug)]
-enum End {
-    /// The client closed the connection, and said that it will not come back.
-    Left,
-    /// The client closed the connection, and may come back.
-    Closed,
-    /// Another connection goes on with the session.
-    Resumed(GiveWay),
-    /// As many clients as are let in are here.
-    Full {
-        /// So many.
-        clients: usize,
-    },
-    /// The connection broke: the client vanished, or the network did.
-    Lost(String),
-    /// The client broke the rules of websockets: a message of more than the allowed size, or no websocket message at all.
-    Malformed(String),
-    /// The client broke the rules of the protocol, or was silent or stuck for too long.
-    Session(SessionError),
-    /// The socket took nothing for too long.
-    NotReading,
-    /// What a presenter was sent cannot be passed on to this follower.
-    CannotFollow(String),
-    /// The server was stopped.
-    Stopped,
-    /// There are no more images.
-    NoWorker,
-}
-
-impl End {
-    fn of_socket_error(error: axum::Error) -> End {
-        use tokio_tungstenite::tungstenite::Error;
-        use tokio_tungstenite::tungstenite::error::ProtocolError::ResetWithoutClosingHandshake;
-        let text = error.to_string();
-        match error.into_inner().downcast_ref() {
-            Some(Error::Protocol(ResetWithoutClosingHandshake) | Error::Io(_)) => End::Lost(text),
-            Some(Error::ConnectionClosed | Error::AlreadyClosed) => End::Closed,
-            Some(_) => End::Malformed(text),
-            None => End::Lost(text),
-        }
-    }
-}
-
-impl From<SessionError> for End {
-    fn from(error: SessionError) -> End {
-        End::Session(error)
-    }
-}
-
-impl From<WorkerGone> for End {
-    fn from(_: WorkerGone) -> End {
-        End::NoWorker
-    }
-}
-
-impl From<WriteEnd> for End {
-    fn from(end: WriteEnd) -> End {
-        match end {
-            WriteEnd::TooSlow => End::NotReading,
-            WriteEnd::Failed(error) => End::Lost(error),
-        }
     }
 }
 
@@ -508,19 +445,7 @@ impl Connection<'_> {
     /// Says why, in the log and to the client.
     async fn farewell(mut self, end: End) {
         let (peer, stats) = (self.peer, &self.shared.stats);
-        let reason = match &end {
-            End::Left | End::Closed | End::Resumed(_) => None,
-            End::Full { clients } => Some(format!("{clients} clients are here already, and no more are let in")),
-            End::Lost(error) => Some(format!("the connection failed: {error}")),
-            End::Malformed(error) => Some(format!("malformed: {error}")),
-            End::Session(error) => Some(error.to_string()),
-            End::NotReading => {
-                Some(format!("nothing was read for {} s", self.shared.config.limits.stall.as_secs_f64()))
-            }
-            End::CannotFollow(error) => Some(format!("what is presented cannot be sent: {error}")),
-            End::Stopped => Some("the server stops".to_owned()),
-            End::NoWorker => Some("the server can make no more images".to_owned()),
-        };
+        let reason = end.words(self.shared.config.limits.stall);
         let (bytes_in, bytes_out) = self.session.bytes_received_and_sent();
         let Some(reason) = reason else {
             tracing::info!(%peer, bytes_in, bytes_out, "left");
@@ -532,8 +457,7 @@ impl Connection<'_> {
         } else {
             tracing::info!(%peer, bytes_in, bytes_out, "ended: {reason}");
         }
-        let again = !matches!(&end, End::Session(error) if !error.may_come_again());
-        self.session.close(&reason, again, self.shared.now_s());
+        self.session.close(&reason, end.may_change(), self.shared.now_s());
         // The goodbye is the last message; what a virtual session still had to say before it is for nobody.
         let mut last = None;
         while let Some(bytes) = self.session.poll_transmit(self.shared.now_s()) {

@@ -1,26 +1,11 @@
 //! Going on with a session after its connection was cut off.
 
 use protocol::message::{Resume, Role};
-use protocol::session::SessionError;
 
+use super::Connection;
+use super::end::End;
 use super::kept::{GIVES_WAY_WITHIN, Left};
-use super::{Connection, End};
 use crate::worker::Served;
-
-impl End {
-    /// Whether the client may be one that was cut off.
-    fn may_come_back(&self) -> bool {
-        matches!(
-            self,
-            // Who came back to a full server holds what he held.
-            End::Full { .. }
-                | End::Closed
-                | End::Lost(_)
-                | End::NotReading
-                | End::Session(SessionError::Silent { .. } | SessionError::Stalled { .. })
-        )
-    }
-}
 
 impl Connection<'_> {
     /// Goes on with the session that a client was cut off from, or begins anew where nothing is left of it.

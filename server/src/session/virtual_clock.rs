@@ -7,7 +7,8 @@ use std::sync::atomic::Ordering;
 use futures_util::StreamExt;
 use protocol::session::ServerEvent;
 
-use super::{Connection, End, stop_asked};
+use super::end::End;
+use super::{Connection, stop_asked};
 
 /// Ticks that one step may take at most, in seconds of them: the longest step a session accepts.
 const MAX_STEP_S: f64 = 60.0;

@@ -10,7 +10,8 @@ use futures_util::StreamExt;
 use protocol::session::ServerEvent;
 use protocol::wire;
 
-use super::{Connection, End, Turn, stop_asked};
+use super::end::End;
+use super::{Connection, Turn, stop_asked};
 use crate::audience::Presenting;
 use crate::viewer::Viewer;
 use crate::worker::{Served, Wish, WorkerGone};

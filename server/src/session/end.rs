@@ -1,0 +1,107 @@
+//! Why sessions end, and what is said about it.
+
+use std::time::Duration;
+
+use protocol::session::SessionError;
+
+use super::kept::GiveWay;
+use super::outlet::WriteEnd;
+use crate::worker::WorkerGone;
+
+/// Why a session ended.
+#[derive(Debug)]
+pub(super) enum End {
+    /// The client closed the connection, and said that it will not come back.
+    Left,
+    /// The client closed the connection, and may come back.
+    Closed,
+    /// Another connection goes on with the session.
+    Resumed(GiveWay),
+    /// As many clients as are let in are here.
+    Full {
+        /// So many.
+        clients: usize,
+    },
+    /// The connection broke: the client vanished, or the network did.
+    Lost(String),
+    /// The client broke the rules of websockets: a message of more than the allowed size, or no websocket message at all.
+    Malformed(String),
+    /// The client broke the rules of the protocol, or was silent or stuck for too long.
+    Session(SessionError),
+    /// The socket took nothing for too long.
+    NotReading,
+    /// What a presenter was sent cannot be passed on to this follower.
+    CannotFollow(String),
+    /// The server was stopped.
+    Stopped,
+    /// There are no more images.
+    NoWorker,
+}
+
+impl End {
+    /// For the client and the log; `None` where there is nobody to tell. `patience`: how long a client need not read.
+    pub(super) fn words(&self, patience: Duration) -> Option<String> {
+        match self {
+            End::Left | End::Closed | End::Resumed(_) => None,
+            End::Full { clients } => Some(format!("{clients} clients are here already, and no more are let in")),
+            End::Lost(error) => Some(format!("the connection failed: {error}")),
+            End::Malformed(error) => Some(format!("malformed: {error}")),
+            End::Session(error) => Some(error.to_string()),
+            End::NotReading => Some(format!("nothing was read for {} s", patience.as_secs_f64())),
+            End::CannotFollow(error) => Some(format!("what is presented cannot be sent: {error}")),
+            End::Stopped => Some("the server stops".to_owned()),
+            End::NoWorker => Some("the server can make no more images".to_owned()),
+        }
+    }
+
+    /// Whether it may be otherwise for a client that comes again just as it did.
+    pub(super) fn may_change(&self) -> bool {
+        !matches!(self, End::Session(error) if !error.may_come_again())
+    }
+
+    /// Whether the client may be one that was cut off.
+    pub(super) fn may_come_back(&self) -> bool {
+        matches!(
+            self,
+            // Who came back to a full server holds what he held.
+            End::Full { .. }
+                | End::Closed
+                | End::Lost(_)
+                | End::NotReading
+                | End::Session(SessionError::Silent { .. } | SessionError::Stalled { .. })
+        )
+    }
+
+    pub(super) fn of_socket_error(error: axum::Error) -> End {
+        use tokio_tungstenite::tungstenite::Error;
+        use tokio_tungstenite::tungstenite::error::ProtocolError::ResetWithoutClosingHandshake;
+        let text = error.to_string();
+        match error.into_inner().downcast_ref() {
+            Some(Error::Protocol(ResetWithoutClosingHandshake) | Error::Io(_)) => End::Lost(text),
+            Some(Error::ConnectionClosed | Error::AlreadyClosed) => End::Closed,
+            Some(_) => End::Malformed(text),
+            None => End::Lost(text),
+        }
+    }
+}
+
+impl From<SessionError> for End {
+    fn from(error: SessionError) -> End {
+        End::Session(error)
+    }
+}
+
+impl From<WorkerGone> for End {
+    fn from(_: WorkerGone) -> End {
+        End::NoWorker
+    }
+}
+
+impl From<WriteEnd> for End {
+    fn from(end: WriteEnd) -> End {
+        match end {
+            WriteEnd::TooSlow => End::NotReading,
+            WriteEnd::Failed(error) => End::Lost(error),
+        }
+    }
+}
