@@ -120,7 +120,7 @@ fn describe(report: &mut Report, quick: bool) {
     report.settings.set("images", format!("{IMAGE_PX} px a side"));
     report.notes = [
         "age: scene time now less scene time shown, at every frame of 60 Hz; with none between them, what this machine takes for an update is all of it.",
-        "interval: between two updates that are held. goodput: bytes of messages; used: its share of the link, where the scene has as much to send.",
+        "interval: between two updates that are held. goodput: bytes of messages a second, where the scene has no more to send.",
         "Lost packets come later, and all behind them wait: a round trip after they would have, or a timeout. The rate is at most what Mathis et al. (1997) give for a sender \
          that takes loss for congestion.",
         "no network: what is sent meanwhile is lost, and repeated by TCP after ever longer pauses; back: from its end to an open session; full: to the last update that the eye, \
