@@ -183,6 +183,11 @@ impl Connection {
         self.state == State::Refused
     }
 
+    /// Whether it waits for its next try.
+    pub fn is_waiting(&self) -> bool {
+        matches!(self.state, State::Waiting { .. })
+    }
+
     /// The server's own reason, where that was the last thing to end a session.
     pub fn goodbye(&self) -> Option<&str> {
         match &self.ended {

@@ -519,9 +519,14 @@ impl Viewer {
         self.connection.status(now_s).or_else(waits)
     }
 
-    /// The server's own reason, where that was the last thing to end a session.
-    pub fn goodbye(&self) -> Option<&str> {
-        self.connection.goodbye()
+    /// The server's reason not to let it in, however often it comes.
+    pub fn refusal(&self) -> Option<&str> {
+        self.connection.goodbye().filter(|_| self.connection.is_refused())
+    }
+
+    /// Whether it waits to connect again.
+    pub fn is_waiting(&self) -> bool {
+        self.connection.is_waiting()
     }
 
     /// Tries to connect now instead of waiting.

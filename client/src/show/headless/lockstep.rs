@@ -93,14 +93,20 @@ impl Lockstep<'_> {
                 Some(event @ SocketEvent::Closed(_)) => {
                     // The server may be starting.
                     self.viewer.handle(event, 0.0);
-                    std::thread::sleep(std::time::Duration::from_millis(200));
-                    self.viewer.retry_now(0.0);
                 }
                 Some(event) => self.viewer.handle(event, 0.0),
                 None => return Err(self.trouble("the server did not answer")),
             }
-            if let Some(refusal) = self.viewer.goodbye() {
+            if let Some(refusal) = self.viewer.refusal() {
                 return Err(HeadlessError::Server(format!("the server refused: {refusal}")));
+            }
+            if self.viewer.is_waiting() {
+                // It said to come again: it may be loading its scene.
+                if self.pump.now_s() - begin_s > self.patience_s {
+                    return Err(self.trouble("the server let nobody in"));
+                }
+                std::thread::sleep(std::time::Duration::from_millis(200));
+                self.viewer.retry_now(0.0);
             }
         }
         Ok(())

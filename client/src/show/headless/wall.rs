@@ -84,7 +84,7 @@ fn wait(
         if done(viewer) {
             return Ok(());
         }
-        if let Some(refusal) = viewer.goodbye().filter(|_| viewer.welcome().is_none()) {
+        if let Some(refusal) = viewer.refusal() {
             return Err(HeadlessError::Server(format!("the server refused: {refusal}")));
         }
         if pump.now_s() > give_up_s {
