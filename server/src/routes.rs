@@ -29,6 +29,7 @@ const READ_BUFFER_BYTES: usize = 4096;
 /// Messages leave as soon as they are written; what piles up beyond one update's fragment is an error.
 const WRITE_BUFFER_BYTES: usize = 0;
 const MAX_WRITE_BUFFER_BYTES: usize = 256 * 1024;
+
 /// What is there behind the port: nothing while the scene is loaded, then all that sessions share.
 pub(crate) struct Gate {
     access: Access,
@@ -67,6 +68,12 @@ impl Gate {
             }
         })
     }
+
+    /// For who may read what is told of a server.
+    fn shared_with(&self, asked: &Asked, headers: &HeaderMap) -> Result<&Arc<Shared>, Untold> {
+        access::check_reader(headers, asked.token.as_deref(), &self.access).map_err(Untold::Refused)?;
+        self.shared().map_err(Untold::Early)
+    }
 }
 
 /// Why nothing is told.
@@ -74,14 +81,6 @@ enum Untold {
     Refused(Refused),
     /// The scene is being loaded.
     Early(String),
-}
-
-impl Gate {
-    /// For who may read what is told of a server.
-    fn shared_with(&self, asked: &Asked, headers: &HeaderMap) -> Result<&Arc<Shared>, Untold> {
-        access::check_reader(headers, asked.token.as_deref(), &self.access).map_err(Untold::Refused)?;
-        self.shared().map_err(Untold::Early)
-    }
 }
 
 impl IntoResponse for Untold {
