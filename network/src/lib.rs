@@ -5,12 +5,14 @@
 //! - [`LinkModel`]: one direction of a link, without I/O: when do bytes that leave now arrive? Seeded, so that a run repeats.
 //! - `Proxy` (not on wasm32): forwards TCP connections, each through two such models.
 
+mod fade;
 mod link;
 mod model;
 #[cfg(not(target_arch = "wasm32"))]
 mod proxy;
+mod random;
 
-pub use link::{Blackout, Link, LinkError, Stall};
+pub use link::{Blackout, Fading, Link, LinkError, Stall};
 pub use model::LinkModel;
 #[cfg(not(target_arch = "wasm32"))]
 pub use proxy::Proxy;

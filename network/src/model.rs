@@ -1,4 +1,6 @@
 use crate::Link;
+use crate::fade::Fade;
+use crate::random::Random;
 
 /// One direction of a [`Link`]: says when bytes that leave at a time arrive. Seeded and free of I/O, so the same calls give the
 /// same answers on every machine.
@@ -13,7 +15,8 @@ use crate::Link;
 #[derive(Debug, Clone)]
 pub struct LinkModel {
     link: Link,
-    random: u64,
+    random: Random,
+    fade: Option<Fade>,
     free_at_s: f64,
     last_arrival_s: f64,
 }
@@ -33,15 +36,20 @@ const MATHIS: f64 = 1.22;
 impl LinkModel {
     /// A direction of `link`; give the two directions, and every connection, seeds of their own.
     pub fn new(link: Link, seed: u64) -> LinkModel {
-        LinkModel { link, random: seed, free_at_s: f64::NEG_INFINITY, last_arrival_s: f64::NEG_INFINITY }
+        LinkModel {
+            link,
+            random: Random::new(seed),
+            fade: link.fading.map(Fade::new),
+            free_at_s: f64::NEG_INFINITY,
+            last_arrival_s: f64::NEG_INFINITY,
+        }
     }
 
     /// When the last of `bytes` bytes arrives that leave together at `at_s`. Calls come in order of `at_s`; an earlier time counts
     /// as the latest one before it.
     pub fn deliver(&mut self, at_s: f64, bytes: usize) -> f64 {
-        let start_s = self.free_at_s.max(at_s);
-        self.free_at_s = start_s + self.bits_per_s().map_or(0.0, |bits_per_s| bytes as f64 * 8.0 / bits_per_s);
-        let jitter_s = (self.next_share() - 0.5) * self.link.jitter_s;
+        self.free_at_s = self.left_at_s(self.free_at_s.max(at_s), bytes);
+        let jitter_s = (self.random.next_share() - 0.5) * self.link.jitter_s;
         let delay_s = (self.link.rtt_s / 2.0 + jitter_s).max(0.0);
         let left_s = self.after_blackout_s(self.free_at_s) + self.repeated_s(bytes);
         let arrival_s = self.after_stall_s(left_s + delay_s).max(self.last_arrival_s);
@@ -54,12 +62,32 @@ impl LinkModel {
         self.free_at_s.max(at_s)
     }
 
-    /// What the path and its sender let through; `None` without a bound.
+    /// What the path, as it mostly is, and its sender let through; `None` without a bound.
     pub(crate) fn bits_per_s(&self) -> Option<f64> {
+        self.bits_per_s_at(1.0)
+    }
+
+    /// The same where the path lets through so many times what it mostly does.
+    fn bits_per_s_at(&self, fade: f64) -> Option<f64> {
         let Link { loss, rtt_s, mbit, .. } = self.link;
         let of_sender = (loss > 0.0 && rtt_s > 0.0).then(|| MATHIS * PACKET_BYTES as f64 * 8.0 / (rtt_s * loss.sqrt()));
-        let of_path = mbit.map(|mbit| mbit * 1e6);
+        let of_path = mbit.map(|mbit| mbit * 1e6 * fade);
         of_sender.into_iter().chain(of_path).reduce(f64::min)
+    }
+
+    /// When the last of so many bytes has left that begin to leave at a time.
+    fn left_at_s(&mut self, mut at_s: f64, bytes: usize) -> f64 {
+        let mut bits = bytes as f64 * 8.0;
+        loop {
+            let (fade, until_s) = self.fade.as_mut().map_or((1.0, f64::INFINITY), |fade| fade.at(at_s));
+            let Some(bits_per_s) = self.bits_per_s_at(fade) else { return at_s };
+            let left_s = at_s + bits / bits_per_s;
+            if left_s <= until_s {
+                return left_s;
+            }
+            bits -= (until_s - at_s) * bits_per_s;
+            at_s = until_s;
+        }
     }
 
     /// The timeout before something is sent again: of a connection that has delivered nothing yet, or of one that runs.
@@ -89,7 +117,7 @@ impl LinkModel {
             let is_noticed = packets - packet > DUPLICATES;
             let (mut later_s, mut timeout_s) = (0.0, self.timeout_s());
             let mut wait_s = if is_noticed { self.link.rtt_s } else { 2.0 * self.link.rtt_s };
-            while self.next_share() < self.link.loss {
+            while self.random.next_share() < self.link.loss {
                 later_s += wait_s;
                 wait_s = timeout_s;
                 timeout_s = (2.0 * timeout_s).min(LONGEST_TIMEOUT_S);
@@ -107,16 +135,6 @@ impl LinkModel {
         } else {
             arrival_s
         }
-    }
-
-    /// Even in [0, 1): splitmix64 (Steele, Lea, Flood, Fast Splittable Pseudorandom Number Generators, 2014).
-    fn next_share(&mut self) -> f64 {
-        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.random;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 
@@ -140,6 +158,19 @@ mod tests {
         assert!((model.deliver(0.0, 100_000) - 0.1).abs() < 1e-9);
         assert!((model.deliver(0.0, 100_000) - 0.2).abs() < 1e-9);
         assert!((model.deliver(5.0, 100_000) - 5.1).abs() < 1e-9, "an idle path saves nothing up");
+    }
+
+    #[test]
+    fn a_fading_path_carries_what_it_does_step_by_step() {
+        let mut model = model("mbit=8,fading=1@2000");
+        let mut fade = Fade::new(model.link.fading.unwrap());
+        let carried: f64 = (0..20).map(|step| fade.at(f64::from(step) * 0.5).0 * 0.5e6).sum();
+        // As many bytes as ten seconds let through, in pieces.
+        let pieces = (carried / 1000.0) as usize;
+        let end_s = (0..pieces).map(|_| model.deliver(0.0, 1000)).last().unwrap();
+        assert!(end_s <= 10.0 && end_s > 9.5, "{end_s}");
+        let lone = self::model("mbit=8,fading=1@2000").deliver(0.0, pieces * 1000);
+        assert!((lone - end_s).abs() < 1e-6, "{lone} in one piece");
     }
 
     #[test]

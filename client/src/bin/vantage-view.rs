@@ -102,7 +102,7 @@ struct Arguments {
     /// How many of them a frame draws: measured (as many as frames come in time with), all, or a number [default: measured, all without a window]
     #[arg(long, value_name = "PACE")]
     soft_pace: Option<soft::Pace>,
-    /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS,loss=PERCENT,queue=MS,blackout=MS@BEGIN_MS, each as needed
+    /// Emulate a network: rtt=MS,jitter=MS,mbit=MBIT_PER_S,stall=MS@PERIOD_MS,loss=PERCENT,queue=MS,blackout=MS@BEGIN_MS,fading=SPREAD@MS, each as needed
     #[arg(long, value_name = "LINK")]
     network: Option<Link>,
     /// Without a window: follow --trace, or show --camera, and write pictures and stats.json to --out

@@ -2,11 +2,13 @@
 //!
 //! A real server, the client's own library, and between them a proxy that shows loss and blackouts as TCP does ([`network::LinkModel`]). Nothing is drawn.
 
+mod kernel;
 mod visit;
 
 use std::sync::Arc;
 
 use anyhow::Context;
+use clap::Args;
 use gpu::Gpu;
 use network::Link;
 use server::imager::GpuImager;
@@ -17,24 +19,47 @@ use crate::report::progress::Progress;
 use crate::report::{Bar, Report, Row};
 use crate::spread::{Better, Spread};
 use crate::topic::{Run, Topic, scene_label};
+use kernel::KernelPath;
 use visit::{Visit, Way, visit};
 
 /// See the module.
 pub struct Network;
 
-/// Paths, and what they are called. Delays and rates are those of the kinds of access that they name; none is a recording.
-const LINKS: [(&str, &str); 9] = [
-    ("none", ""),
-    ("fibre", "rtt=20,mbit=100"),
-    ("cable", "rtt=20,jitter=5,mbit=20"),
-    ("mobile", "rtt=100,jitter=30,mbit=10"),
-    ("far and slow", "rtt=300,mbit=2"),
-    ("1 % lost", "rtt=100,mbit=20,loss=1"),
-    ("5 % lost", "rtt=100,mbit=20,loss=5"),
-    ("5 % lost, far", "rtt=300,mbit=20,loss=5"),
-    ("a queue of 1 s", "rtt=40,mbit=2,queue=1000"),
+/// A path, and how large the images are that the server draws for who comes by it.
+#[derive(Debug, Clone, Copy)]
+struct Path {
+    name: &'static str,
+    link: &'static str,
+    image_px: u32,
+}
+
+const fn path(name: &'static str, link: &'static str, image_px: u32) -> Path {
+    Path { name, link, image_px }
+}
+
+/// Delays and rates are those of the kinds of access that they name; how bandwidth changes while one drives is as recorded ([`network::Fading`]).
+const PATHS: [Path; 13] = [
+    path("none", "", SMALL_PX),
+    path("fibre", "rtt=20,mbit=100", SMALL_PX),
+    path("cable", "rtt=20,jitter=5,mbit=20", SMALL_PX),
+    path("mobile", "rtt=100,jitter=30,mbit=10", SMALL_PX),
+    path("far and slow", "rtt=300,mbit=2", SMALL_PX),
+    path("1 % lost, near", "rtt=20,mbit=20,loss=1", SMALL_PX),
+    path("1 % lost", "rtt=100,mbit=20,loss=1", SMALL_PX),
+    path("5 % lost", "rtt=100,mbit=20,loss=5", SMALL_PX),
+    path("5 % lost, far", "rtt=300,mbit=20,loss=5", SMALL_PX),
+    path("a queue of 1 s", "rtt=40,mbit=2,queue=1000", SMALL_PX),
+    path(FULL, "rtt=40,mbit=2,queue=1000", LARGE_PX),
+    path("LTE, driving", "rtt=60,jitter=20,mbit=6,queue=1000,fading=1.2@5000", LARGE_PX),
+    path("3G, driving", "rtt=120,jitter=40,mbit=1.9,queue=1000,fading=1.3@6000", LARGE_PX),
 ];
-const QUICK_LINKS: [(&str, &str); 2] = [("none", ""), ("a queue of 1 s", "rtt=40,mbit=2,queue=1000")];
+/// The one that the kernel makes; a round trip takes it less than a millisecond.
+const KERNEL: Path = path("the kernel's queue of 1 s", "rtt=1,mbit=2,queue=1000", LARGE_PX);
+const QUICK_PATHS: [Path; 2] = [PATHS[0], PATHS[9]];
+/// The path that carries less than the scene takes.
+const FULL: &str = "a full queue of 1 s";
+/// Of what a full path carries, what the messages of updates are at least.
+const GOODPUT_SHARE: f64 = 0.9;
 /// Seconds without any network.
 const BLACKOUTS_S: [f64; 3] = [3.0, 10.0, 30.0];
 const QUICK_BLACKOUTS_S: [f64; 1] = [8.0];
@@ -46,13 +71,25 @@ const SETTLES_S: f64 = 8.0;
 const WALKS_S: std::ops::Range<f64> = 5.0..9.0;
 const BLACKOUT_BEGINS_S: f64 = 11.0;
 const AFTER_S: f64 = 10.0;
-/// Sides of the server's images, in pixels: small, as the network is measured and not the renderer.
-const IMAGE_PX: u32 = 128;
+/// Sides of the server's images, in pixels: small, as the network is measured and not the renderer; and so large that what they show fills a slow path.
+const SMALL_PX: u32 = 128;
+const LARGE_PX: u32 = 384;
 /// All is there again after so long, for this share of a first set.
 const FULL_WITHIN_S: f64 = 3.0;
 const RESUME_SHARE: f64 = 0.1;
 /// Until nothing more came for so long a set is not whole.
 const QUIET_S: f64 = 2.0;
+
+/// What only this topic takes.
+#[derive(Debug, Default, clap::Args)]
+struct Arguments {
+    /// Only the path of this name, and no blackouts; may be given several times.
+    #[arg(long, value_name = "NAME")]
+    path: Vec<String>,
+    /// Also a path that the kernel makes, of 2 Mbit/s with a queue of a second: takes Linux and root.
+    #[arg(long)]
+    kernel: bool,
+}
 
 impl Topic for Network {
     fn name(&self) -> &'static str {
@@ -62,6 +99,10 @@ impl Topic for Network {
     fn about(&self) -> &'static str {
         "What a viewer has through networks that are slow, lose packets, queue for a second or go away: age, goodput, and how soon and for how many bytes all is there \
          again. A real server and the client's own library, without drawing."
+    }
+
+    fn arguments(&self, command: clap::Command) -> clap::Command {
+        Arguments::augment_args(command)
     }
 
     fn default_scenes(&self, _: bool) -> Vec<String> {
@@ -74,17 +115,27 @@ impl Topic for Network {
         describe(report, run.quick);
         let moving = run.scenes.last().context("no scene")?;
         let still = run.scenes.first().context("no scene")?;
-        let links: &[_] = if run.quick { &QUICK_LINKS } else { &LINKS };
-        let blackouts_s: &[f64] = if run.quick { &QUICK_BLACKOUTS_S } else { &BLACKOUTS_S };
-        let progress = Progress::new("network", (links.len() + blackouts_s.len()) as u64);
+        let Arguments { path: asked, kernel } = run.arguments()?;
+        let known: &[_] = if run.quick { &QUICK_PATHS } else { &PATHS };
+        let paths: Vec<&Path> =
+            known.iter().filter(|path| asked.is_empty() || asked.iter().any(|name| name == path.name)).collect();
+        let names = || known.iter().map(|path| path.name).collect::<Vec<_>>().join("; ");
+        anyhow::ensure!(!paths.is_empty(), "no path is called so; there are: {}", names());
+        let blackouts_s: &[f64] = match () {
+            () if !asked.is_empty() => &[],
+            () if run.quick => &QUICK_BLACKOUTS_S,
+            () => &BLACKOUTS_S,
+        };
+        let progress = Progress::new("network", (paths.len() + blackouts_s.len()) as u64);
         let mut ages = Vec::new();
-        for &(name, text) in links {
+        for path in paths {
+            let name = path.name;
             progress.say(format!("{name} in {}", scene_label(moving)));
-            let link: Link = text.parse()?;
-            match visited(&gpu, run, moving, link, (WALKS_S.start..f64::INFINITY, duration_s(run.quick))) {
+            let way = (WALKS_S.start..f64::INFINITY, duration_s(run.quick));
+            match visited(&gpu, run, moving, (path.link.parse()?, path.image_px), way) {
                 Ok(visit) => {
                     ages.push(Series { name: name.to_owned(), points: ages_over_time(&visit) });
-                    steady(name, text, &visit, &scene_label(moving), report);
+                    steady(path, &visit, &scene_label(moving), report);
                 }
                 Err(error) => report.rows.push(Row::failed(&scene_label(moving), name, &error)),
             }
@@ -95,11 +146,21 @@ impl Topic for Network {
             progress.say(format!("{name} in {}", scene_label(still)));
             let text = format!("rtt=40,mbit=20,blackout={}@{}", length_s * 1e3, BLACKOUT_BEGINS_S * 1e3);
             let end_s = BLACKOUT_BEGINS_S + length_s;
-            match visited(&gpu, run, still, text.parse()?, (WALKS_S, end_s + AFTER_S)) {
+            match visited(&gpu, run, still, (text.parse()?, SMALL_PX), (WALKS_S, end_s + AFTER_S)) {
                 Ok(visit) => came_back(&name, &text, end_s, &visit, &scene_label(still), report),
                 Err(error) => report.rows.push(Row::failed(&scene_label(still), &name, &error)),
             }
             progress.step();
+        }
+        if kernel {
+            progress.say(format!("{} in {}", KERNEL.name, scene_label(moving)));
+            match visited_through_kernel(run, moving) {
+                Ok(visit) => {
+                    ages.push(Series { name: KERNEL.name.to_owned(), points: ages_over_time(&visit) });
+                    steady(&KERNEL, &visit, &scene_label(moving), report);
+                }
+                Err(error) => report.rows.push(Row::failed(&scene_label(moving), KERNEL.name, &error)),
+            }
         }
         let path = run.figure(
             report,
@@ -117,7 +178,9 @@ fn duration_s(quick: bool) -> f64 {
 
 fn describe(report: &mut Report, quick: bool) {
     report.settings.set("visit", format!("{} s, of which the first {SETTLES_S} s are left out", duration_s(quick)));
-    report.settings.set("images", format!("{IMAGE_PX} px a side"));
+    report
+        .settings
+        .set("images", format!("{SMALL_PX} px a side; {LARGE_PX} px, and no bodies, where the path is to be full"));
     report.notes = [
         "age: scene time now less scene time shown, at every frame of 60 Hz; with none between them, what this machine takes for an update is all of it.",
         "interval: between two updates that are held. goodput: bytes of messages a second, where the scene has no more to send.",
@@ -134,19 +197,29 @@ fn visited(
     gpu: &Gpu,
     run: &Run,
     name: &str,
-    link: Link,
+    (link, image_px): (Link, u32),
     (walks_s, duration_s): (std::ops::Range<f64>, f64),
 ) -> anyhow::Result<Visit> {
     let scene = run.load(name)?;
     let runtime = tokio::runtime::Runtime::new()?;
-    let config = server::Config { port: 0, image_size_px: IMAGE_PX, anticipation: false, ..server::Config::default() };
+    // What goes as triangles takes hardly anything of a path once it is there.
+    let bodies = image_px < LARGE_PX;
+    let defaults = server::Config::default();
+    let config = server::Config { port: 0, image_size_px: image_px, anticipation: false, bodies, ..defaults };
     let imager = GpuImager::new(gpu, &scene, &config)?;
     let running = runtime.block_on(server::serve(config, Arc::new(scene), Box::new(imager)))?;
     let trace = run.read_trace()?;
     let way = Way { trace: trace.as_ref(), walks_s };
-    let visit = visit(&format!("ws://{}/ws", running.addr), link, &way, duration_s);
+    let visit = visit(&format!("ws://{}/ws", running.addr), Some(link), &way, duration_s);
     runtime.block_on(running.stop());
     visit
+}
+
+fn visited_through_kernel(run: &Run, name: &str) -> anyhow::Result<Visit> {
+    let path = KernelPath::start(name, KERNEL.image_px, (2, 1000))?;
+    let trace = run.read_trace()?;
+    let way = Way { trace: trace.as_ref(), walks_s: WALKS_S.start..f64::INFINITY };
+    visit(&path.url(), None, &way, duration_s(run.quick))
 }
 
 /// Age by second of a visit.
@@ -156,7 +229,7 @@ fn ages_over_time(visit: &Visit) -> Vec<(f64, f64)> {
 }
 
 /// The row of a path that stays as it is.
-fn steady(name: &str, link: &str, visit: &Visit, scene: &str, report: &mut Report) {
+fn steady(&Path { name, link, .. }: &Path, visit: &Visit, scene: &str, report: &mut Report) {
     let mut row = row(name, link, scene, visit);
     let (ages_ms, updates_s) = (visit.ages_ms(SETTLES_S), visit.updates_s(SETTLES_S));
     let intervals_ms: Vec<f64> = updates_s.windows(2).map(|pair| (pair[1] - pair[0]) * 1e3).collect();
@@ -167,12 +240,18 @@ fn steady(name: &str, link: &str, visit: &Visit, scene: &str, report: &mut Repor
     set("interval", &intervals_ms);
     let last_s = visit.moments.last().map_or(0.0, |moment| moment.at_s);
     let bytes = (visit.bytes_at(last_s) - visit.bytes_at(SETTLES_S)) as f64;
-    row.counts.set("goodput_mbit_per_s", bytes * 8.0 / 1e6 / (last_s - SETTLES_S).max(1.0));
+    let goodput_mbit = bytes * 8.0 / 1e6 / (last_s - SETTLES_S).max(1.0);
+    row.counts.set("goodput_mbit_per_s", goodput_mbit);
     let p99_ms = (!ages_ms.is_empty()).then(|| Percentiles::of(ages_ms).p99);
     p99_ms.into_iter().for_each(|value| row.counts.set("age_p99_ms", value));
     let Ok(link) = link.parse::<Link>() else { return };
+    if let Some(mbit) = link.mbit.filter(|_| name == FULL || name == KERNEL.name) {
+        let what = format!("{name}: what it carries over goodput");
+        report.bars.push(Bar::at_most(what, 1.0 / GOODPUT_SHARE, Some(mbit / goodput_mbit), ""));
+    }
     if let (Some(p99_ms), Some(interval)) = (p99_ms, row.time_ms.get("interval"))
         && link.queue_s.is_some()
+        && link.fading.is_none()
     {
         let most_ms = 2.0 * link.rtt_s * 1e3 + 2.0 * interval.median;
         report.bars.push(Bar::at_most(
@@ -227,7 +306,7 @@ mod tests {
         run.quick = true;
         let gpu = pollster::block_on(Gpu::new_headless()).expect("a GPU adapter, software or not");
         let link = "rtt=40,blackout=8000@4000".parse().expect("a link");
-        let visit = visited(&gpu, &run, "pillars", link, (1.0..1.0, 18.0)).expect("a visit");
+        let visit = visited(&gpu, &run, "pillars", (link, SMALL_PX), (1.0..1.0, 18.0)).expect("a visit");
         let open_s = visit.open_since_s().expect("open at the end");
         assert!(open_s > 12.0, "another session since {open_s} s");
         assert!(

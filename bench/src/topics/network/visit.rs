@@ -50,11 +50,12 @@ pub(super) struct Way<'a> {
     pub walks_s: std::ops::Range<f64>,
 }
 
-/// Visits the server at `url` through a network for some seconds.
-pub(super) fn visit(url: &str, link: Link, way: &Way<'_>, duration_s: f64) -> anyhow::Result<Visit> {
+/// Visits the server at `url` for some seconds, through a network where there is none already.
+pub(super) fn visit(url: &str, link: Option<Link>, way: &Way<'_>, duration_s: f64) -> anyhow::Result<Visit> {
     let sockets = Sockets::new()?;
-    let proxy = sockets.start_proxy(url, link)?;
-    let url = address::with_authority(url, &proxy.local_addr().to_string());
+    let proxy = link.map(|link| sockets.start_proxy(url, link)).transpose()?;
+    let authority = proxy.as_ref().map(|proxy| proxy.local_addr().to_string());
+    let url = authority.map_or_else(|| url.to_owned(), |authority| address::with_authority(url, &authority));
     let decoder = Decoder::on_thread(Limits::default(), Arc::new(|| {}))?;
     let mut viewer = Viewer::new(&url, Clock::Wall, VIEW, decoder, 0.0);
     let mut pump = Pump::new(&sockets, &url, Arc::new(|| {}));
