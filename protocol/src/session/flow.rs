@@ -2,27 +2,39 @@
 //!
 //! The estimates follow BBR (Cardwell et al., BBR: Congestion-Based Congestion Control, ACM Queue 14(5), 2016): bandwidth is the
 //! largest delivery rate of the last seconds, the delay is the smallest time from sending to acknowledgement, and their
-//! product, grown a little so that a faster path is found, is what may be unacknowledged. Only *decoded* updates are
+//! product, and an update, both grown a little so that a faster path is found, are what may be unacknowledged. An update is much to a slow path: the delay is less what the
+//! update itself took of it. Only *decoded* updates are
 //! acknowledged, so a slow decoder holds the server back just as a slow path does.
+//!
+//! On a path that is always full every update waits for those before it, and the smallest delay of the last seconds is that of the queue. So now and then nothing is sent until
+//! all is acknowledged, as BBR does (its ProbeRTT): the next update waits for nothing, and tells what the path itself takes.
 
 use std::collections::VecDeque;
 
 /// What may be unacknowledged before anything is known: a first picture at low resolution.
 const FIRST_WINDOW_BYTES: f64 = 64.0 * 1024.0;
 /// What may be unacknowledged at least, once the path is known: a few small updates, so that their rate can still grow.
-const LEAST_WINDOW_BYTES: f64 = 16.0 * 1024.0;
+const LEAST_WINDOW_BYTES: f64 = 8.0 * 1024.0;
 /// BBR's probing gain.
 const GAIN: f64 = 1.25;
-/// BBR's window for both estimates.
+/// BBR's window for the delay.
 const REMEMBER_S: f64 = 10.0;
+/// Its window for the bandwidth, in round trips; and what it is at least and at most: a radio's bandwidth halves within seconds.
+const REMEMBER_ROUND_TRIPS: f64 = 10.0;
+const REMEMBER_RATES_S: std::ops::RangeInclusive<f64> = 2.0..=10.0;
+/// The path is let run empty when it was not for so many seconds: at a round trip of 0.3 s it stands idle for a twentieth of the time.
+const DRAIN_AFTER_S: f64 = 5.0;
 /// Share of a new delay in the smoothed one (RFC 6298).
 const SMOOTHING: f64 = 0.125;
+/// The same of an update's size.
+const SIZE_SMOOTHING: f64 = 0.25;
 
 /// An update that is not acknowledged yet.
 #[derive(Debug, Clone)]
 struct InFlight {
     number: u64,
     digest: u64,
+    bytes: usize,
     /// Bytes of bulk sent up to its end.
     end_bytes: u64,
     sent_at_s: f64,
@@ -59,20 +71,29 @@ pub(super) struct Flow {
     smoothed_delay_s: Option<f64>,
     last_delay_s: f64,
     fastest_s: Option<f64>,
-    delays_s: VecDeque<(f64, f64)>,
+    /// With the sizes of their updates.
+    delays_s: VecDeque<(f64, (f64, usize))>,
     rates: VecDeque<(f64, f64)>,
+    /// Of an update, smoothed.
+    size_bytes: Option<f64>,
+    /// When an update was sent last that waited for none before it.
+    alone_at_s: f64,
+    drains: bool,
 }
 
 impl Flow {
     pub fn sent(&mut self, number: u64, digest: u64, bytes: usize, now_s: f64) {
         if self.in_flight.is_empty() {
-            self.acked_at_s = now_s;
+            (self.acked_at_s, self.alone_at_s, self.drains) = (now_s, now_s, false);
         }
+        let size_bytes = bytes as f64;
+        self.size_bytes = Some(self.size_bytes.map_or(size_bytes, |old| old + SIZE_SMOOTHING * (size_bytes - old)));
         self.sent_bytes += bytes as u64;
         self.last_number = number;
         self.in_flight.push_back(InFlight {
             number,
             digest,
+            bytes,
             end_bytes: self.sent_bytes,
             sent_at_s: now_s,
             acked_bytes: self.acked_bytes,
@@ -96,12 +117,16 @@ impl Flow {
         self.smoothed_delay_s = Some(self.smoothed_delay_s.map_or(delay_s, |old| old + SMOOTHING * (delay_s - old)));
         self.last_delay_s = delay_s;
         self.fastest_s = Some(self.fastest_s.map_or(delay_s, |fastest_s| fastest_s.min(delay_s)));
-        remember(&mut self.delays_s, now_s, delay_s);
+        remember(&mut self.delays_s, now_s, (delay_s, update.bytes), REMEMBER_S);
+        let delays_s = self.delays_s.iter().map(|&(_, (delay_s, _))| delay_s);
+        let least_s = delays_s.reduce(f64::min).unwrap_or(delay_s);
+        self.drains = now_s - self.alone_at_s > DRAIN_AFTER_S;
         // Never divides by 0: what is read at once is acknowledged at one time. Chosen: no update goes there, is decoded and is answered in less than 0.1 ms. With a tenth of
         // it 64 KiB might count as 50 Gbit/s for as long as rates are remembered; with ten times it paths that answer within a millisecond count as too slow.
         let rate = (self.acked_bytes - update.acked_bytes) as f64 / (now_s - update.acked_at_s).max(1e-4);
         if !update.source_limited || self.bytes_per_s().is_none_or(|known| rate > known) {
-            remember(&mut self.rates, now_s, rate);
+            let remember_s = (REMEMBER_ROUND_TRIPS * least_s).clamp(*REMEMBER_RATES_S.start(), *REMEMBER_RATES_S.end());
+            remember(&mut self.rates, now_s, rate, remember_s);
         }
         Acked::Update { delay_s }
     }
@@ -123,15 +148,18 @@ impl Flow {
 
     /// What may be in flight; at least one update whatever its size.
     pub fn window_bytes(&self) -> f64 {
-        let delay_s = self.delays_s.iter().map(|&(_, delay_s)| delay_s).reduce(f64::min);
-        match (self.bytes_per_s(), delay_s) {
-            (Some(bytes_per_s), Some(delay_s)) => (GAIN * bytes_per_s * delay_s).max(LEAST_WINDOW_BYTES),
-            _ => FIRST_WINDOW_BYTES,
-        }
+        let (Some(bytes_per_s), Some(size_bytes)) = (self.bytes_per_s(), self.size_bytes) else {
+            return FIRST_WINDOW_BYTES;
+        };
+        let of_path_s = self.delays_s.iter().map(|&(_, (delay_s, bytes))| delay_s - bytes as f64 / bytes_per_s);
+        let of_path_s = of_path_s.reduce(f64::min).unwrap_or(0.0).max(0.0);
+        (GAIN * (bytes_per_s * of_path_s + size_bytes)).max(LEAST_WINDOW_BYTES)
     }
 
+    /// Whether another update may be sent. While one is acknowledged the next one is on its way, however large they are.
     pub fn has_credit(&self) -> bool {
-        self.in_flight.is_empty() || (self.in_flight_bytes() as f64) < self.window_bytes()
+        let has_room = || self.in_flight.len() < 2 || (self.in_flight_bytes() as f64) < self.window_bytes();
+        self.in_flight.is_empty() || !self.drains && has_room()
     }
 
     /// The path's throughput; `None` before the first acknowledgement.
@@ -155,9 +183,121 @@ impl Flow {
     }
 }
 
-fn remember(values: &mut VecDeque<(f64, f64)>, now_s: f64, value: f64) {
-    while values.len() > 1 && values[0].0 < now_s - REMEMBER_S {
+fn remember<T>(values: &mut VecDeque<(f64, T)>, now_s: f64, value: T, for_s: f64) {
+    while values.len() > 1 && values[0].0 < now_s - for_s {
         values.pop_front();
     }
     values.push_back((now_s, value));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A path that carries so many bytes a second after half of a round trip, and a sender that always has an update of so many bytes.
+    struct Path {
+        flow: Flow,
+        bytes_per_s: f64,
+        rtt_s: f64,
+        /// When the path is free, and what is acknowledged when.
+        free_at_s: f64,
+        acks: VecDeque<(f64, u64)>,
+        number: u64,
+        now_s: f64,
+    }
+
+    impl Path {
+        /// Runs for some seconds with updates of one size.
+        fn run(&mut self, for_s: f64, bytes: usize) -> (Vec<f64>, f64) {
+            self.run_with(for_s, |_| bytes)
+        }
+
+        /// Runs for some seconds; the delays of all updates that were acknowledged then, and their bytes a second.
+        fn run_with(&mut self, for_s: f64, bytes_of: impl Fn(u64) -> usize) -> (Vec<f64>, f64) {
+            let (end_s, mut delays_s, mut acked_bytes) = (self.now_s + for_s, Vec::new(), 0);
+            while self.now_s < end_s {
+                self.now_s += 0.001;
+                while let Some((_, number)) = self.acks.pop_front_if(|(at_s, _)| *at_s <= self.now_s) {
+                    let total = self.flow.sent_bytes;
+                    if let Acked::Update { delay_s } = self.flow.acked(number, 0, total, self.now_s) {
+                        delays_s.push(delay_s);
+                        acked_bytes += bytes_of(number);
+                    }
+                }
+                if self.flow.has_credit() {
+                    self.number += 1;
+                    let bytes = bytes_of(self.number);
+                    self.flow.sent(self.number, 0, bytes, self.now_s);
+                    self.free_at_s = self.free_at_s.max(self.now_s) + bytes as f64 / self.bytes_per_s;
+                    self.acks.push_back((self.free_at_s + self.rtt_s, self.number));
+                }
+            }
+            (delays_s, acked_bytes as f64 / for_s)
+        }
+    }
+
+    fn path(bytes_per_s: f64, rtt_s: f64) -> Path {
+        let (flow, acks) = (Flow::default(), VecDeque::new());
+        Path { flow, bytes_per_s, rtt_s, free_at_s: 0.0, acks, number: 0, now_s: 0.0 }
+    }
+
+    /// What at least so many of a hundred are below.
+    fn percentile(mut delays_s: Vec<f64>, share: f64) -> f64 {
+        delays_s.sort_by(f64::total_cmp);
+        delays_s[((delays_s.len() - 1) as f64 * share) as usize]
+    }
+
+    #[test]
+    fn a_full_path_holds_what_it_carries_and_hardly_more() {
+        for (bytes_per_s, rtt_s, bytes) in [
+            (250e3, 0.04, 20_000),
+            (250e3, 0.3, 20_000),
+            (26e3, 0.3, 6_000),
+            (2.5e6, 0.1, 50_000),
+            (250e3, 0.04, 100_000),
+        ] {
+            let mut path = path(bytes_per_s, rtt_s);
+            path.run(5.0, bytes);
+            let (delays_s, carried) = path.run(30.0, bytes);
+            let most_s = 2.0 * (rtt_s + bytes as f64 / bytes_per_s);
+            let (p99_s, goodput) = (percentile(delays_s, 0.99), carried / bytes_per_s);
+            let least = LEAST_WINDOW_BYTES / bytes_per_s;
+            assert!(p99_s <= most_s + least, "{bytes_per_s} {rtt_s} {bytes}: {p99_s} of {most_s}");
+            assert!(goodput >= 0.9, "{bytes_per_s} {rtt_s} {bytes}: {goodput}");
+        }
+    }
+
+    #[test]
+    fn a_path_is_full_however_different_updates_are() {
+        let mut path = path(26e3, 0.3);
+        path.run(5.0, 6_000);
+        let sizes = |number: u64| if number.is_multiple_of(3) { 39_000 } else { 6_000 };
+        let (delays_s, carried) = path.run_with(60.0, sizes);
+        assert!(carried >= 0.9 * 26e3, "{carried}");
+        let p99_s = percentile(delays_s, 0.99);
+        assert!(p99_s <= 2.0 * (0.3 + 39.0 / 26.0), "{p99_s}");
+    }
+
+    #[test]
+    fn a_queue_that_large_updates_left_is_gone_when_they_are_small() {
+        let mut path = path(26e3, 0.3);
+        path.run(20.0, 40_000);
+        path.run(8.0, 6_000);
+        let (delays_s, _) = path.run(20.0, 6_000);
+        let (least_s, p99_s) = (0.3 + 6.0 / 26.0, percentile(delays_s, 0.99));
+        assert!(p99_s <= 2.0 * least_s + LEAST_WINDOW_BYTES / 26e3, "{p99_s}");
+    }
+
+    #[test]
+    fn a_path_that_carries_less_than_it_did_is_found_out() {
+        let mut path = path(1e6, 0.06);
+        path.run(10.0, 20_000);
+        path.bytes_per_s = 100e3;
+        path.run(5.0, 20_000);
+        let (delays_s, _) = path.run(20.0, 20_000);
+        assert!(percentile(delays_s, 0.99) <= 2.0 * (0.06 + 0.2) + 0.1);
+        path.bytes_per_s = 1e6;
+        path.run(5.0, 20_000);
+        assert!(path.run(20.0, 20_000).1 >= 0.85e6, "and one that carries more again");
+    }
 }
