@@ -19,6 +19,9 @@ use crate::routes::{self, Gate};
 use crate::session::{self, Shared};
 use crate::stats::Stats;
 
+/// Bytes that the system takes before the path does: a fragment of an update is 32 KiB.
+#[cfg(any(target_os = "linux", target_os = "android"))]
+const UNSENT_BYTES: u32 = 16 * 1024;
 /// How long sessions have to say goodbye when the server stops.
 const FAREWELL: Duration = Duration::from_secs(2);
 
@@ -72,9 +75,9 @@ pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
     let scheme = if tls.is_some() { "https" } else { "http" };
     let task = tokio::spawn(async move {
         match tls {
-            None => answer(listener.tap_io(|stream| send_at_once(stream)), router, stopped).await,
+            None => answer(listener.tap_io(|stream| set_up(stream)), router, stopped).await,
             Some(tls) => {
-                answer(tls.listen(listener).tap_io(|stream| send_at_once(stream.get_ref().0)), router, stopped).await;
+                answer(tls.listen(listener).tap_io(|stream| set_up(stream.get_ref().0)), router, stopped).await;
             }
         }
     });
@@ -154,9 +157,14 @@ where
     }
 }
 
-/// A pose that waits for an acknowledgement of the last one is late.
-fn send_at_once(stream: &TcpStream) {
+/// What waits for an acknowledgement of the last packet is late. And what the system has taken can neither be overtaken by an answer nor be replaced by something newer, so it takes
+/// little before the path does.
+fn set_up(stream: &TcpStream) {
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!("no TCP_NODELAY: {error}");
+    }
+    #[cfg(any(target_os = "linux", target_os = "android"))]
+    if let Err(error) = socket2::SockRef::from(stream).set_tcp_notsent_lowat(UNSENT_BYTES) {
+        tracing::debug!("no TCP_NOTSENT_LOWAT: {error}");
     }
 }

@@ -13,6 +13,7 @@ use crate::impostors::relief::KeptReliefs;
 use crate::impostors::{Choices, Kept};
 use crate::pace::Pace;
 use crate::plan::Focus;
+use crate::portions::Portions;
 use crate::{anticipate, lights, occluders, rest};
 
 /// See the module.
@@ -42,6 +43,8 @@ pub struct Client {
     pub rest: rest::Kept,
     /// What it was looked ahead for.
     pub ahead: anticipate::Kept,
+    /// How far a look has come that is taken in portions.
+    pub portions: Portions,
     /// Whether its next look is at one coarse image.
     pub begins_coarsely: bool,
     /// What its last look made for it, and what it left out.
@@ -67,6 +70,7 @@ pub struct Served {
     lights: lights::Kept,
     occluders: occluders::Kept,
     ahead: anticipate::Kept,
+    portions: Portions,
     inventory: Arc<Inventory>,
 }
 
@@ -85,6 +89,7 @@ impl Default for Client {
             occluders: occluders::Kept::default(),
             rest: rest::Kept::default(),
             ahead: anticipate::Kept::default(),
+            portions: Portions::default(),
             begins_coarsely: false,
             inventory: Arc::default(),
             asked: None,
@@ -107,6 +112,7 @@ impl Client {
             lights: self.lights.clone(),
             occluders: self.occluders.clone(),
             ahead: self.ahead.clone(),
+            portions: self.portions.clone(),
             inventory: self.inventory.clone(),
         }
     }
@@ -121,6 +127,7 @@ impl Client {
         self.lights = served.lights.clone();
         self.occluders = served.occluders.clone();
         self.ahead = served.ahead.clone();
+        self.portions = served.portions.clone();
         self.inventory = served.inventory.clone();
     }
 
@@ -138,6 +145,7 @@ impl Client {
         self.occluders = occluders::Kept::default();
         self.rest = rest::Kept::default();
         self.ahead = anticipate::Kept::default();
+        self.portions = Portions::default();
         self.asked.iter_mut().for_each(Asked::start_anew);
         self.focus = None;
         self.picture_sent_at_s = None;

@@ -3,6 +3,7 @@
 mod ahead;
 mod beside_eye;
 mod camera_image;
+mod in_portions;
 mod inventory;
 mod layers;
 mod next;
@@ -16,11 +17,12 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use camera::Pinhole;
 use protocol::held::ObjectPose;
 use protocol::message::Shadows;
-use protocol::{Material, Purpose, Viewpoint};
+use protocol::{Material, Purpose};
 use scene::{Bounds, Instance, Scene, Snapshot};
 
 use crate::account::findings::Lacking;
 use crate::account::{Account, AccountRules, BYTES_PER_SAMPLE, Deforming, Surroundings};
+use crate::allowance::Allowance;
 use crate::bodies::Bodies;
 use crate::client::Client;
 use crate::coding::CodingRule;
@@ -34,20 +36,23 @@ use crate::impostors::relief::{Judged, Reliefs};
 use crate::look_times::{Part, timed};
 pub use crate::made::{LightWork, Made};
 use crate::pace::Load;
-use crate::plan::{
-    Coverage, Focus, Plan, Reason, Rules, half_view, output_focal_px, plan, precision_within, region_views,
-};
+use crate::plan::{Coverage, Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
 use crate::pool::Pool;
+use crate::portions;
 use crate::render::{Blended, LeftOut, RenderError, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::stage_error::StageError;
 use crate::viewer::Viewer;
+use in_portions::Came;
 
 /// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
 /// others (on a nest of twigs 2.8 views of four).
 const LEAST_VIEWS_HELD: u64 = 3;
 /// Side of the one image that a client gets before its first set, as a share of theirs: of four images it has 1/16 of the pixels.
 const COARSE_SIDE: f64 = 0.5;
+
+/// Of the pixels of a set's images about so many are samples of it, where all of them show something: each image leaves out what those before hold.
+const OF_A_SET: f64 = 0.4;
 
 /// What makes updates: the scene, and what draws it.
 pub struct Stage {
@@ -271,31 +276,62 @@ impl Stage {
 
     /// Where to look, with images as large as the client's memory and its path are.
     fn plan(&self, viewer: &Viewer, client: &Client, now_s: f64) -> Option<Plan> {
+        let allowance = self.allowance(viewer);
+        let allowed = |plan: Plan| Plan { allowance, ..plan };
+        let focus = client.focus.as_ref();
         if client.begins_coarsely {
-            return self.planned(viewer, client, now_s, (1, COARSE_SIDE));
+            return self.planned(viewer, client, now_s, focus, (1, COARSE_SIDE)).map(allowed);
         }
-        let whole = self.planned(viewer, client, now_s, (self.rules.images, 1.0))?;
-        let by_path = client.pace.side_share(whole.pixels(), viewer, self.rules.update_interval_s);
+        let mut whole = self.planned(viewer, client, now_s, focus, (self.rules.images, 1.0)).map(allowed)?;
+        let goes_on = self.goes_on_from_coarse(&whole, client);
+        let focus = goes_on.as_ref().or(focus);
+        if goes_on.is_some() {
+            whole = self.planned(viewer, client, now_s, focus, (self.rules.images, 1.0)).map(allowed)?;
+        }
+        let by_path = client.pace.side_share(whole.pixels(), viewer, self.rules.update_interval_s, allowance);
         let load = self.load(client);
         let share = by_path.min(load.side_share);
         // A first set may as well be for many who come at once, unless they all come to where somebody stood.
         let is_dear = || load.is_heavy() && !self.is_done(&whole, client, viewer);
         let shrinks = whole.reason.is_passing() || whole.reason == Reason::First && is_dear();
         if shrinks && share < 1.0 {
-            let coarse = self.planned(viewer, client, now_s, (load.images(self.rules.images), share))?;
+            let coarse = self.planned(viewer, client, now_s, focus, (load.images(self.rules.images), share))?;
             // A path that carries less is used at every tick.
             let coverage = Coverage { way: None, ..coarse.coverage };
-            Some(Plan { is_coarse: true, coverage, ..coarse })
+            Some(Plan { is_coarse: true, coverage, ..allowed(coarse) })
         } else {
             Some(whole)
         }
     }
 
     /// The same in so many images, whose sides are a share of the largest.
-    fn planned(&self, viewer: &Viewer, client: &Client, now_s: f64, (images, share): (usize, f64)) -> Option<Plan> {
+    fn planned(
+        &self,
+        viewer: &Viewer,
+        client: &Client,
+        now_s: f64,
+        last: Option<&Focus>,
+        (images, share): (usize, f64),
+    ) -> Option<Plan> {
         let image_size_px = (f64::from(self.image_size_px(client)) * share).round() as u32;
         let animated = self.rules.animated && !self.goes_by_itself(client);
-        plan(&Rules { images, image_size_px, animated, ..self.rules }, viewer, now_s, client.focus.as_ref())
+        plan(&Rules { images, image_size_px, animated, ..self.rules }, viewer, now_s, last)
+    }
+
+    /// What an update may bring. On the virtual clock a trace begins with the first set, however long that takes.
+    fn allowance(&self, viewer: &Viewer) -> Allowance {
+        let is_cut = self.coarse_first && self.method != Discretization::Conventional;
+        if is_cut { Allowance::of(viewer) } else { Allowance::ALL }
+    }
+
+    /// Where a path carries less than a first set at once, a coarse picture is gone on from.
+    fn goes_on_from_coarse(&self, whole: &Plan, client: &Client) -> Option<Focus> {
+        let (samples, pixels) = (client.account.samples_for(Purpose::Eye) as f64, whole.pixels() as f64);
+        let coarse_px = pixels / whole.views.len().max(1) as f64 * COARSE_SIDE * COARSE_SIDE;
+        let set_bytes = samples / coarse_px * pixels * OF_A_SET * portions::BYTES_PER_SAMPLE;
+        let is_cut =
+            whole.reason == Reason::First && client.picture_sent_at_s.is_some() && set_bytes > whole.allowance.bytes();
+        is_cut.then_some(Focus { coverage: whole.coverage, settled: false, passing: false, looks: 1 })
     }
 
     /// Whether of all that a client is shown only bodies change with time, which it moves by itself.
@@ -344,36 +380,31 @@ impl Stage {
         if anew {
             client.account.forget()?;
         }
-        self.send_bodies(plan, snapshot, now, client, viewer)?;
+        let bodies = self.send_bodies(plan, snapshot, now, client, viewer)?;
         self.send_reliefs(plan, snapshot, now, client, viewer)?;
         self.imager.leave_out(client.account.left_out());
         self.imager.blend(Blended::LeftOut);
-        let account = &mut client.account;
-        if !self.may_lack(plan, snapshot, account) {
-            pixels = 0;
-        } else if anew {
-            let views = self.set_views(plan, snapshot)?;
-            let captures = timed(Part::Scene, || self.imager.captures(snapshot, &views, self.method))?;
-            for mut capture in captures {
-                account.counts_mut().look_at(Purpose::Eye, &capture);
-                let lacking = Lacking::all(&capture);
-                timed(Part::Scene, || self.imager.tell_ends(&mut capture, &lacking.send))?;
-                timed(Part::Keep, || account.add(Purpose::Eye, &capture, &lacking, plan.precision, now))?;
-            }
+        let is_passing = plan.reason.is_passing();
+        let in_portions = !plan.allowance.is_all() && !anew && !is_passing;
+        let came = if in_portions && bodies.bytes > plan.allowance.bytes() / 2.0 {
+            Came::default()
+        } else if in_portions {
+            self.look_in_portions(plan, snapshot, now, client, viewer)?
         } else {
-            self.look_from_all(plan, snapshot, now, account)?;
-        }
-        self.send_layers(plan, snapshot, now, client)?;
-        if !client.begins_coarsely {
-            self.send_impostors(plan, snapshot, now, client)?;
-        }
-        let lights = self.send_lights(
-            snapshot,
-            now,
-            client,
-            Viewpoint { eye_world: plan.coverage.world_from_eye.translation, focal_px: output_focal_px(viewer.view) },
-        )?;
-        self.send_occluders(snapshot, now, client, plan.coverage.world_from_eye.translation)?;
+            if self.may_lack(plan, snapshot, &client.account) {
+                self.look_at_all(plan, snapshot, now, anew, client)?;
+            } else {
+                pixels = 0;
+            }
+            // What is shown beside comes while nothing waits for it, one after the other.
+            let most = match () {
+                () if client.begins_coarsely || plan.allowance.is_all() => beside_eye::ALL,
+                () if is_passing && viewer.has_clear_path(self.rules.update_interval_s) => 1,
+                () => 0,
+            };
+            let lights = self.send_beside(plan, snapshot, now, client, viewer, most)?;
+            Came { lights, has_ended: most == beside_eye::ALL }
+        };
         let budget_samples = (self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize;
         client.account.settle_facts(budget_samples).map_err(|error| ImagerError::from(RenderError::from(error)))?;
         client.account.evict(budget_samples)?;
@@ -385,11 +416,11 @@ impl Stage {
         // A full copy is as complete as it gets: what a still viewer's look evicts would be sent again at the next.
         let is_full = plan.reason == Reason::Settling && counts.evicted > 0;
         // A coarse look that finds nothing says nothing of what whole images would find.
-        let found_nothing = counts.is_still() && !plan.is_coarse;
+        let found_nothing = counts.is_still() && !plan.is_coarse && came.has_ended && bodies.are_all;
         let settled = found_nothing || is_full || self.method == Discretization::Conventional;
         // After a coarse picture the first set is still to come.
-        let passing = plan.reason.is_passing();
-        client.focus = (!client.begins_coarsely).then_some(Focus { coverage: plan.coverage, settled, passing, looks });
+        let focus = Focus { coverage: plan.coverage, settled, passing: is_passing, looks };
+        client.focus = (!client.begins_coarsely).then_some(focus);
         self.take_stock(client, viewer);
         let update = client.account.seal(now.time_s, viewer.pose_seq, self.rules.animated)?;
         let coding = self.coding.coding(viewer.bytes_per_s);
@@ -399,9 +430,32 @@ impl Stage {
             coding,
             counts,
             pixels,
-            lights,
+            lights: came.lights,
             coded: Arc::default(),
         }))
+    }
+
+    /// Brings what the eye is shown up to date by all of a plan's views; `anew`: by images that stand for themselves.
+    fn look_at_all(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        anew: bool,
+        client: &mut Client,
+    ) -> Result<(), StageError> {
+        let account = &mut client.account;
+        if !anew {
+            return self.look_from_all(plan, snapshot, now, account);
+        }
+        let views = self.set_views(plan, snapshot)?;
+        for mut capture in timed(Part::Scene, || self.imager.captures(snapshot, &views, self.method))? {
+            account.counts_mut().look_at(Purpose::Eye, &capture);
+            let lacking = Lacking::all(&capture);
+            timed(Part::Scene, || self.imager.tell_ends(&mut capture, &lacking.send))?;
+            timed(Part::Keep, || account.add(Purpose::Eye, &capture, &lacking, plan.precision, now))?;
+        }
+        Ok(())
     }
 
     /// Sends rows of a view at rest.

@@ -20,6 +20,7 @@
 
 pub mod access;
 pub mod account;
+mod allowance;
 pub mod anticipate;
 pub mod app;
 pub mod asked;
@@ -47,6 +48,7 @@ pub mod options;
 pub mod pace;
 pub mod plan;
 pub mod pool;
+mod portions;
 mod queue;
 pub mod render;
 pub mod rest;

@@ -3,6 +3,7 @@
 //! Credit alone makes updates rarer on a slow path, and each then shows where the viewer was. What comes into view is rather sampled more
 //! coarsely, so that an update takes about an interval to get through, and again when the viewer stands still: coarse before fine.
 
+use crate::allowance::Allowance;
 use crate::viewer::Viewer;
 
 /// Of the side of the largest images; the least is what still makes a picture.
@@ -17,6 +18,8 @@ const SHORT_WAIT_INTERVALS: f64 = 0.5;
 /// seconds: with two steps 31 updates a second in all, 99 of 100 intervals within 2.1 s, an error (FLIP over covered pixels) of 0.09 and 950 MiB; with three
 /// 51, 1.8 s, 0.11 and 620 MiB. With three images a look and two steps it was 11, 8.4 s and 0.25 to 0.34.
 const MOST_STEPS: usize = 3;
+/// What a pixel costs before anything is known of it, in bytes: as much as in a first set, of which the one half shows what another image holds.
+const NEW_BYTES_PER_PX: f64 = 1.5;
 /// Share of a new update in what a pixel is expected to cost.
 const SMOOTHING: f64 = 0.25;
 
@@ -76,13 +79,17 @@ impl Pace {
         self.bytes_per_px = Some(self.bytes_per_px.map_or(cost, |old| old + SMOOTHING * (cost - old)));
     }
 
-    /// The side of the next images as a share of the largest, when views of that have so many pixels together. Sides come in few steps:
-    /// views of one size share their targets.
-    pub fn side_share(&self, pixels: u64, viewer: &Viewer, interval_s: f64) -> f64 {
-        let (Some(bytes_per_px), Some(bytes_per_s)) = (self.bytes_per_px, viewer.bytes_per_s) else { return 1.0 };
-        let growth = if viewer.queue_s < interval_s / GROWTH { GROWTH } else { 1.0 };
-        let expected_s = bytes_per_px * pixels as f64 / (bytes_per_s * growth).max(1.0);
-        let fits = |share: &&f64| expected_s * share.powi(2) <= interval_s;
+    /// The side of the next images as a share of the largest, when views of that have so many pixels together: by what the path carries in an update interval, or by what an
+    /// update may bring where nothing is known yet. Sides come in few steps: views of one size share their targets.
+    pub fn side_share(&self, pixels: u64, viewer: &Viewer, interval_s: f64, allowance: Allowance) -> f64 {
+        let (bytes_per_px, carried_bytes) = match (self.bytes_per_px, viewer.bytes_per_s) {
+            (Some(bytes_per_px), Some(bytes_per_s)) => {
+                let growth = if viewer.queue_s < interval_s / GROWTH { GROWTH } else { 1.0 };
+                (bytes_per_px, (bytes_per_s * growth).max(1.0) * interval_s)
+            }
+            _ => (NEW_BYTES_PER_PX, allowance.bytes()),
+        };
+        let fits = |share: &&f64| bytes_per_px * pixels as f64 * share.powi(2) <= carried_bytes;
         *SIDE_SHARES.iter().find(fits).unwrap_or(&SIDE_SHARES[SIDE_SHARES.len() - 1])
     }
 }
@@ -102,9 +109,17 @@ mod tests {
         let share = |pace: &Pace, bytes_per_s, queue_s| {
             let mut viewer = Viewer::at_start(view, Rigid::IDENTITY, 0.0);
             (viewer.bytes_per_s, viewer.queue_s) = (bytes_per_s, queue_s);
-            pace.side_share(pixels, &viewer, 0.1)
+            pace.side_share(pixels, &viewer, 0.1, Allowance::ALL)
         };
         assert_eq!(share(&pace, Some(1.0), 0.05), 1.0, "nothing is known of what updates cost");
+        let unknown = Viewer::at_start(view, Rigid::IDENTITY, 0.0);
+        let carrying = |bytes_per_s| {
+            let mut viewer = unknown;
+            viewer.bytes_per_s = Some(bytes_per_s);
+            viewer
+        };
+        let slow = Allowance::of(&carrying(170e3));
+        assert_eq!(pace.side_share(pixels, &unknown, 0.1, slow), 0.25, "128 KiB for 786,432 pixels");
         pace.made(50_000, pixels);
         assert_eq!(share(&pace, None, 0.05), 1.0, "nothing is known of the path");
         let rates = [500e3, 499e3, 251e3, 125e3, 1.0, 0.0];

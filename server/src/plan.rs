@@ -16,6 +16,7 @@ use camera::{Pinhole, Rigid};
 use glam::{DVec2, DVec3};
 use protocol::message::ViewSize;
 
+use crate::allowance::Allowance;
 use crate::discretize::DepthPrecision;
 use crate::viewer::{Prediction, Viewer};
 
@@ -151,6 +152,8 @@ pub struct Plan {
     pub precision: DepthPrecision,
     /// Whether its images are smaller than they would be on a path that carries more.
     pub is_coarse: bool,
+    /// What an update may bring.
+    pub allowance: Allowance,
 }
 
 impl Plan {
@@ -192,7 +195,7 @@ pub fn plan(rules: &Rules, viewer: &Viewer, now_s: f64, last: Option<&Focus>) ->
     };
     let precision = precision(rules, &wanted);
     let coverage = Coverage { way: reason.is_passing().then_some(way), ..wanted };
-    Some(Plan { reason, coverage, views, refining, precision, is_coarse: false })
+    Some(Plan { reason, coverage, views, refining, precision, is_coarse: false, allowance: Allowance::ALL })
 }
 
 /// A view on the way, no wider than for turns that are expected: what is only possible is covered from the rim, more coarsely.

@@ -127,6 +127,11 @@ impl Viewer {
         }
     }
 
+    /// Whether the last update waited for hardly anything: less than half of what an update takes anyway.
+    pub fn has_clear_path(&self, update_interval_s: f64) -> bool {
+        self.queue_s < self.round_trip_s.max(update_interval_s) / 2.0
+    }
+
     /// Takes in a pose; the newest number wins.
     pub fn hear(&mut self, seq: u64, sampled_at_s: f64, world_from_eye: Rigid, motion: Motion, now_s: f64) {
         if seq <= self.pose_seq {

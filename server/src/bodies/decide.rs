@@ -7,11 +7,13 @@ use protocol::PatchId;
 use scene::{Scene, Snapshot};
 
 use super::store::{Bodies, Shape};
+use crate::allowance::Allowance;
 use crate::discretize::Capture;
+use crate::portions::BYTES_PER_SAMPLE;
 use crate::whereabouts::bounds_of;
 
-/// About what a sample costs on the wire, in bytes (report `codec`, the fast profile).
-const BYTES_PER_SAMPLE: f64 = 3.0;
+/// A body is not sent that takes so many times what an update may bring: two seconds.
+const MOST_ALLOWANCES: f64 = 4.0;
 /// Of the disc of a ball around an object, about what the object fills.
 const FILLED: f64 = 0.2;
 /// How often what is seen of an object that is rigid is sampled: what it hides of itself comes into view, or is looked at more closely.
@@ -34,9 +36,24 @@ pub struct Eye {
     pub update_hz: f64,
     /// What of all samples this look sends: less than 1 of a coarse image, before which only a body comes that is less than the coarse samples of it.
     pub share: f64,
+    /// What an update may bring of bodies that are not held.
+    pub allowance: Allowance,
+    /// Whether bodies may begin that take the path for a while: not while something waits for it.
+    pub begins: bool,
 }
 
 impl Eye {
+    /// Whether a look that sent so many bytes of bodies sends another one of so many: one that alone takes a little longer too, as it cannot be cut.
+    pub(super) fn takes(&self, bytes: f64, sent_bytes: f64) -> bool {
+        let most_bytes = if sent_bytes == 0.0 { MOST_ALLOWANCES } else { 1.0 } * self.allowance.bytes();
+        self.allowance.is_all() || self.begins && sent_bytes + bytes <= most_bytes
+    }
+
+    /// Whether a body of so many bytes is too much for the path at any time: its object is sampled.
+    pub(super) fn is_too_slow_for(&self, bytes: f64) -> bool {
+        bytes > MOST_ALLOWANCES * self.allowance.bytes()
+    }
+
     /// What a look takes for as many pixels of the output, in bytes.
     fn look_bytes(&self, px: f64) -> f64 {
         px.min(self.most_px) * BYTES_PER_SAMPLE * self.share
@@ -75,6 +92,8 @@ pub(super) struct Wanted<'a> {
     pub shape: &'a Shape,
     /// Ids ascend.
     pub objects: Vec<u16>,
+    /// What sampling these takes.
+    pub sampled_bytes: f64,
 }
 
 /// What is decided about: a scene at a time, who looks, and what he holds.
@@ -100,9 +119,14 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// The shapes that a viewer is better sent as they are; `seen_px` is of each object.
+    /// The shapes that a viewer is better sent as they are; `seen_px` is of each object. Where not all can be sent at once, those first that most is seen of.
     pub fn wanted(&self, bodies: &'a Bodies, seen_px: &BTreeMap<u16, f64>) -> Vec<Wanted<'a>> {
-        bodies.shapes.iter().filter_map(|shape| self.wanted_of(shape, seen_px)).collect()
+        let mut wanted: Vec<Wanted<'a>> =
+            bodies.shapes.iter().filter_map(|shape| self.wanted_of(shape, seen_px)).collect();
+        if !self.eye.allowance.is_all() {
+            wanted.sort_by(|a, b| b.sampled_bytes.total_cmp(&a.sampled_bytes));
+        }
+        wanted
     }
 
     fn wanted_of(&self, shape: &'a Shape, seen_px: &BTreeMap<u16, f64>) -> Option<Wanted<'a>> {
@@ -119,7 +143,8 @@ impl<'a> Question<'a> {
         // Not made before it is near enough to matter.
         let is_less = || shape.made(self.scene, self.codes).is_some_and(|made| bytes > made.bytes as f64);
         let is_wanted = !worth.is_empty() && (self.is_held(shape) || bytes > shape.least_bytes && is_less());
-        is_wanted.then(|| Wanted { shape, objects: worth.into_iter().map(|(object, _)| object).collect() })
+        let objects = worth.into_iter().map(|(object, _)| object).collect();
+        is_wanted.then_some(Wanted { shape, objects, sampled_bytes: bytes })
     }
 
     fn least_bytes(&self, shape: &Shape) -> f64 {

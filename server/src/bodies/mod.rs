@@ -22,5 +22,5 @@ mod store;
 pub use build::build;
 pub use decide::{Eye, PROBE_PX};
 pub use made::{Made, Unfit};
-pub use serve::{KeptBodies, serve};
+pub use serve::{KeptBodies, Sent, serve};
 pub use store::Bodies;

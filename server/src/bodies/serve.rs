@@ -25,7 +25,21 @@ impl KeptBodies {
     }
 }
 
-/// Sends a client bodies of objects that it is better sent so. `probe` draws what is seen, in a small image, where that must be known.
+/// What a look sent of bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sent {
+    /// What they take, in bytes.
+    pub bytes: f64,
+    /// Whether those are all that the client is better sent so, as things are.
+    pub are_all: bool,
+}
+
+impl Sent {
+    /// Nothing was to be sent.
+    pub const NOTHING: Sent = Sent { bytes: 0.0, are_all: true };
+}
+
+/// Sends a client bodies of objects that it is better sent so, as many as an update may bring, but one at least. `probe` draws what is seen, in a small image, where that must be known.
 pub fn serve(
     bodies: &Bodies,
     (scene, snapshot): (&Scene, &Snapshot),
@@ -34,20 +48,28 @@ pub fn serve(
     now: &Surroundings<'_>,
     (account, kept): (&mut Account, &mut KeptBodies),
     probe: impl FnOnce() -> Result<Option<Capture>, StageError>,
-) -> Result<(), StageError> {
+) -> Result<Sent, StageError> {
     kept.0.retain(|_, id| account.held().bodies.contains_key(id));
     // Many of one shape are shown by one relief for all.
     let shown = account.shown_otherwise();
     let question = Question { scene, snapshot, codes, eye, shown: &shown, held: &kept.0.clone() };
     let probed = if question.needs_probe(bodies) { probe()? } else { None };
     let seen_px = probed.map_or(BTreeMap::new(), |probe| eye.seen_px(&probe));
-    let mut placed = Vec::new();
-    for Wanted { shape, objects } in question.wanted(bodies, &seen_px) {
+    let (mut placed, mut sent) = (Vec::new(), Sent::NOTHING);
+    for Wanted { shape, objects, .. } in question.wanted(bodies, &seen_px) {
         let Some(made) = shape.made(scene, codes) else { continue };
         let id = match kept.0.get(&shape.objects[0]) {
             Some(id) => *id,
             None if !has_room(account.held(), made) => continue,
-            None => account.add_body(made.atlas.clone(), made.body.clone(), now)?,
+            None if eye.is_too_slow_for(made.bytes as f64) => continue,
+            None if !eye.takes(made.bytes as f64, sent.bytes) => {
+                sent.are_all = false;
+                continue;
+            }
+            None => {
+                sent.bytes += made.bytes as f64;
+                account.add_body(made.atlas.clone(), made.body.clone(), now)?
+            }
         };
         kept.0.insert(shape.objects[0], id);
         let instance = |object: u16| {
@@ -58,7 +80,8 @@ pub fn serve(
         };
         placed.push((id, objects.into_iter().map(instance).collect()));
     }
-    Ok(account.place(placed)?)
+    account.place(placed)?;
+    Ok(sent)
 }
 
 /// Whether a client takes another body beside those that it holds.

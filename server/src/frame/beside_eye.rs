@@ -26,10 +26,38 @@ use crate::viewer::Viewer;
 const LIGHTS_SHARE: u64 = 4;
 /// Occluders may take this part of it.
 const OCCLUDERS_SHARE: u64 = 4;
+/// Things that a look may begin: as many as there are.
+pub(super) const ALL: usize = usize::MAX;
 /// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
 const IMAGES_A_LIGHT: u64 = 2;
 
 impl Stage {
+    /// Sends what is shown beside the eye's samples: layers, impostors, what lights see, occluders. `most` things begin at most; what is left begins at a later look.
+    pub(super) fn send_beside(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+        viewer: &Viewer,
+        most: usize,
+    ) -> Result<LightWork, StageError> {
+        let eye_world = plan.coverage.world_from_eye.translation;
+        let first = client.account.edits();
+        // Where not all may begin, nothing does after something else was sent.
+        let left = |client: &Client| if most < ALL && client.account.edits() > first { 0 } else { most };
+        self.send_layers(plan, snapshot, now, client)?;
+        if !client.begins_coarsely {
+            self.send_impostors(plan, snapshot, now, client, left(client))?;
+        }
+        let viewpoint = Viewpoint { eye_world, focal_px: output_focal_px(viewer.view) };
+        let lights = self.send_lights(snapshot, now, client, viewpoint, left(client))?;
+        if left(client) > 0 {
+            self.send_occluders(snapshot, now, client, eye_world)?;
+        }
+        Ok(lights)
+    }
+
     /// Decides which objects a client is shown by reliefs, before it is looked at what it lacks of all others.
     pub(super) fn send_reliefs(
         &mut self,
@@ -66,9 +94,9 @@ impl Stage {
         now: &Surroundings<'_>,
         client: &mut Client,
         viewer: &Viewer,
-    ) -> Result<(), StageError> {
+    ) -> Result<bodies::Sent, StageError> {
         if self.bodies.is_nothing() {
-            return Ok(());
+            return Ok(bodies::Sent::NOTHING);
         }
         let eye = bodies::Eye {
             eye_world: plan.coverage.world_from_eye.translation,
@@ -76,6 +104,8 @@ impl Stage {
             most_px: f64::from(viewer.view.width_px) * f64::from(viewer.view.height_px),
             update_hz: 1.0 / self.rules.update_interval_s,
             share: if client.begins_coarsely { COARSE_SIDE * COARSE_SIDE } else { 1.0 },
+            allowance: plan.allowance,
+            begins: !plan.reason.is_passing() || viewer.has_clear_path(self.rules.update_interval_s),
         };
         let bodies = self.bodies.clone();
         let held = (&mut client.account, &mut client.bodies);
@@ -91,13 +121,14 @@ impl Stage {
         bodies::serve(&bodies, at, &self.material_codes, &eye, now, held, probe)
     }
 
-    /// Sends the impostors that a client needs and does not hold as they are now.
-    pub(super) fn send_impostors(
+    /// Sends the impostors that a client needs and does not hold as they are now, `most` at most.
+    fn send_impostors(
         &mut self,
         plan: &Plan,
         snapshot: &Snapshot,
         now: &Surroundings<'_>,
         client: &mut Client,
+        most: usize,
     ) -> Result<(), StageError> {
         let eye_world = plan.coverage.world_from_eye.translation;
         let imager = &mut *self.imager;
@@ -107,7 +138,7 @@ impl Stage {
         if let Some(news) = client.impostors.news(&decision) {
             tracing::info!("impostors: {news}");
         }
-        for wanted in client.impostors.lacking(&decision, client.account.held()) {
+        for wanted in client.impostors.lacking(&decision, client.account.held()).into_iter().take(most) {
             let Some(image) = self.imager.impostor(snapshot, &wanted.shot())? else { continue };
             let id = client.account.add_impostor(image, wanted.purpose, now)?;
             if let Some(old) = client.impostors.replace(wanted, id) {
@@ -120,13 +151,14 @@ impl Stage {
         Ok(())
     }
 
-    /// Sends what lights see that a client draws shadows of, as far as it changed.
-    pub(super) fn send_lights(
+    /// Sends what lights see that a client draws shadows of, as far as it changed; `most_begun` sets begin at most.
+    fn send_lights(
         &mut self,
         snapshot: &Arc<Snapshot>,
         now: &Surroundings<'_>,
         client: &mut Client,
         viewer: Viewpoint,
+        most_begun: usize,
     ) -> Result<LightWork, StageError> {
         let shadows = client.draws.shadows;
         if shadows == Shadows::None || client.begins_coarsely || !self.is_lit {
@@ -141,6 +173,7 @@ impl Stage {
             viewer,
             shadows,
             side_px: self.light_size_px(client, now.lighting),
+            most_begun,
             account: &mut client.account,
             imager: &mut *self.imager,
         };
@@ -149,7 +182,7 @@ impl Stage {
     }
 
     /// Sends what occludes that the eye never saw, to a client that draws ambient occlusion, as far as it changed.
-    pub(super) fn send_occluders(
+    fn send_occluders(
         &mut self,
         snapshot: &Arc<Snapshot>,
         now: &Surroundings<'_>,

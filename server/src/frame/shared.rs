@@ -78,6 +78,7 @@ impl Stage {
             view: viewer.view,
             draws: client.draws,
             budget_bytes: client.budget_bytes,
+            portions: client.portions.clone(),
             begins_coarsely: client.begins_coarsely,
             judged_shapes: self.judged_shapes.load(Ordering::Relaxed),
         };

@@ -107,7 +107,7 @@ impl Stage {
 }
 
 /// How a view of a plan, by its number and its pixels, is brought up to date.
-fn revision<'a>(
+pub(super) fn revision<'a>(
     account_rules: &AccountRules,
     looks: usize,
     plan: &'a Plan,

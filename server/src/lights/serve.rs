@@ -50,6 +50,8 @@ pub struct Serving<'a> {
     pub shadows: Shadows,
     /// Images have as many pixels as a square of this side.
     pub side_px: u32,
+    /// So many sets may begin.
+    pub most_begun: usize,
     /// What the client holds.
     pub account: &'a mut Account,
     /// Sees the scene.
@@ -94,6 +96,8 @@ impl Serving<'_> {
         // What reliefs show to the eye casts like everything else. Bodies cast as they are, but for soft shadows, which are cast by samples.
         self.imager.leave_out(if caster.is_lamp() { LeftOut::default() } else { self.account.bodies_left_out() });
         let Some(known) = kept.lights.get_mut(&light) else {
+            let Some(left) = self.most_begun.checked_sub(1) else { return Ok(()) };
+            self.most_begun = left;
             kept.lights.insert(light, self.begin(light, (caster, all), false)?);
             return Ok(());
         };

@@ -11,6 +11,7 @@ use crate::discretize::{Capture, DepthPrecision, Discretization};
 use crate::impostors::Drawn;
 use crate::made::Made;
 use crate::plan::Plan;
+use crate::portions::Portions;
 use crate::render::{Blended, Faces, LeftOut};
 
 /// What an imager was told of how to draw, until it is told otherwise.
@@ -72,6 +73,8 @@ pub struct LookRequest {
     pub draws: Draws,
     /// What its copy may cost it.
     pub budget_bytes: u64,
+    /// How far a look has come that is taken in portions.
+    pub portions: Portions,
     /// Whether it gets a coarse image first.
     pub begins_coarsely: bool,
     /// Shapes that were judged, see [`crate::impostors::relief`].
