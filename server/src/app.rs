@@ -1,4 +1,4 @@
-//! A server's life: it listens, its scene is loaded, it serves, it stops.
+//! A server's life: it listens, its scene is loaded, it serves, perhaps another scene in its place, it stops.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -9,21 +9,25 @@ use axum::serve::{Listener, ListenerExt, TapIo};
 use scene::Scene;
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
 use crate::imager::Imager;
 use crate::memory;
+use crate::pool::Pool;
 use crate::routes::{self, Gate};
-use crate::session::{self, Shared};
+use crate::serving::Serving;
+use crate::session::{House, Shared};
 use crate::stats::Stats;
 
 /// Bytes that the system takes before the path does: a fragment of an update is 32 KiB.
 #[cfg(any(target_os = "linux", target_os = "android"))]
 const UNSENT_BYTES: u32 = 16 * 1024;
-/// How long sessions have to say goodbye when the server stops.
-const FAREWELL: Duration = Duration::from_secs(2);
+/// How long sessions have to say goodbye when the server stops, and after them what else is asked for. Together well below the ten seconds that who stops a
+/// server may count on.
+const SESSIONS_LEAVE_WITHIN: Duration = Duration::from_secs(5);
+const REQUESTS_END_WITHIN: Duration = Duration::from_secs(2);
 
 /// Why a server did not start or went down.
 #[derive(Debug, Error)]
@@ -46,9 +50,26 @@ pub struct Listening {
     /// Where it listens.
     pub addr: SocketAddr,
     url: String,
-    gate: Arc<Gate>,
+    serving: Arc<Serving>,
+    house: House,
+    places: usize,
     stop: watch::Sender<bool>,
     task: JoinHandle<()>,
+}
+
+/// How many are there, for who keeps servers.
+#[derive(Clone)]
+pub struct Attendance {
+    serving: Arc<Serving>,
+    house: House,
+    places: usize,
+}
+
+impl Attendance {
+    /// Sessions now: of clients that have greeted; `None` while nobody may come.
+    pub fn sessions(&self) -> Option<usize> {
+        self.serving.open().ok().map(|_| self.places.saturating_sub(self.house.places.available_permits()))
+    }
 }
 
 /// A server that runs in the background until it is stopped. Dropping it leaves it running.
@@ -59,8 +80,10 @@ pub struct Running {
     pub stats: Arc<Stats>,
     url: String,
     stop: watch::Sender<bool>,
-    shared: Arc<Shared>,
-    tasks: [JoinHandle<()>; 3],
+    serving: Arc<Serving>,
+    house: House,
+    places: u32,
+    tasks: [JoinHandle<()>; 2],
 }
 
 /// Listens, as the options of a server say that are about its port.
@@ -70,8 +93,9 @@ pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
     let listener = TcpListener::bind(addr).await.map_err(listen_error)?;
     let addr = listener.local_addr().map_err(listen_error)?;
     let (stop, stopped) = watch::channel(false);
-    let gate = Arc::new(Gate::new(config));
-    let (router, tls) = (routes::router(gate.clone(), &config.web), config.tls.clone());
+    let serving = Arc::<Serving>::default();
+    let gate = Arc::new(Gate::new(config, serving.clone()));
+    let (router, tls) = (routes::router(gate, config.web.as_deref()), config.tls.clone());
     let scheme = if tls.is_some() { "https" } else { "http" };
     let task = tokio::spawn(async move {
         match tls {
@@ -81,7 +105,8 @@ pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
             }
         }
     });
-    Ok(Listening { addr, url: format!("{scheme}://{addr}"), gate, stop, task })
+    let places = config.limits.clients;
+    Ok(Listening { addr, url: format!("{scheme}://{addr}"), serving, house: House::new(places), places, stop, task })
 }
 
 impl Listening {
@@ -90,23 +115,25 @@ impl Listening {
         &self.url
     }
 
+    /// Tells how many are there, from now on.
+    pub fn attendance(&self) -> Attendance {
+        Attendance { serving: self.serving.clone(), house: self.house.clone(), places: self.places }
+    }
+
     /// What is shown to who comes: how far the scene is.
     pub fn progress(&self) -> impl Fn(String) + Send + Sync + 'static {
-        let gate = self.gate.clone();
-        move |said| gate.says(said)
+        let serving = self.serving.clone();
+        move |said| serving.says(said)
     }
 
     /// Serves a scene from now on. The imager must have been made for it, and `config` must be that which it listens by.
     pub fn serve(self, config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -> Result<Running, ServeError> {
-        let places = Arc::new(Semaphore::new(config.limits.clients));
-        let shared = Shared::new(config, scene, imager, places, self.stop.subscribe()).map_err(ServeError::Thread)?;
-        let shared = Arc::new(shared);
-        self.gate.opens(shared.clone());
-        let stats = shared.stats.clone();
-        let give_back = tokio::spawn(memory::give_back_after(shared.ended.clone()));
-        let forget = tokio::spawn(memory::give_back_unasked(stats.pool.clone()));
-        let tasks = [self.task, give_back, forget];
-        Ok(Running { addr: self.addr, stats, url: self.url, stop: self.stop, shared, tasks })
+        let Listening { addr, url, serving, house, places, stop, task } = self;
+        let give_back = tokio::spawn(memory::give_back_after(house.ended.clone()));
+        let (stats, places) = (house.stats.clone(), u32::try_from(places).unwrap_or(u32::MAX));
+        let running = Running { addr, stats, url, stop, serving, house, places, tasks: [task, give_back] };
+        running.show(config, scene, imager)?;
+        Ok(running)
     }
 }
 
@@ -121,26 +148,42 @@ impl Running {
         &self.url
     }
 
-    /// Says goodbye to every client and stops.
+    /// Serves another scene to new sessions, and tells those of the one before to come again; as [`Listening::serve`].
+    pub fn show(&self, config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -> Result<(), ServeError> {
+        let shared = Shared::new(config, scene, imager, self.house.clone()).map_err(ServeError::Thread)?;
+        tokio::spawn(memory::give_back_unasked(Arc::downgrade(&shared.pool)));
+        self.serving.show(Arc::new(shared));
+        Ok(())
+    }
+
+    /// What was drawn of the scene that is shown, and what did not have to be.
+    pub fn pool(&self) -> Option<Arc<Pool>> {
+        self.serving.shared().ok().map(|shared| shared.pool.clone())
+    }
+
+    /// Lets nobody in any more, which `/readyz` says, and tells every client goodbye.
+    pub fn drain(&self) {
+        self.serving.drain();
+    }
+
+    /// Says goodbye to every client and stops. Until all have gone it answers, so that whoever asks is told.
     pub async fn stop(self) {
-        self.stop.send_replace(true);
-        let sessions = self.shared.config.limits.clients as u32;
-        if tokio::time::timeout(FAREWELL, self.shared.places.acquire_many(sessions)).await.is_err() {
+        self.drain();
+        let left = self.house.places.acquire_many(self.places);
+        if tokio::time::timeout(SESSIONS_LEAVE_WITHIN, left).await.is_err() {
             tracing::warn!("some clients did not take the goodbye in time");
         }
-        let [answers, give_back, forget] = self.tasks;
-        if tokio::time::timeout(FAREWELL, answers).await.is_err() {
+        self.stop.send_replace(true);
+        let [answers, give_back] = self.tasks;
+        if tokio::time::timeout(REQUESTS_END_WITHIN, answers).await.is_err() {
             tracing::warn!("some requests did not end in time");
         }
         give_back.abort();
-        forget.abort();
     }
 
     /// Waits until the server can make no more images, and says why. For a process that lives as long as its server.
     pub async fn failed(&self) -> String {
-        let mut failure = self.shared.worker.failure();
-        let reason = failure.wait_for(Option::is_some).await.map(|reason| reason.clone());
-        reason.ok().flatten().unwrap_or_else(|| "the rendering thread ended".to_owned())
+        self.serving.failed().await
     }
 }
 
@@ -151,7 +194,12 @@ where
     F: FnMut(&mut L::Io) + Send + 'static,
 {
     let service = router.into_make_service_with_connect_info::<SocketAddr>();
-    let stop = async move { session::stop_asked(&mut stopped).await };
+    let stop = async move {
+        if stopped.wait_for(|&stop| stop).await.is_err() {
+            // Whoever could stop it is gone: it runs on.
+            std::future::pending::<()>().await;
+        }
+    };
     if let Err(error) = axum::serve(listener, service).with_graceful_shutdown(stop).await {
         tracing::error!("the server went down: {error}");
     }

@@ -66,8 +66,8 @@ pub struct Config {
     pub clock: Clock,
     /// Ticks a second of a session.
     pub update_hz: f64,
-    /// Folder of the built web client.
-    pub web: PathBuf,
+    /// Folder of the built web client; `None` for the one that is built in.
+    pub web: Option<PathBuf>,
     /// Who may connect.
     pub access: Access,
     /// What https and wss are served by; `None` for http and ws.
@@ -104,7 +104,7 @@ impl Default for Config {
             exposure: 1.0,
             clock: Clock::default(),
             update_hz: 10.0,
-            web: PathBuf::from("target/web"),
+            web: None,
             access: Access::default(),
             tls: None,
             limits: ServerLimits::default(),

@@ -1,6 +1,6 @@
 //! The server: plan -> discretize -> encode -> socket.
 //!
-//! - [`app`]: a server's life; `routes`: what its port answers; `metrics`: its figures for Prometheus; [`session`]: one client's connection, on either
+//! - [`app`]: a server's life; `routes`: what its port answers; [`page`]: the web client in it; `metrics`: its figures for Prometheus; [`session`]: one client's connection, on either
 //!   clock; [`audience`]: clients that follow another.
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
 //!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick,
@@ -10,9 +10,11 @@
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
 //!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them; `sky`:
 //!   light from all around.
+//! - [`operate`]: a server as its operator sees it, by [`signals`]; `serving`: which scene new sessions get; [`prepare`]: a scene made ready; [`notify`]: for
+//!   systemd; [`agones`]: for Kubernetes.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
-//! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
+//! - [`config`], [`options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
 //!   what it counts.
 
 // Whether a pipeline of wgpu may go from thread to thread is asked through all that it consists of.
@@ -21,6 +23,7 @@
 pub mod access;
 pub mod account;
 mod allowance;
+pub mod agones;
 pub mod anticipate;
 pub mod app;
 pub mod asked;
@@ -43,19 +46,26 @@ pub mod look_times;
 pub mod made;
 mod memory;
 mod metrics;
+pub mod notify;
 pub mod occluders;
+pub mod operate;
 pub mod options;
 pub mod pace;
+pub mod page;
 pub mod plan;
 pub mod pool;
 mod portions;
+pub mod prepare;
 mod queue;
 pub mod render;
 pub mod rest;
 mod revise;
 mod routes;
 pub mod scale;
+mod serving;
 pub mod session;
+pub mod settings;
+pub mod signals;
 mod sky;
 pub mod source;
 pub mod stage_error;

@@ -3,7 +3,7 @@
 //! glibc's allocator keeps what is freed for the next time, in an arena for every few threads: of 506 MiB, sixteen walkers left 361 with the process, of which
 //! a trim gives back 288. Other allocators and systems are left alone.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use tokio::sync::Notify;
@@ -27,11 +27,12 @@ pub async fn give_back_after(ended: Arc<Notify>) {
     }
 }
 
-/// Gives back what a pool keeps that nobody asked for lately.
-pub async fn give_back_unasked(pool: Arc<Pool>) {
+/// Gives back what a pool keeps that nobody asked for lately, as long as there is the pool.
+pub async fn give_back_unasked(pool: Weak<Pool>) {
     let mut looks = tokio::time::interval(LOOKS_EVERY);
     loop {
         looks.tick().await;
+        let Some(pool) = pool.upgrade() else { return };
         if pool.forget_unasked(Instant::now()) && tokio::task::spawn_blocking(trim).await.is_err() {
             return;
         }

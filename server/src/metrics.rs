@@ -13,7 +13,7 @@ pub(crate) const CONTENT_TYPE: &str = "text/plain; version=0.0.4";
 /// All figures of a server.
 pub(crate) fn text(shared: &Shared) -> String {
     let mut text = Text::default();
-    let stats = &shared.stats;
+    let stats = &shared.house.stats;
     let count = |of: &std::sync::atomic::AtomicU64| of.load(Ordering::Relaxed) as f64;
     let info = [("version", env!("CARGO_PKG_VERSION")), ("scene", &shared.scene.name), ("adapter", &shared.adapter)];
     text.figure("vantage_info", "gauge", "What is served, and what draws it.", &[(&info, 1.0)]);
@@ -40,6 +40,14 @@ pub(crate) fn text(shared: &Shared) -> String {
         Reason::ALL.iter().map(|&reason| ([("reason", reason.name())], stats.looks(reason) as f64)).collect();
     let looks: Vec<_> = looks.iter().map(|(labels, value)| (&labels[..], *value)).collect();
     text.figure("vantage_looks_total", "counter", "Looks at what clients lack, by why they were made.", &looks);
+    text.one(
+        "vantage_scene_reloads_total",
+        "counter",
+        "Times that the scene was to be loaded anew.",
+        count(&stats.reloads),
+    );
+    let failed = f64::from(u8::from(stats.reload_failed.load(Ordering::Relaxed)));
+    text.one("vantage_scene_reload_failed", "gauge", "Whether that failed the last time.", failed);
     if let Some(bytes) = resident_bytes() {
         text.one("vantage_resident_bytes", "gauge", "Memory of the process that is in RAM.", bytes as f64);
     }

@@ -39,13 +39,13 @@ pub struct Options {
     #[arg(long)]
     pub list: bool,
     /// Which GPU draws, by its number or a part of its name; without it, the best one
-    #[arg(long, value_name = "NAME", env = "VANTAGE_GPU")]
+    #[arg(long, value_name = "NAME")]
     pub gpu: Option<String>,
     /// Name the GPUs that there are, with their numbers, and exit
     #[arg(long)]
     pub list_gpus: bool,
     /// How the log is written
-    #[arg(long, value_enum, default_value_t, env = "VANTAGE_LOG_FORMAT")]
+    #[arg(long, value_enum, default_value_t)]
     pub log_format: LogFormat,
     /// Address to listen on; anything but loopback needs --token
     #[arg(long, default_value = "127.0.0.1")]
@@ -54,17 +54,17 @@ pub struct Options {
     #[arg(long, default_value_t = 8080)]
     pub port: u16,
     /// What clients must know to connect: #token=... in the page's address, --token of the viewer, or a bearer token
-    #[arg(long, env = "VANTAGE_TOKEN", hide_env_values = true)]
+    #[arg(long, hide_env_values = true)]
     pub token: Option<String>,
     /// A page of another origin (https://HOST or https://HOST:PORT) that may connect; may be given several times
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     pub allow_origin: Vec<String>,
     /// Serve https and wss by this certificate, a PEM file that also holds the chain of those that vouch for it; a new one is taken up while
     /// serving
-    #[arg(long, value_name = "FILE", env = "VANTAGE_TLS_CERT", requires = "tls_key")]
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
     pub tls_cert: Option<PathBuf>,
     /// The private key of --tls-cert, a PEM file
-    #[arg(long, value_name = "FILE", env = "VANTAGE_TLS_KEY", requires = "tls_cert")]
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
     pub tls_key: Option<PathBuf>,
     /// Serve https and wss by a certificate that is made at start and that nobody vouches for; the log tells its fingerprint
     #[arg(long, conflicts_with_all = ["tls_cert", "tls_key"])]
@@ -132,9 +132,21 @@ pub struct Options {
     /// Sessions at one time at most
     #[arg(long, default_value_t = 256)]
     pub max_clients: usize,
-    /// Folder of the built web client [default: target/web]
-    #[arg(long)]
+    /// Folder of the built web client, in place of the one that is built into this program
+    #[arg(long, value_name = "FOLDER")]
     pub web: Option<PathBuf>,
+    /// Tell Agones, which keeps servers on Kubernetes, how this one is; by itself where AGONES_SDK_HTTP_PORT says where
+    #[arg(long)]
+    pub agones: bool,
+    /// Let Agones end this server once nobody has been here for so long
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
+    pub agones_idle_s: f64,
+    /// A file of settings: TOML, whose keys are the names of these options. What the command line or the environment says is stronger
+    #[arg(long = "config", value_name = "FILE", env = "VANTAGE_CONFIG")]
+    pub config_file: Option<PathBuf>,
+    /// Show all settings as such a file, with where each is from, and exit
+    #[arg(long)]
+    pub print_config: bool,
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
@@ -335,7 +347,7 @@ impl Options {
             exposure: 2f32.powf(self.exposure),
             clock: self.clock.into(),
             update_hz: self.update_hz,
-            web: self.web.clone().unwrap_or(defaults.web),
+            web: self.web.clone(),
             access: Access { token: self.token.clone(), origins: self.allow_origin.clone() },
             tls: None,
             limits,

@@ -2,25 +2,24 @@
 
 use std::net::SocketAddr;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use axum::Router;
 use axum::extract::{ConnectInfo, Query, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, header};
-use axum::response::{Html, IntoResponse, Json, Response};
+use axum::response::{IntoResponse, Json, Response};
 use axum::routing::get;
 use protocol::message::SUBPROTOCOL;
 use serde::Deserialize;
 use tokio::sync::Semaphore;
-use tower_http::compression::CompressionLayer;
-use tower_http::services::ServeDir;
 use tower_http::set_header::SetResponseHeaderLayer;
 
 use crate::access::{self, Access, Refused, SECURITY_HEADERS};
 use crate::config::Config;
-use crate::metrics;
+use crate::serving::Serving;
 use crate::session::{self, Shared};
+use crate::{metrics, page};
 
 /// A client's message is under 200 bytes; see `protocol`'s limits.
 const MAX_MESSAGE_BYTES: usize = 4096;
@@ -30,49 +29,25 @@ const READ_BUFFER_BYTES: usize = 4096;
 const WRITE_BUFFER_BYTES: usize = 0;
 const MAX_WRITE_BUFFER_BYTES: usize = 256 * 1024;
 
-/// What is there behind the port: nothing while the scene is loaded, then all that sessions share.
+/// What is there behind the port, and who may come in.
 pub(crate) struct Gate {
     access: Access,
     /// One permit a connection that has not said who it is.
     doorsteps: Arc<Semaphore>,
-    shared: OnceLock<Arc<Shared>>,
-    /// How far loading is.
-    said: Mutex<String>,
+    serving: Arc<Serving>,
 }
 
 impl Gate {
-    /// Closed, by a server's options.
-    pub(crate) fn new(config: &Config) -> Gate {
+    /// By a server's options.
+    pub(crate) fn new(config: &Config, serving: Arc<Serving>) -> Gate {
         let doorsteps = Arc::new(Semaphore::new(config.limits.doorsteps));
-        Gate { access: config.access.clone(), doorsteps, shared: OnceLock::new(), said: Mutex::default() }
-    }
-
-    /// Says how far loading is.
-    pub(crate) fn says(&self, said: String) {
-        *self.said.lock().unwrap_or_else(PoisonError::into_inner) = said;
-    }
-
-    /// From now on sessions are served. Once.
-    pub(crate) fn opens(&self, shared: Arc<Shared>) {
-        let _ = self.shared.set(shared);
-    }
-
-    /// Or what to tell who comes too early.
-    fn shared(&self) -> Result<&Arc<Shared>, String> {
-        self.shared.get().ok_or_else(|| {
-            let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
-            if said.is_empty() {
-                "the scene is being loaded".to_owned()
-            } else {
-                format!("the scene is being loaded: {said}")
-            }
-        })
+        Gate { access: config.access.clone(), doorsteps, serving }
     }
 
     /// For who may read what is told of a server.
-    fn shared_with(&self, asked: &Asked, headers: &HeaderMap) -> Result<&Arc<Shared>, Untold> {
+    fn shared_with(&self, asked: &Asked, headers: &HeaderMap) -> Result<Arc<Shared>, Untold> {
         access::check_reader(headers, asked.token.as_deref(), &self.access).map_err(Untold::Refused)?;
-        self.shared().map_err(Untold::Early)
+        self.serving.shared().map_err(Untold::Early)
     }
 }
 
@@ -95,12 +70,9 @@ impl IntoResponse for Untold {
     }
 }
 
-/// All that is answered; `web`: the folder of the built web client.
-pub(crate) fn router(gate: Arc<Gate>, web: &Path) -> Router {
-    let files = Router::new()
-        .fallback_service(ServeDir::new(web).precompressed_br().precompressed_gzip().fallback(missing_page(web)));
-    let mut router = files
-        .layer(CompressionLayer::new())
+/// All that is answered; `web`: the folder of the built web client, where it is not the one that is built in.
+pub(crate) fn router(gate: Arc<Gate>, web: Option<&Path>) -> Router {
+    let mut router = page::router(web)
         .route("/livez", get(async || "alive\n"))
         .route("/readyz", get(ready))
         .route("/healthz", get(health))
@@ -114,27 +86,9 @@ pub(crate) fn router(gate: Arc<Gate>, web: &Path) -> Router {
     router
 }
 
-/// What is shown for a path without a file: how to build the client where it is not built, else nothing.
-fn missing_page(web: &Path) -> Router {
-    let index = web.join("index.html");
-    Router::new().fallback(move |uri: axum::http::Uri| async move {
-        if uri.path() == "/" && !index.is_file() {
-            (StatusCode::OK, Html(NOT_BUILT)).into_response()
-        } else {
-            (StatusCode::NOT_FOUND, "not found\n").into_response()
-        }
-    })
-}
-
-const NOT_BUILT: &str = "<!doctype html><meta charset=\"utf-8\"><title>Vantage</title>\
-    <h1>Vantage is running</h1>\
-    <p>The web client is not built. <code>cargo xtask serve</code> builds it and starts the server; a server that runs \
-    already finds the client in the folder that <code>--web</code> names.</p>\
-    <p>The native client works now: <code>vantage-view</code>.</p>\n";
-
 /// Whether sessions are served.
 async fn ready(State(gate): State<Arc<Gate>>) -> Response {
-    let failure = gate.shared().and_then(|shared| shared.worker.failure().borrow().clone().map_or(Ok(()), Err));
+    let failure = gate.serving.open().and_then(|shared| shared.worker.failure().borrow().clone().map_or(Ok(()), Err));
     match failure {
         Ok(()) => "ready\n".into_response(),
         Err(why) => (StatusCode::SERVICE_UNAVAILABLE, format!("{why}\n")).into_response(),
@@ -148,12 +102,12 @@ async fn measures(
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Untold> {
     let shared = gate.shared_with(&asked, &headers)?;
-    Ok(([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(shared)))
+    Ok(([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&shared)))
 }
 
 async fn health(State(gate): State<Arc<Gate>>) -> Result<Response, Untold> {
-    let shared = gate.shared().map_err(Untold::Early)?;
-    let mut answer = shared.stats.json();
+    let shared = gate.serving.shared().map_err(Untold::Early)?;
+    let mut answer = shared.house.stats.json(&shared.pool);
     let failure = shared.worker.failure().borrow().clone();
     if let Some(object) = answer.as_object_mut() {
         object.insert("ok".into(), failure.is_none().into());
@@ -193,7 +147,7 @@ async fn websocket(
         return (StatusCode::SERVICE_UNAVAILABLE, "too many who have not said who they are\n").into_response();
     };
     let checked = access::check(&headers, asked.token.as_deref(), &gate.access);
-    let shared = gate.shared().cloned();
+    let shared = gate.serving.open();
     upgrade
         .protocols([SUBPROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
@@ -212,10 +166,10 @@ async fn websocket(
                 Ok(shared) => shared,
                 Err(said) => return session::refuse(socket, &said, true).await,
             };
-            shared.stats.clients.fetch_add(1, Ordering::Relaxed);
-            shared.stats.connected.fetch_add(1, Ordering::Relaxed);
+            shared.house.stats.clients.fetch_add(1, Ordering::Relaxed);
+            shared.house.stats.connected.fetch_add(1, Ordering::Relaxed);
             session::run(&shared, socket, peer, doorstep).await;
-            shared.stats.clients.fetch_sub(1, Ordering::Relaxed);
-            shared.ended.notify_one();
+            shared.house.stats.clients.fetch_sub(1, Ordering::Relaxed);
+            shared.house.ended.notify_one();
         })
 }

@@ -1,7 +1,6 @@
 //! What a running server counts. Shared by all sessions; read by `/healthz` and tests.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::account::LightCounts;
@@ -30,8 +29,10 @@ pub struct Stats {
     pub ahead: AheadStats,
     /// Where the time of looks goes.
     pub look_times: LookTimes,
-    /// What was drawn, and what did not have to be.
-    pub pool: Arc<Pool>,
+    /// Times that a scene was to be loaded anew.
+    pub reloads: AtomicU64,
+    /// Whether that failed the last time.
+    pub reload_failed: AtomicBool,
     looks: [AtomicU64; Reason::ALL.len()],
 }
 
@@ -46,8 +47,8 @@ impl Stats {
         self.looks[reason as usize].load(Ordering::Relaxed)
     }
 
-    /// As JSON, for `/healthz`.
-    pub fn json(&self) -> serde_json::Value {
+    /// As JSON, for `/healthz`, with what was drawn of the scene.
+    pub fn json(&self, pool: &Pool) -> serde_json::Value {
         let looks: serde_json::Map<_, _> =
             Reason::ALL.iter().map(|&reason| (reason.name().to_owned(), self.looks(reason).into())).collect();
         serde_json::json!({
@@ -59,7 +60,7 @@ impl Stats {
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
             "looks": looks,
             "look_times": self.look_times.json(),
-            "pool": self.pool.json(),
+            "pool": pool.json(),
             "lights": self.lights.json(),
             "ahead": { "samples": self.ahead.samples.load(Ordering::Relaxed), "bytes": self.ahead.bytes.load(Ordering::Relaxed) },
             "resident_bytes": resident_bytes(),

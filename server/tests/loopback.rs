@@ -8,8 +8,9 @@ use std::time::Duration;
 use camera::Motion;
 use glam::DVec3;
 use net::{Client, NoiseImager, VIEW, config, request, request_at, room, secret, start};
-use protocol::message::Clock;
+use protocol::message::{Clock, Resume};
 use protocol::session::{ClientConfig, SessionError};
+use scene::Scene;
 use vantage_server::Config;
 use vantage_server::plan::Reason;
 
@@ -56,12 +57,50 @@ async fn who_comes_while_the_scene_is_loaded_is_told_so() {
 }
 
 #[tokio::test]
+async fn who_comes_while_it_drains_is_told_so() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(10.0, |client| client.welcome.is_some()).await.expect("a session");
+    running.drain();
+    let ready = request(&running, "/readyz", "").await;
+    assert!(ready.starts_with("HTTP/1.1 503") && ready.contains("draining"), "{ready}");
+    assert!(request(&running, "/livez", "").await.starts_with("HTTP/1.1 200"));
+    for mut told in [client, Client::connect(&running, Clock::Wall).await] {
+        let error = told.run(10.0, |_| false).await.expect_err("no session any more");
+        let SessionError::Goodbye { reason, again } = error else { panic!("{error}") };
+        assert!(reason.contains("the server stops") && again, "{reason}");
+    }
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn who_looks_at_a_scene_that_is_replaced_begins_anew() {
+    let running = start(config(), room(false), Duration::ZERO).await;
+    let mut client = Client::connect(&running, Clock::Wall).await;
+    client.run(10.0, |client| !client.updates.is_empty()).await.expect("a session");
+    let next = Scene { name: "another".to_owned(), ..room(false) };
+    let imager = Box::new(NoiseImager { delay: Duration::ZERO });
+    running.show(config(), Arc::new(next), imager).expect("another scene");
+    let error = client.run(10.0, |_| false).await.expect_err("the scene is no more");
+    let SessionError::Goodbye { reason, again } = error else { panic!("{error}") };
+    assert!(reason.contains("loaded anew") && again, "{reason}");
+    let welcome = client.welcome.expect("welcomed");
+    let (number, digest) = (client.held.number, client.held.digest());
+    let resume = Some(Resume { secret: welcome.secret, number, digest });
+    let mut back = Client::with(&running, ClientConfig { resume, ..ClientConfig::new(Clock::Wall, VIEW) }).await;
+    back.run(10.0, |back| !back.updates.is_empty()).await.expect("a session");
+    let welcome = back.welcome.expect("welcomed");
+    assert_eq!((welcome.scene_name.as_str(), welcome.resumed), ("another", false));
+    running.stop().await;
+}
+
+#[tokio::test]
 async fn files_of_the_web_client_are_served_with_their_types() {
     let web = std::env::temp_dir().join(format!("vantage-web-{}", std::process::id()));
     std::fs::create_dir_all(&web).expect("folder");
     std::fs::write(web.join("index.html"), "<h1>hello</h1>").expect("file");
     std::fs::write(web.join("client.wasm"), vec![7; 4096]).expect("file");
-    let running = start(Config { web: web.clone(), ..config() }, room(false), Duration::ZERO).await;
+    let running = start(Config { web: Some(web.clone()), ..config() }, room(false), Duration::ZERO).await;
     assert!(request(&running, "/", "").await.contains("<h1>hello</h1>"));
     let wasm = request(&running, "/client.wasm", "Accept-Encoding: gzip\r\n").await;
     assert!(wasm.contains("content-type: application/wasm") && wasm.contains("content-encoding: gzip"), "{wasm}");

@@ -8,6 +8,15 @@ use super::kept::GiveWay;
 use super::outlet::WriteEnd;
 use crate::worker::WorkerGone;
 
+/// Why all sessions of a scene end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    /// The server was asked to stop.
+    Stops,
+    /// Another scene is shown in its place.
+    Replaced,
+}
+
 /// Why a session ended.
 #[derive(Debug)]
 pub(super) enum End {
@@ -32,8 +41,8 @@ pub(super) enum End {
     NotReading,
     /// What a presenter was sent cannot be passed on to this follower.
     CannotFollow(String),
-    /// The server was stopped.
-    Stopped,
+    /// The server is done with what was shown.
+    Over(Over),
     /// There are no more images.
     NoWorker,
 }
@@ -49,7 +58,8 @@ impl End {
             End::Session(error) => Some(error.to_string()),
             End::NotReading => Some(format!("nothing was read for {} s", patience.as_secs_f64())),
             End::CannotFollow(error) => Some(format!("what is presented cannot be sent: {error}")),
-            End::Stopped => Some("the server stops".to_owned()),
+            End::Over(Over::Stops) => Some("the server stops".to_owned()),
+            End::Over(Over::Replaced) => Some("the scene was loaded anew".to_owned()),
             End::NoWorker => Some("the server can make no more images".to_owned()),
         }
     }
@@ -88,6 +98,12 @@ impl End {
 impl From<SessionError> for End {
     fn from(error: SessionError) -> End {
         End::Session(error)
+    }
+}
+
+impl From<Over> for End {
+    fn from(over: Over) -> End {
+        End::Over(over)
     }
 }
 

@@ -9,7 +9,7 @@ use protocol::wire::PackedUpdate;
 
 use super::end::End;
 use super::wall_clock::IDLE;
-use super::{Connection, stop_asked};
+use super::{Connection, is_over};
 use crate::audience::Following;
 
 /// Between two places of the presenter's eye at least: clients go from one to the next by themselves.
@@ -51,11 +51,11 @@ impl Connection<'_> {
                 message = self.incoming.next() => self.receive(message)?,
                 sent = self.outlet.send(&mut outgoing), if outgoing_bytes > 0 => {
                     sent?;
-                    shared.stats.sent_bytes.fetch_add(outgoing_bytes as u64, Ordering::Relaxed);
+                    shared.house.stats.sent_bytes.fetch_add(outgoing_bytes as u64, Ordering::Relaxed);
                 }
                 () = following.changed() => {}
                 () = tokio::time::sleep(wake) => {}
-                () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
+                over = is_over(&mut self.over) => return Err(over.into()),
             }
         }
     }
@@ -63,7 +63,7 @@ impl Connection<'_> {
     /// Sends what the presenter was sent.
     fn pass_on(&mut self, update: &PackedUpdate, now_s: f64) -> Result<(), End> {
         self.session.send_packed(update, now_s).map_err(|error| End::CannotFollow(error.to_string()))?;
-        self.shared.stats.updates.fetch_add(1, Ordering::Relaxed);
+        self.shared.house.stats.updates.fetch_add(1, Ordering::Relaxed);
         Ok(())
     }
 }

@@ -130,6 +130,12 @@ impl KeptSessions {
         }
     }
 
+    /// Nobody will come back to any that is kept.
+    pub fn forget_all(&self) {
+        self.lock().retain(|_, entry| entry.kept_since().is_none());
+        self.dropped.notify_one();
+    }
+
     /// What was kept for too long; a session that goes on by now, or was cut off again since, stays.
     fn forget_old(&self, secret: u128) {
         let is_old = |entry: &Entry| entry.kept_since().is_some_and(|since| since.elapsed() >= self.limits.time);

@@ -1,6 +1,6 @@
 //! One client's connection: the socket, the sans-IO session, and the turns it takes at the worker.
 //!
-//! What all sessions share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
+//! What all sessions of a scene share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
 mod end;
@@ -38,11 +38,13 @@ use crate::imager::Imager;
 use crate::impostors::relief::Judged;
 use crate::inventories::Inventories;
 use crate::plan::{self, Rules};
+use crate::pool::Pool;
 use crate::stats::Stats;
 use crate::viewer::Viewer;
 use crate::worker::{Made, Served, Wish, Worker, WorkerGone};
 use crate::{anticipate, rest, start};
 use end::End;
+pub(crate) use end::Over;
 use kept::{GiveWay, KeptSessions, Name};
 use outlet::Outlet;
 
@@ -64,7 +66,25 @@ const COMPARING_ON_GPU: Looking = Looking { most: 16, cores: 1 };
 /// A virtual session hears nothing while its client works through a step of its own time.
 const VIRTUAL_SILENCE_S: f64 = 300.0;
 
-/// What all sessions of a server share.
+/// What all scenes of a server share.
+#[derive(Clone)]
+pub struct House {
+    /// What it counts.
+    pub stats: Arc<Stats>,
+    /// One permit a session.
+    pub places: Arc<Semaphore>,
+    /// Told when a session has ended, and when what was kept of one is dropped.
+    pub ended: Arc<Notify>,
+}
+
+impl House {
+    /// Empty, with so many places.
+    pub fn new(clients: usize) -> House {
+        House { stats: Arc::default(), places: Arc::new(Semaphore::new(clients)), ended: Arc::default() }
+    }
+}
+
+/// What all sessions of a scene share.
 pub struct Shared {
     /// The server's options.
     pub config: Config,
@@ -72,36 +92,28 @@ pub struct Shared {
     pub scene: Arc<Scene>,
     /// What draws it, for people.
     pub adapter: String,
-    /// What it counts.
-    pub stats: Arc<Stats>,
+    /// What it shares with other scenes.
+    pub house: House,
+    /// What was drawn of it.
+    pub pool: Arc<Pool>,
     /// What makes updates.
     pub worker: Worker,
     /// Who follows whom.
     pub audiences: Arc<Audiences>,
-    /// One permit a session.
-    pub places: Arc<Semaphore>,
     /// Sessions that were cut off.
     pub kept: KeptSessions,
     /// What is made for each session.
     pub(crate) plans: Inventories,
-    /// Told when a session has ended, and when what was kept of one is dropped.
-    pub ended: Arc<Notify>,
     rules: Rules,
     camera_names: Arc<[String]>,
     welcome: Welcome,
-    stopped: watch::Receiver<bool>,
+    over: watch::Sender<Option<Over>>,
     started: Instant,
 }
 
 impl Shared {
     /// Starts the worker for a scene.
-    pub fn new(
-        config: Config,
-        scene: Arc<Scene>,
-        imager: Box<dyn Imager>,
-        places: Arc<Semaphore>,
-        stopped: watch::Receiver<bool>,
-    ) -> std::io::Result<Shared> {
+    pub fn new(config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>, house: House) -> std::io::Result<Shared> {
         let rules = Rules {
             images: config.images,
             image_size_px: config.image_size_px,
@@ -113,7 +125,7 @@ impl Shared {
             anticipates: config.anticipation && !scene.is_animated(),
             parallax_error_px: plan::PARALLAX_ERROR_PX,
         };
-        let stats = Arc::new(Stats::default());
+        let pool = Arc::<Pool>::default();
         let adapter = imager.adapter();
         // On the virtual clock drawing and coding take no time, and a trace begins with the first picture: the set.
         let stage = Stage::new(scene.clone(), rules, config.discretization, imager)
@@ -125,34 +137,38 @@ impl Shared {
         let stage = if config.relief { stage.with_reliefs(judged) } else { stage };
         let stage = if config.bodies { stage.with_bodies() } else { stage };
         // Nor does it matter there what was drawn before.
-        let mut stage = if config.clock == Clock::Wall { stage.sharing(stats.pool.clone()) } else { stage };
+        let mut stage = if config.clock == Clock::Wall { stage.sharing(pool.clone()) } else { stage };
         // On the virtual clock every run is the same, whatever the machine.
         let threads = if stage.compares_on_hardware() { COMPARING_ON_GPU } else { COMPARING_HERE };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let looking = if config.clock == Clock::Wall { (cores / threads.cores).clamp(1, threads.most) } else { 1 };
         let twins = std::iter::from_fn(|| stage.twin()).take(looking - 1).collect::<Vec<_>>();
-        let worker = Worker::start(std::iter::once(stage).chain(twins).collect(), stats.clone())?;
+        let worker = Worker::start(std::iter::once(stage).chain(twins).collect(), house.stats.clone())?;
         let welcome = welcome(&scene, &config, &rules);
         let camera_names = scene.named_cameras.iter().map(|named| named.name.clone()).collect();
-        let (started, ended) = (Instant::now(), Arc::<Notify>::default());
-        let kept = KeptSessions::new(config.limits.resume, ended.clone());
+        let kept = KeptSessions::new(config.limits.resume, house.ended.clone());
         Ok(Shared {
             config,
             scene,
             adapter,
-            stats,
+            house,
+            pool,
             worker,
             audiences: Arc::default(),
-            places,
             kept,
             plans: Inventories::default(),
-            ended,
             rules,
             camera_names,
             welcome,
-            stopped,
-            started,
+            over: watch::Sender::default(),
+            started: Instant::now(),
         })
+    }
+
+    /// Tells all sessions that they are over, now and of those to come. Nobody comes back to what was kept of others.
+    pub(crate) fn end(&self, over: Over) {
+        self.over.send_replace(Some(over));
+        self.kept.forget_all();
     }
 
     /// Seconds since the server started: scene time and session time under the wall clock.
@@ -179,11 +195,14 @@ fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
     }
 }
 
-/// Waits until the server is to stop; for ever where nobody can stop it any more.
-pub(crate) async fn stop_asked(stopped: &mut watch::Receiver<bool>) {
-    if stopped.wait_for(|&stop| stop).await.is_err() {
-        std::future::pending::<()>().await;
+/// Waits until all sessions of a scene are over.
+async fn is_over(over: &mut watch::Receiver<Option<Over>>) -> Over {
+    if let Ok(over) = over.wait_for(Option::is_some).await
+        && let Some(over) = *over
+    {
+        return over;
     }
+    std::future::pending().await
 }
 
 /// One session while it runs.
@@ -195,7 +214,7 @@ struct Connection<'a> {
     session: ServerSession,
     incoming: SplitStream<WebSocket>,
     outlet: Outlet,
-    stopped: watch::Receiver<bool>,
+    over: watch::Receiver<Option<Over>>,
     /// Read by the worker when this session's turn comes.
     viewer: Arc<Mutex<Viewer>>,
     /// Away while a turn is taken.
@@ -250,7 +269,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep:
         session: ServerSession::new(config, now_s),
         incoming,
         outlet: Outlet::start(outgoing, limits.stall),
-        stopped: shared.stopped.clone(),
+        over: shared.over.subscribe(),
         viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome.start_world_from_eye, scene_time_s))),
         client: Some(Box::default()),
         start_anew: false,
@@ -360,7 +379,7 @@ impl Connection<'_> {
     /// Takes one of the places for sessions.
     fn take_place(&mut self) -> Result<(), End> {
         let full = End::Full { clients: self.shared.config.limits.clients };
-        self.place = Some(self.shared.places.clone().try_acquire_owned().map_err(|_| full)?);
+        self.place = Some(self.shared.house.places.clone().try_acquire_owned().map_err(|_| full)?);
         self.doorstep = None;
         Ok(())
     }
@@ -425,7 +444,7 @@ impl Connection<'_> {
                     if let Some(presenting) = &self.presenting {
                         presenting.publish(packed);
                     }
-                    self.shared.stats.updates.fetch_add(1, Ordering::Relaxed);
+                    self.shared.house.stats.updates.fetch_add(1, Ordering::Relaxed);
                     tracing::debug!(
                         peer = %self.peer, reason = reason.name(), number = update.number, ?counts, bytes, light_bytes,
                         look_ms = look.as_millis() as u64, encode_ms = encode.as_millis() as u64, "update"
@@ -444,7 +463,7 @@ impl Connection<'_> {
 
     /// Says why, in the log and to the client.
     async fn farewell(mut self, end: End) {
-        let (peer, stats) = (self.peer, &self.shared.stats);
+        let (peer, stats) = (self.peer, &self.shared.house.stats);
         let reason = end.words(self.shared.config.limits.stall);
         let (bytes_in, bytes_out) = self.session.bytes_received_and_sent();
         let Some(reason) = reason else {

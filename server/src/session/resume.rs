@@ -21,7 +21,7 @@ impl Connection<'_> {
         let bytes = trail.bytes();
         if self.session.resume(secret, Some(trail), now_s) {
             tracing::info!(peer = %self.peer, bytes, "comes back and goes on");
-            self.shared.stats.resumed.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            self.shared.house.stats.resumed.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             self.client = Some(client);
         } else {
             tracing::info!(peer = %self.peer, "comes back with another copy: it begins anew");

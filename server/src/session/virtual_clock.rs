@@ -8,7 +8,7 @@ use futures_util::StreamExt;
 use protocol::session::ServerEvent;
 
 use super::end::End;
-use super::{Connection, stop_asked};
+use super::{Connection, is_over};
 
 /// Ticks that one step may take at most, in seconds of them: the longest step a session accepts.
 const MAX_STEP_S: f64 = 60.0;
@@ -31,7 +31,7 @@ impl Connection<'_> {
             tokio::select! {
                 message = self.incoming.next() => self.receive(message)?,
                 () = tokio::time::sleep(wake) => self.session.handle_timeout(self.shared.now_s())?,
-                () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
+                over = is_over(&mut self.over) => return Err(over.into()),
             }
         }
     }
@@ -75,11 +75,11 @@ impl Connection<'_> {
     /// Hands everything to the socket; the client reads while it waits for the end of the step.
     async fn transmit(&mut self) -> Result<(), End> {
         while let Some(bytes) = self.session.poll_transmit(self.shared.now_s()) {
-            self.shared.stats.sent_bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+            self.shared.house.stats.sent_bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
             let mut bytes = Some(bytes);
             tokio::select! {
                 sent = self.outlet.send(&mut bytes) => sent?,
-                () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
+                over = is_over(&mut self.over) => return Err(over.into()),
             }
         }
         Ok(())

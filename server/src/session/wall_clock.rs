@@ -11,7 +11,7 @@ use protocol::session::ServerEvent;
 use protocol::wire;
 
 use super::end::End;
-use super::{Connection, Turn, stop_asked};
+use super::{Connection, Turn, is_over};
 use crate::audience::Presenting;
 use crate::viewer::Viewer;
 use crate::worker::{Served, Wish, WorkerGone};
@@ -65,7 +65,7 @@ impl<'a> Connection<'a> {
                 message = self.incoming.next() => self.receive(message)?,
                 sent = self.outlet.send(&mut outgoing), if outgoing_bytes > 0 => {
                     sent?;
-                    self.shared.stats.sent_bytes.fetch_add(outgoing_bytes as u64, Ordering::Relaxed);
+                    self.shared.house.stats.sent_bytes.fetch_add(outgoing_bytes as u64, Ordering::Relaxed);
                 }
                 served = async { self.turn.as_mut().expect("polled only while there is one").await }, if self.turn.is_some() => {
                     self.turn = None;
@@ -74,7 +74,7 @@ impl<'a> Connection<'a> {
                 () = asked(self.presenting.as_deref()), if self.turn.is_none() => {}
                 () = tokio::time::sleep(wake) => {}
                 Ok(gives) = &mut self.give_way => return Err(End::Resumed(gives)),
-                () = stop_asked(&mut self.stopped) => return Err(End::Stopped),
+                over = is_over(&mut self.over) => return Err(over.into()),
             }
         }
     }

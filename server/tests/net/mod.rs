@@ -131,7 +131,7 @@ pub fn secret() -> Access {
 
 /// A server that looks twice, in images of 32x32.
 pub fn config() -> Config {
-    let web = "/nowhere".into();
+    let web = Some("/nowhere".into());
     Config { port: 0, images: 2, image_size_px: 32, update_hz: 20.0, web, anticipation: false, ..Config::default() }
 }
 

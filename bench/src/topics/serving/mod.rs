@@ -14,6 +14,7 @@ use protocol::message::Clock;
 use server::config::ComparesOn;
 use server::imager::GpuImager;
 use server::look_times::Part;
+use server::pool::Pool;
 use server::stats::Stats;
 
 use crate::load::{self, Behaviour, ClientReport, Limits, Load, Script, Timed};
@@ -164,14 +165,14 @@ fn served(
         limits: Limits::default(),
         scene: None,
     };
-    let stats = running.stats.clone();
+    let (stats, pool) = (running.stats.clone(), running.pool().unwrap_or_default());
     let before = spent::spent([SOCKETS, load::THREADS]);
     let found = runtime.block_on(load::run(&options));
     let spent = spent::spent([SOCKETS, load::THREADS]).zip(before).map(|(after, before)| after.since(&before));
     sockets.block_on(running.stop());
     let found = found?;
     anyhow::ensure!(found.errors == 0, "{} of {clients} clients ended by an error", found.errors);
-    Ok(measured(&label, &found, is_audience, (spent, &stats)))
+    Ok(measured(&label, &found, is_audience, (spent, &stats, &pool)))
 }
 
 /// The figures of a run; the presenter of an audience is not counted.
@@ -179,7 +180,7 @@ fn measured(
     label: &str,
     found: &load::Report,
     is_audience: bool,
-    (spent, stats): (Option<Spent<2>>, &Stats),
+    (spent, stats, pool): (Option<Spent<2>>, &Stats, &Pool),
 ) -> Served {
     let counted: Vec<&ClientReport> = found.clients.iter().skip(usize::from(is_audience)).collect();
     let method =
@@ -205,7 +206,7 @@ fn measured(
         row.counts.set("looks_cores", (all_s - on_sockets_s - on_load_s) / found.seconds);
         row.counts.set("mb_per_core_s", bytes as f64 / 1e6 / on_sockets_s);
     }
-    let (look_times, pool) = (&stats.look_times, &stats.pool);
+    let look_times = &stats.look_times;
     row.counts.set("images_drawn", pool.drawn() as f64);
     row.counts.set("images_shared", pool.shared() as f64);
     row.counts.set("looks_shared", pool.looks_shared() as f64);

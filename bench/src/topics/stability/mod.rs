@@ -48,8 +48,8 @@ struct Arguments {
     #[arg(long, value_name = "PORT", hide = true)]
     offer: Option<u16>,
     /// Folder of the built web client, for `--offer`.
-    #[arg(long, value_name = "DIR", hide = true, default_value = "target/web")]
-    web: PathBuf,
+    #[arg(long, value_name = "DIR", hide = true)]
+    web: Option<PathBuf>,
     /// Offers only cases whose names hold this; may be given several times.
     #[arg(long, value_name = "WORDS", hide = true)]
     only: Vec<String>,

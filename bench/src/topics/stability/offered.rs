@@ -27,8 +27,8 @@ use crate::report::progress::Progress;
 /// How it is served, and where the native client's pictures go.
 pub struct Offer {
     pub port: u16,
-    /// Folder of the built web client.
-    pub web: PathBuf,
+    /// Folder of the built web client, where it is not built in.
+    pub web: Option<PathBuf>,
     pub out: PathBuf,
 }
 

@@ -1,0 +1,93 @@
+//! A scene made ready to be served: loaded as options say, with its light and its cameras, and uploaded.
+
+use std::sync::Arc;
+
+use gpu::Gpu;
+use indicatif::{ProgressBar, ProgressStyle};
+use scene::Scene;
+use scene::environment::{Environment, EnvironmentError};
+use scene::load::{Choice, Progress, Stage};
+use thiserror::Error;
+
+use crate::cameras::{self, CameraFileError};
+use crate::config::Config;
+use crate::imager::{GpuImager, Imager, ImagerError};
+use crate::options::Options;
+use crate::source::{self, SourceError};
+
+/// Steps of the bar.
+const BAR_STEPS: u64 = 1000;
+
+/// Why there is nothing to serve.
+#[derive(Debug, Error)]
+pub enum PrepareError {
+    /// No scene.
+    #[error(transparent)]
+    Scene(#[from] SourceError),
+    /// Its cameras are wrong.
+    #[error(transparent)]
+    Cameras(#[from] CameraFileError),
+    /// No light from all around.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
+    /// The GPU does not take it.
+    #[error(transparent)]
+    Imager(#[from] ImagerError),
+}
+
+/// What a server needs to serve a scene.
+pub struct Prepared {
+    /// All options.
+    pub config: Config,
+    /// What is shown.
+    pub scene: Arc<Scene>,
+    /// What draws it.
+    pub imager: Box<dyn Imager>,
+}
+
+/// Makes it; takes as long as that takes. Says how far it is: on the terminal, and to `says`.
+pub fn prepare(
+    options: &Options,
+    config: Config,
+    gpu: &Gpu,
+    says: &(dyn Fn(String) + Sync),
+) -> Result<Prepared, PrepareError> {
+    let scene = Arc::new(load(options, says)?);
+    let environment = options.environment.as_deref().map(Environment::load).transpose()?;
+    let config = Config { environment: environment.map(Arc::new), ..config };
+    let imager = Box::new(GpuImager::new(gpu, &scene, &config)?);
+    Ok(Prepared { config, scene, imager })
+}
+
+fn load(options: &Options, says: &(dyn Fn(String) + Sync)) -> Result<Scene, PrepareError> {
+    let name = options.scene.as_deref().unwrap_or(scene::builtin::DEFAULT);
+    let style = ProgressStyle::with_template("{msg:>24} [{bar:40}] {percent:>3} %").expect("the template is sound");
+    let bar = ProgressBar::new(BAR_STEPS).with_style(style.progress_chars("=> "));
+    bar.set_message(format!("loading {name}"));
+    let Options { file_scene, variant, file_camera, .. } = options;
+    let choice = Choice { scene: file_scene.clone(), variant: variant.clone(), camera: file_camera.clone() };
+    let scene = source::load_chosen(name, &choice, options.scale, &|progress: Progress| {
+        let stage = match progress.stage {
+            Stage::Read => "reading files",
+            Stage::Textures => "decoding images",
+            Stage::Meshes => "building meshes",
+            Stage::Finish => "measuring the scene",
+        };
+        bar.set_message(stage);
+        says(format!("{stage}, {:.0} %", progress.share * 100.0));
+        bar.set_position((progress.share * BAR_STEPS as f64) as u64);
+    });
+    bar.finish_and_clear();
+    let mut scene = scene?;
+    if let Some(time_s) = options.hold {
+        scene = scene.held_at(time_s);
+    }
+    for file in &options.graph_camera {
+        cameras::add(&mut scene, file)?;
+    }
+    for warning in &scene.warnings {
+        tracing::warn!("{}: {warning}", scene.name);
+    }
+    tracing::info!("{}: {} objects, {} triangles", scene.name, scene.instances.len(), scene.triangle_count());
+    Ok(scene)
+}
