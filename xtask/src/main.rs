@@ -6,6 +6,8 @@ mod architecture;
 mod beside;
 mod circles;
 mod fuzz;
+mod package;
+mod packaging;
 mod run;
 mod scripts;
 mod setup;
@@ -81,6 +83,8 @@ enum Command {
         #[arg(long)]
         release: bool,
     },
+    /// Build a folder to copy to a GPU host, target/package: the server in release with the web client in it, a systemd unit, settings, how to.
+    Package,
     /// Install what building, serving and testing need, and nothing else.
     Setup,
 }
@@ -101,6 +105,7 @@ fn main() -> anyhow::Result<()> {
             setup::install(&[Need::WasmTarget, Need::Clang])?;
             web::build(if release { web::Profile::Release } else { web::Profile::Fast }).map(|_| ())
         }
+        Command::Package => package::package(),
         Command::Setup => setup::install(Need::USUAL),
     }
 }

@@ -160,7 +160,8 @@ fn has_entry(dir: &Path, accept: impl Fn(&str) -> bool) -> bool {
         .is_ok_and(|entries| entries.flatten().any(|entry| accept(&entry.file_name().to_string_lossy())))
 }
 
-fn on_path(program: &str) -> bool {
+/// Whether a program is there.
+pub fn on_path(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|dir| dir.join(program).is_file())
 }

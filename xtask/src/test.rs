@@ -7,7 +7,7 @@ use anyhow::bail;
 
 use crate::run::{Tool, cargo, step, target_dir};
 use crate::setup::{self, Need};
-use crate::{architecture, web};
+use crate::{architecture, packaging, web};
 
 /// How many checks passed, failed and were skipped.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +20,7 @@ struct Tally {
 impl Tally {
     const PASSED: Tally = Tally { passed: 1, failed: 0, skipped: 0 };
     const FAILED: Tally = Tally { passed: 0, failed: 1, skipped: 0 };
+    const SKIPPED: Tally = Tally { passed: 0, failed: 0, skipped: 1 };
 
     fn add(&mut self, other: Tally) {
         self.passed += other.passed;
@@ -37,6 +38,7 @@ const STEPS: &[Step] = &[
     ("lints, native", lint_native),
     ("lints, wasm32", lint_wasm),
     ("documentation", document),
+    ("packaging", packaging),
     ("tests, native", test_native),
     ("tests, browser", test_browser),
 ];
@@ -97,6 +99,24 @@ fn lint_wasm() -> anyhow::Result<Tally> {
 fn document() -> anyhow::Result<Tally> {
     cargo().args(["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "-D warnings").check()?;
     Ok(Tally::PASSED)
+}
+
+fn packaging() -> anyhow::Result<Tally> {
+    let mut tally = Tally::default();
+    for (what, check) in packaging::CHECKS {
+        tally.add(match check() {
+            Ok(None) => Tally::PASSED,
+            Ok(Some(why)) => {
+                println!("{what}: skipped, as {why}");
+                Tally::SKIPPED
+            }
+            Err(error) => {
+                println!("{what}: {error:#}");
+                Tally::FAILED
+            }
+        });
+    }
+    Ok(tally)
 }
 
 fn test_native() -> anyhow::Result<Tally> {

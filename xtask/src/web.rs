@@ -37,6 +37,16 @@ pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
     Ok(out_dir)
 }
 
+/// The small client, with every file by Brotli and gzip beside itself: a folder that a server can be built with.
+pub fn pack() -> anyhow::Result<PathBuf> {
+    let built = build(Profile::Release)?;
+    step("Packing it");
+    cargo().args(["build", "--workspace", "--bin", "vantage-pack"]).check()?;
+    let out_dir = target_dir().join("web").join("packed");
+    Tool::new(target_dir().join("debug/vantage-pack")).args([&built, &out_dir]).check()?;
+    Ok(out_dir)
+}
+
 /// `cargo SUBCOMMAND` for wasm32, by whichever toolchain has it.
 pub fn wasm_cargo(subcommand: &str) -> Tool {
     let target = ["--target", "wasm32-unknown-unknown"];

@@ -1,0 +1,92 @@
+//! `cargo xtask package`: a folder to copy to a GPU host, with the server as one file that has the page in it.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use anyhow::{Context, ensure};
+
+use crate::run::{cargo, step, target_dir};
+use crate::setup::{self, Need};
+use crate::web;
+
+/// What goes beside the server, and where to.
+const FILES: &[(&str, &str)] = &[
+    ("packaging/vantage-server.service", "vantage-server.service"),
+    ("packaging/vantage-server.toml", "vantage-server.toml"),
+    ("docs/running-on-a-gpu-host.md", "running-on-a-gpu-host.md"),
+    ("LICENSE-APACHE", "LICENSE-APACHE"),
+    ("LICENSE-MIT", "LICENSE-MIT"),
+];
+/// A server that says nothing for so long does not work.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Where the package is.
+pub fn folder() -> PathBuf {
+    target_dir().join("package")
+}
+
+/// Builds the package.
+pub fn package() -> anyhow::Result<()> {
+    setup::install(&[Need::WasmTarget, Need::Clang])?;
+    let page = std::path::absolute(web::pack()?)?;
+    step("Building the server with the page in it (release)");
+    let build = ["build", "--release", "--package", "vantage-server", "--bin", "vantage-server"];
+    cargo().args(build).env("VANTAGE_EMBEDDED_WEB", page).check()?;
+    let to = folder();
+    std::fs::create_dir_all(&to).with_context(|| to.display().to_string())?;
+    let copy = |from: &Path, name: &str| {
+        std::fs::copy(from, to.join(name)).map(|_| ()).with_context(|| format!("copying {}", from.display()))
+    };
+    copy(&target_dir().join("release/vantage-server"), "vantage-server")?;
+    FILES.iter().try_for_each(|(from, name)| copy(Path::new(from), name))?;
+    println!("    {}", to.display());
+    Ok(())
+}
+
+/// Starts the packaged server in another folder and asks for its page. It needs no scene for that.
+pub fn check_page() -> anyhow::Result<()> {
+    let server = std::path::absolute(folder().join("vantage-server"))?;
+    let mut child = Command::new(server)
+        .args(["pillars", "--port", "0"])
+        .current_dir(std::env::temp_dir())
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("starting the packaged server")?;
+    let checked = check_served(&mut child);
+    // It has told all that it was asked for.
+    let _ = child.kill();
+    child.wait()?;
+    checked
+}
+
+fn check_served(child: &mut Child) -> anyhow::Result<()> {
+    let mut url = String::new();
+    BufReader::new(child.stdout.take().context("standard output is piped")?).read_line(&mut url)?;
+    let host = url.trim().strip_prefix("http://").context("the server says where it listens")?;
+    let index = ask(host, "/", "identity")?;
+    ensure!(
+        index.starts_with("HTTP/1.1 200") && index.contains("text/html") && index.contains("main.js"),
+        "/: {index}"
+    );
+    for encoding in ["br", "gzip"] {
+        let wasm = ask(host, "/vantage_web_bg.wasm", encoding)?;
+        for part in ["HTTP/1.1 200", "application/wasm", &format!("content-encoding: {encoding}"), "etag: ", "no-cache"]
+        {
+            ensure!(wasm.contains(part), "the client's wasm by {encoding}: no {part:?}");
+        }
+    }
+    Ok(())
+}
+
+/// Head and body of an answer.
+fn ask(host: &str, path: &str, encoding: &str) -> anyhow::Result<String> {
+    let mut stream = TcpStream::connect(host)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nAccept-Encoding: {encoding}\r\nConnection: close\r\n\r\n")?;
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer)?;
+    Ok(String::from_utf8_lossy(&answer).into_owned())
+}
