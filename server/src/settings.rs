@@ -38,8 +38,7 @@ pub fn read<T: CommandFactory + FromArgMatches>(
     let told = command.clone().ignore_errors(true).try_get_matches_from(&arguments)?;
     let path = told.try_get_one::<PathBuf>(CONFIG).ok().flatten();
     let file = path.map(|path| File::read(path, &command)).transpose()?.unwrap_or_default();
-    let is_weaker =
-        |entry: &&Entry| !told.value_source(&entry.id).is_some_and(|source| source != ValueSource::DefaultValue);
+    let is_weaker = |entry: &&Entry| matches!(told.value_source(&entry.id), None | Some(ValueSource::DefaultValue));
     let entries: Vec<&Entry> = file.entries.iter().filter(is_weaker).collect();
     arguments.splice(1..1, entries.iter().flat_map(|entry| entry.arguments.iter().cloned()));
     let mut matches = command.clone().try_get_matches_from(arguments).map_err(|error| file.blame(error, &entries))?;

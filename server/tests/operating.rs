@@ -3,13 +3,16 @@
 
 mod net;
 
+use std::collections::HashSet;
 use std::io::{BufRead, BufReader, Write};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
+use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
+use axum::Router;
+use axum::http::{Method, StatusCode, Uri};
 use net::{Client, VIEW, request_at};
 use protocol::message::{Clock, Resume};
 use protocol::session::{ClientConfig, SessionError};
@@ -235,21 +238,23 @@ fn wrong_settings_are_named_and_nothing_is_served() {
     std::fs::remove_file(file).expect("removed");
 }
 
-/// In place of what Agones runs beside a server: notes what it is told, and is not there yet for the first.
+/// In place of what Agones runs beside a server: notes what it is told, and does not take anything the first time.
 async fn agones(told: mpsc::Sender<String>) -> u16 {
-    let calls = std::sync::atomic::AtomicUsize::new(0);
-    let (told, calls) = (std::sync::Arc::new(std::sync::Mutex::new(told)), std::sync::Arc::new(calls));
-    let answer = move |method: axum::http::Method, uri: axum::http::Uri, body: String| async move {
-        if calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) == 0 {
-            return (axum::http::StatusCode::SERVICE_UNAVAILABLE, String::new());
+    let seen = Arc::new(Mutex::new((told, HashSet::new())));
+    let answer = move |method: Method, uri: Uri, body: String| async move {
+        assert_eq!(body, if method == Method::POST { "{}" } else { "" });
+        let call = format!("{method} {}", uri.path());
+        let (told, seen) = &mut *seen.lock().expect("one at a time");
+        if seen.insert(call.clone()) {
+            return (StatusCode::SERVICE_UNAVAILABLE, String::new());
         }
-        assert_eq!(body, if method == axum::http::Method::POST { "{}" } else { "" });
-        drop(told.lock().expect("one at a time").send(format!("{method} {}", uri.path())));
-        (axum::http::StatusCode::OK, "{\"status\":{\"state\":\"Ready\"}}".to_owned())
+        // Who asks no more has seen enough.
+        drop(told.send(call));
+        (StatusCode::OK, "{\"status\":{\"state\":\"Ready\"}}".to_owned())
     };
     let listener = tokio::net::TcpListener::bind("localhost:0").await.expect("a port");
     let port = listener.local_addr().expect("bound").port();
-    let router = axum::Router::new().fallback(answer);
+    let router = Router::new().fallback(answer);
     tokio::spawn(async move { axum::serve(listener, router).await });
     port
 }

@@ -1,6 +1,6 @@
 //! What is shipped beside the server, held against the tools that will read it, where those are there.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
 
@@ -14,9 +14,11 @@ const SCHEMAS: &str = "kubernetes-validate==1.37.0";
 /// What became of a check: `Ok(None)` where it passed, or why it was left out.
 type Checked = anyhow::Result<Option<String>>;
 
+/// What is checked, and how.
+type Check = (&'static str, fn() -> Checked);
+
 /// All checks.
-pub const CHECKS: &[(&str, fn() -> Checked)] =
-    &[("the systemd unit", unit), ("the manifests", manifests), ("the packaged page", page)];
+pub const CHECKS: &[Check] = &[("the systemd unit", unit), ("the manifests", manifests), ("the packaged page", page)];
 
 /// By systemd's own reader, with a program that is there in place of the server.
 fn unit() -> Checked {
@@ -30,11 +32,10 @@ fn unit() -> Checked {
     let copy = folder.join("vantage-server.service");
     std::fs::write(&copy, unit.replace("ExecStart=/usr/local/bin/vantage-server", "ExecStart=/bin/true"))?;
     // It complains about what it does not know, and yet succeeds.
-    let quiet = |line: &str| line.trim().is_empty();
-    let mut complaints = Vec::new();
+    let mut complains = false;
     let verify = Tool::new("systemd-analyze").args(["verify".as_ref(), copy.as_os_str()]);
-    let succeeded = verify.watch(|line| complaints.extend((!quiet(line)).then(|| line.to_owned())))?;
-    ensure!(succeeded && complaints.is_empty(), "systemd-analyze verify complains");
+    let succeeded = verify.watch(|line| complains |= !line.trim().is_empty())?;
+    ensure!(succeeded && !complains, "systemd-analyze verify complains");
     Ok(None)
 }
 
@@ -63,7 +64,7 @@ fn schemas() -> anyhow::Result<Option<PathBuf>> {
 /// As the package serves it.
 fn page() -> Checked {
     let server = package::folder().join("vantage-server");
-    if !Path::new(&server).is_file() {
+    if !server.is_file() {
         return Ok(Some("there is no package: cargo xtask package".to_owned()));
     }
     package::check_page().with_context(|| server.display().to_string())?;
