@@ -190,6 +190,12 @@ impl Gpu {
         self.lost.get().map_or(Ok(()), |why| Err(GpuError::Lost(why.clone())))
     }
 
+    /// Loses the device on purpose, as a driver's reset would: for tests.
+    pub fn lose(&self) {
+        self.lost.get_or_init(|| "on purpose".to_owned());
+        self.device.destroy();
+    }
+
     /// Runs callbacks of finished work without waiting.
     pub fn poll(&self) {
         // An error here is a lost device, which `check` reports.

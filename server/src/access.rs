@@ -1,18 +1,36 @@
 //! Who may connect: origins, tokens, and the headers that keep a page to itself.
 
+use std::net::IpAddr;
+
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use protocol::message::TOKEN_SUBPROTOCOL;
 
-/// Headers of every answer: the page is isolated, is not framed by others, and a rebuilt client is seen at once.
-pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 7] = [
+/// Headers of every answer: the page is isolated, runs nothing but its own files, is not framed by others, uses none of a machine's devices, and a rebuilt client
+/// is seen at once.
+pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 8] = [
     (HeaderName::from_static("cross-origin-opener-policy"), HeaderValue::from_static("same-origin")),
     (HeaderName::from_static("cross-origin-embedder-policy"), HeaderValue::from_static("require-corp")),
     (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("same-origin")),
     (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
     (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
-    (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("frame-ancestors 'none'")),
+    (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CONTENT_SECURITY_POLICY)),
+    (HeaderName::from_static("permissions-policy"), HeaderValue::from_static(PERMISSIONS_POLICY)),
     (header::CACHE_CONTROL, HeaderValue::from_static("no-cache")),
 ];
+
+/// Of every answer over TLS by a certificate of files: for a year this host is asked over TLS only. Not where a certificate is made at start, as on a machine where something
+/// is tried: what else is there under the same name would be out of reach.
+pub const TLS_ONLY: (HeaderName, HeaderValue) =
+    (header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static("max-age=31536000"));
+
+/// Content Security Policy, level 3. Scripts and styles are files of this server, of which WebAssembly is compiled; the icon is in the page. Websockets lead to any server, as
+/// `?server=` may name another one: what is said there is data, and that server lets in whom it will.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; \
+    worker-src 'self'; connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Nothing of this is used, so nothing that gets into the page can ask for it.
+const PERMISSIONS_POLICY: &str = "accelerometer=(), bluetooth=(), camera=(), display-capture=(), geolocation=(), gyroscope=(), \
+    hid=(), microphone=(), midi=(), payment=(), serial=(), usb=()";
 
 /// Who may connect.
 #[derive(Debug, Clone, Default)]
@@ -21,6 +39,8 @@ pub struct Access {
     pub token: Option<String>,
     /// Origins of pages that may connect beside the server's own, as `https://host` or `https://host:port`.
     pub origins: Vec<String>,
+    /// Proxies that are believed to say whom they ask for.
+    pub proxies: Vec<IpAddr>,
 }
 
 /// Why a websocket was refused.
@@ -83,8 +103,7 @@ fn is_loopback(authority: &str) -> bool {
         Some(rest) => rest.split(']').next().unwrap_or(rest),
         None => authority.split(':').next().unwrap_or(authority),
     };
-    host.eq_ignore_ascii_case("localhost")
-        || host.parse::<std::net::IpAddr>().is_ok_and(|address| address.is_loopback())
+    host.eq_ignore_ascii_case("localhost") || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
 }
 
 /// Compares in a time that depends on the lengths only.
@@ -106,7 +125,8 @@ mod tests {
     }
 
     fn with_token(origins: &[&str]) -> Access {
-        Access { token: Some("secret".to_owned()), origins: origins.iter().map(|&origin| origin.to_owned()).collect() }
+        let origins = origins.iter().map(|&origin| origin.to_owned()).collect();
+        Access { token: Some("secret".to_owned()), origins, ..Access::default() }
     }
 
     #[test]

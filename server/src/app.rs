@@ -4,26 +4,22 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
-use axum::serve::{Listener, ListenerExt, TapIo};
 use scene::Scene;
 use thiserror::Error;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
 use crate::imager::Imager;
-use crate::memory;
+use crate::peers::{Door, Peers};
 use crate::pool::Pool;
 use crate::routes::{self, Gate};
 use crate::serving::Serving;
 use crate::session::{House, Shared};
 use crate::stats::Stats;
+use crate::{http, memory};
 
-/// Bytes that the system takes before the path does: a fragment of an update is 32 KiB.
-#[cfg(any(target_os = "linux", target_os = "android"))]
-const UNSENT_BYTES: u32 = 16 * 1024;
 /// How long sessions have to say goodbye when the server stops, and after them what else is asked for. Together well below the ten seconds that who stops a
 /// server may count on.
 const SESSIONS_LEAVE_WITHIN: Duration = Duration::from_secs(5);
@@ -94,17 +90,15 @@ pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
     let addr = listener.local_addr().map_err(listen_error)?;
     let (stop, stopped) = watch::channel(false);
     let serving = Arc::<Serving>::default();
-    let gate = Arc::new(Gate::new(config, serving.clone()));
-    let (router, tls) = (routes::router(gate, config.web.as_deref()), config.tls.clone());
+    let peers = Arc::new(Peers::new(&config.limits, &config.access.proxies));
+    let door = Door::new(listener, peers.clone(), config.tls.is_some());
+    let gate = Arc::new(Gate::new(config, serving.clone(), peers));
+    let (router, tls) = (routes::router(gate, config), config.tls.clone());
     let scheme = if tls.is_some() { "https" } else { "http" };
-    let task = tokio::spawn(async move {
-        match tls {
-            None => answer(listener.tap_io(|stream| set_up(stream)), router, stopped).await,
-            Some(tls) => {
-                answer(tls.listen(listener).tap_io(|stream| set_up(stream.get_ref().0)), router, stopped).await;
-            }
-        }
-    });
+    let task = match tls {
+        None => tokio::spawn(http::answer(door, router, stopped)),
+        Some(tls) => tokio::spawn(http::answer(tls.listen(door), router, stopped)),
+    };
     let places = config.limits.clients;
     Ok(Listening { addr, url: format!("{scheme}://{addr}"), serving, house: House::new(places), places, stop, task })
 }
@@ -184,35 +178,5 @@ impl Running {
     /// Waits until the server can make no more images, and says why. For a process that lives as long as its server.
     pub async fn failed(&self) -> String {
         self.serving.failed().await
-    }
-}
-
-/// Answers who connects, until the server is to stop.
-async fn answer<L, F>(listener: TapIo<L, F>, router: Router, mut stopped: watch::Receiver<bool>)
-where
-    L: Listener<Addr = SocketAddr>,
-    F: FnMut(&mut L::Io) + Send + 'static,
-{
-    let service = router.into_make_service_with_connect_info::<SocketAddr>();
-    let stop = async move {
-        if stopped.wait_for(|&stop| stop).await.is_err() {
-            // Whoever could stop it is gone: it runs on.
-            std::future::pending::<()>().await;
-        }
-    };
-    if let Err(error) = axum::serve(listener, service).with_graceful_shutdown(stop).await {
-        tracing::error!("the server went down: {error}");
-    }
-}
-
-/// What waits for an acknowledgement of the last packet is late. And what the system has taken can neither be overtaken by an answer nor be replaced by something newer, so it takes
-/// little before the path does.
-fn set_up(stream: &TcpStream) {
-    if let Err(error) = stream.set_nodelay(true) {
-        tracing::debug!("no TCP_NODELAY: {error}");
-    }
-    #[cfg(any(target_os = "linux", target_os = "android"))]
-    if let Err(error) = socket2::SockRef::from(stream).set_tcp_notsent_lowat(UNSENT_BYTES) {
-        tracing::debug!("no TCP_NOTSENT_LOWAT: {error}");
     }
 }

@@ -55,6 +55,8 @@ pub struct Client {
     pub draws: Draws,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
+    /// Where its copy is drawn; see [`crate::imager::Imager::device`].
+    pub device: u32,
 }
 
 /// What is known of a client beside what it holds, as far as that follows from looks for it.
@@ -95,6 +97,7 @@ impl Default for Client {
             asked: None,
             draws: Draws::default(),
             budget_bytes: DEFAULT_BUDGET_BYTES,
+            device: 0,
         }
     }
 }

@@ -130,6 +130,23 @@ pub struct ServerLimits {
     pub resume: ResumeLimits,
     /// Connections at one time at most that have not said who they are, or are told why they may not stay.
     pub doorsteps: usize,
+    /// What all peers of one address may take together.
+    pub peers: PeerLimits,
+}
+
+/// What all peers of one address may take together; of IPv6, those of one network of 64 bits.
+#[derive(Debug, Clone, Copy)]
+pub struct PeerLimits {
+    /// Connections at one time; 0 for as many as come, and no other limit of an address.
+    pub connections: usize,
+    /// Of these, those that have not said who they are.
+    pub doorsteps: usize,
+    /// Handshakes a second, on average: of TLS, and of websockets.
+    pub handshakes_per_s: f64,
+    /// Handshakes at once.
+    pub handshake_burst: f64,
+    /// Whether programs of this machine are counted too.
+    pub loopback: bool,
 }
 
 /// What a server keeps of sessions that were cut off.
@@ -151,6 +168,14 @@ impl Default for ServerLimits {
             silence: Duration::from_secs(60),
             resume: ResumeLimits { time: Duration::from_secs(120), bytes: 1 << 30 },
             doorsteps: 1024,
+            peers: PeerLimits::default(),
         }
+    }
+}
+
+impl Default for PeerLimits {
+    fn default() -> Self {
+        // A floor of people behind one address, each with a page that is loaded over a few connections and one session.
+        PeerLimits { connections: 64, doorsteps: 32, handshakes_per_s: 16.0, handshake_burst: 128.0, loopback: false }
     }
 }

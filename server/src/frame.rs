@@ -132,7 +132,30 @@ impl Stage {
 
     /// Another one of the same scene, for another thread; `None` where its imager is the only one there can be.
     pub fn twin(&self) -> Option<Stage> {
-        Some(Stage {
+        Some(self.with(self.imager.twin()?))
+    }
+
+    /// Another one in place of this one, which failed; `None` where its imager is the only one there can be.
+    pub fn anew(&self) -> Result<Option<Stage>, ImagerError> {
+        Ok(self.imager.anew()?.map(|imager| self.with(imager)))
+    }
+
+    /// Whether the device that it draws on is lost.
+    pub fn is_lost(&self) -> bool {
+        self.imager.is_lost()
+    }
+
+    /// Readies a client for this stage: what was drawn of it on a device that is lost is gone, and it begins anew.
+    pub fn takes(&self, client: &mut Client) {
+        if std::mem::replace(&mut client.device, self.imager.device()) != self.imager.device() {
+            client.account.leave_device();
+            client.start_anew();
+        }
+    }
+
+    /// The same with another imager of its scene.
+    fn with(&self, imager: Box<dyn Imager>) -> Stage {
+        Stage {
             scene: self.scene.clone(),
             rules: self.rules,
             account_rules: self.account_rules,
@@ -141,7 +164,7 @@ impl Stage {
             placement: self.placement,
             coarse_first: self.coarse_first,
             sheds_load: self.sheds_load,
-            imager: self.imager.twin()?,
+            imager,
             materials: self.materials.clone(),
             is_lit: self.is_lit,
             first_triangles: self.first_triangles.clone(),
@@ -153,7 +176,7 @@ impl Stage {
             judged_shapes: self.judged_shapes.clone(),
             still: self.still.clone(),
             pool: self.pool.clone(),
-        })
+        }
     }
 
     /// Whether views are compared on a GPU that is not only software.

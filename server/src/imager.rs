@@ -13,6 +13,7 @@ use thiserror::Error;
 use crate::account::Account;
 use crate::beside::{Asked, BesidePass, Found, KeptView};
 use crate::config::{ComparesOn, Config};
+use crate::devices::{self, Devices};
 use crate::discretize::{Capture, DepthPrecision, Discretization, Discretizer, EndsPass};
 use crate::impostors::draw::{ImpostorDrawer, Subject};
 use crate::impostors::{Drawn, Shot};
@@ -68,6 +69,21 @@ pub trait Imager: Send {
     /// Another imager of the same scene, for another thread; `None` where there can be only one.
     fn twin(&self) -> Option<Box<dyn Imager>> {
         None
+    }
+
+    /// Another imager of the same scene in place of this one, which failed: on another device where its own is lost; `None` where there can be only one.
+    fn anew(&self) -> Result<Option<Box<dyn Imager>>, ImagerError> {
+        Ok(self.twin())
+    }
+
+    /// Whether its device is lost, so that whatever it does fails.
+    fn is_lost(&self) -> bool {
+        false
+    }
+
+    /// Counts the devices that were lost before this imager's: what lies on one cannot be drawn by another's.
+    fn device(&self) -> u32 {
+        0
     }
 
     /// What draws, for people: the adapter's name and kind.
@@ -197,6 +213,10 @@ pub struct GpuImager {
     adapter: String,
     /// Scene time and anchor of what is on the GPU now.
     placed: Option<(f64, DVec3)>,
+    /// Where another device is to be had.
+    devices: Option<Arc<Devices>>,
+    /// Devices before this one.
+    device: u32,
 }
 
 /// The GPU works in f32 relative to an anchor; closer than this, positions near the eye keep 10 micrometres.
@@ -205,8 +225,16 @@ const MAX_ANCHOR_DISTANCE_M: f64 = 64.0;
 impl GpuImager {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene, config: &Config) -> Result<GpuImager, ImagerError> {
-        let renderer = SceneRenderer::for_look(gpu, scene, config.look)?;
-        let renderer = if config.discretization.needs_rays() { renderer.with_rays(scene) } else { renderer };
+        GpuImager::of(devices::prepared(gpu, scene, config)?, scene, config)
+    }
+
+    /// The same, which is made anew on another device where its own is lost.
+    pub fn on(self, devices: Devices) -> GpuImager {
+        GpuImager { devices: Some(Arc::new(devices)), ..self }
+    }
+
+    fn of(renderer: SceneRenderer, scene: &Scene, config: &Config) -> Result<GpuImager, ImagerError> {
+        let gpu = &renderer.gpu().clone();
         let mut discretizer = Discretizer::new(&renderer)?;
         discretizer.prepare(&renderer, config.discretization)?;
         let ends = EndsPass::new(&renderer)?;
@@ -222,7 +250,19 @@ impl GpuImager {
         let on_gpu = on_gpu && BesidePass::is_possible(gpu);
         let beside = if on_gpu { Some(BesidePass::new(gpu)?) } else { None };
         let addresses = if on_gpu { AddressPass::on_gpu(gpu)? } else { AddressPass::new(gpu)? };
-        Ok(GpuImager { renderer, discretizer, ends, addresses, beside, look, adapter, impostors: None, placed: None })
+        Ok(GpuImager {
+            renderer,
+            discretizer,
+            ends,
+            addresses,
+            beside,
+            look,
+            adapter,
+            impostors: None,
+            placed: None,
+            devices: None,
+            device: 0,
+        })
     }
 }
 
@@ -266,7 +306,26 @@ impl Imager for GpuImager {
             look: self.look.clone(),
             adapter: self.adapter.clone(),
             placed: None,
+            devices: self.devices.clone(),
+            device: self.device,
         }))
+    }
+
+    fn anew(&self) -> Result<Option<Box<dyn Imager>>, ImagerError> {
+        let Some(devices) = self.devices.as_ref().filter(|_| self.is_lost()) else {
+            return Ok(self.twin());
+        };
+        let (device, renderer) = devices.after(self.device)?;
+        let anew = GpuImager::of(renderer, &devices.scene, &devices.config)?;
+        Ok(Some(Box::new(GpuImager { devices: Some(devices.clone()), device, ..anew })))
+    }
+
+    fn is_lost(&self) -> bool {
+        self.renderer.gpu().check().is_err()
+    }
+
+    fn device(&self) -> u32 {
+        self.device
     }
 
     fn adapter(&self) -> String {

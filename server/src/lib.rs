@@ -16,6 +16,9 @@
 //!   whose image a client asked for.
 //! - [`config`], [`options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
 //!   what it counts.
+//! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
+//!   what it counts; [`peers`]: what one address may take, and the door; `http`: requests with time-outs; `open_files`: how many connections; [`fault`]: mistakes, met
+//!   where they happen; [`devices`]: a GPU after another; [`log`]: lines that nobody waits for.
 
 // Whether a pipeline of wgpu may go from thread to thread is asked through all that it consists of.
 #![recursion_limit = "256"]
@@ -35,12 +38,16 @@ pub mod client;
 pub mod coding;
 pub mod config;
 pub mod density;
+pub mod devices;
 pub mod discretize;
+pub mod fault;
 pub mod frame;
+mod http;
 pub mod imager;
 pub mod impostors;
 mod inventories;
 pub mod lights;
+pub mod log;
 pub mod look;
 pub mod look_times;
 pub mod made;
@@ -52,6 +59,10 @@ pub mod operate;
 pub mod options;
 pub mod pace;
 pub mod page;
+mod open_files;
+pub mod options;
+pub mod pace;
+pub mod peers;
 pub mod plan;
 pub mod pool;
 mod portions;

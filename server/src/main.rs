@@ -3,21 +3,20 @@
 // Whether a pipeline of wgpu may go from thread to thread is asked through all that it consists of.
 #![recursion_limit = "256"]
 
-use std::io::IsTerminal;
+use std::io::{stderr, stdout};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
 use gpu::{Gpu, GpuError};
-use tracing_subscriber::EnvFilter;
 use vantage_server::app::Attendance;
 use vantage_server::notify::{self, notify};
 use vantage_server::operate::{Prepare, operate};
-use vantage_server::options::{LogFormat, Options};
+use vantage_server::options::Options;
 use vantage_server::prepare::{self, Prepared};
 use vantage_server::settings::{self, SettingsError};
 use vantage_server::signals::Signals;
-use vantage_server::{Config, agones, app};
+use vantage_server::{Config, agones, app, log};
 
 /// `EX_UNAVAILABLE` of sysexits.h: a service that is needed is not there, here a graphics adapter.
 const EXIT_NO_ADAPTER: u8 = 69;
@@ -46,32 +45,22 @@ fn main() -> ExitCode {
         pollster::block_on(Gpu::names()).iter().enumerate().for_each(|(number, name)| println!("{number} {name}"));
         return ExitCode::SUCCESS;
     }
-    let filter = EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| EnvFilter::new("info,wgpu=error,wgpu_core=error,wgpu_hal=off,naga=error"));
-    let log = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_target(false)
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_writer(std::io::stderr);
-    match options.log_format {
-        LogFormat::Text => log.init(),
-        LogFormat::Json => log.json().flatten_event(true).init(),
-    }
+    let _log = log::start(options.log_format);
     let config = match options.config() {
         Ok(config) => config,
         Err(message) => {
-            eprintln!("error: {message}");
+            log::say(stderr(), format_args!("error: {message}"));
             return ExitCode::from(EXIT_USAGE);
         }
     };
     match run(options, config) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if matches!(error.downcast_ref(), Some(GpuError::NoAdapter)) => {
-            eprintln!("error: {error:#}");
+            log::say(stderr(), format_args!("error: {error:#}"));
             ExitCode::from(EXIT_NO_ADAPTER)
         }
         Err(error) => {
-            eprintln!("error: {error:#}");
+            log::say(stderr(), format_args!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }
@@ -105,7 +94,7 @@ fn tend_for_agones(options: &Options, attendance: Attendance) {
 async fn serve(options: Options, config: Config, gpu: Gpu) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let listening = app::listen(&config).await?;
-    println!("{}", listening.url());
+    log::say(stdout(), listening.url());
     tend_for_agones(&options, listening.attendance());
     let progress = listening.progress();
     let prepare: Prepare = Arc::new(move || prepare::prepare(&options, config.clone(), &gpu, &progress));

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::sync::atomic::Ordering;
 
+use crate::log;
+use crate::peers::Peers;
 use crate::plan::Reason;
 use crate::session::Shared;
 use crate::stats::resident_bytes;
@@ -11,7 +13,7 @@ use crate::stats::resident_bytes;
 pub(crate) const CONTENT_TYPE: &str = "text/plain; version=0.0.4";
 
 /// All figures of a server.
-pub(crate) fn text(shared: &Shared) -> String {
+pub(crate) fn text(shared: &Shared, peers: &Peers) -> String {
     let mut text = Text::default();
     let stats = &shared.house.stats;
     let count = |of: &std::sync::atomic::AtomicU64| of.load(Ordering::Relaxed) as f64;
@@ -34,6 +36,28 @@ pub(crate) fn text(shared: &Shared) -> String {
         count(&stats.resumed),
     );
     text.one("vantage_sessions_kept", "gauge", "Sessions that were cut off and may go on.", shared.kept.count() as f64);
+    text.one(
+        "vantage_faults_total",
+        "counter",
+        "Faults of the server; each ended a session at most.",
+        count(&stats.faults),
+    );
+    text.one(
+        "vantage_renewals_total",
+        "counter",
+        "Times that what draws was made anew, after a fault or a lost GPU.",
+        count(&stats.renewals),
+    );
+    let refused = peers.refused().map(|(crowded, times)| ([("what", crowded.name())], times as f64));
+    let refused: Vec<_> = refused.iter().map(|(labels, value)| (&labels[..], *value)).collect();
+    text.figure(
+        "vantage_refused_total",
+        "counter",
+        "Connections and handshakes refused, by what there was too much of.",
+        &refused,
+    );
+    text.one("vantage_addresses", "gauge", "Addresses of peers that are remembered.", peers.known() as f64);
+    text.one("vantage_log_lines_lost_total", "counter", "Lines of the log that nobody took.", log::lost_lines() as f64);
     text.one("vantage_updates_total", "counter", "Updates handed to sessions.", count(&stats.updates));
     text.one("vantage_sent_bytes_total", "counter", "Bytes handed to sockets.", count(&stats.sent_bytes));
     let looks: Vec<_> =

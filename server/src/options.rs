@@ -10,7 +10,7 @@ use protocol::{Look, Tone};
 
 use crate::access::Access;
 use crate::coding::CodingRule;
-use crate::config::{ComparesOn, Config};
+use crate::config::{ComparesOn, Config, PeerLimits};
 use crate::discretize::Discretization;
 use crate::discretize::placement::Placement;
 use crate::source;
@@ -132,6 +132,12 @@ pub struct Options {
     /// Sessions at one time at most
     #[arg(long, default_value_t = 256)]
     pub max_clients: usize,
+    /// Connections at one time at most of one address, or of one network of 64 bits of IPv6; 0 for as many as come. Loopback is not counted
+    #[arg(long, value_name = "N", default_value_t = PeerLimits::default().connections)]
+    pub max_per_address: usize,
+    /// The address of a reverse proxy, which is believed to say in X-Forwarded-For whom it asks for; may be given several times
+    #[arg(long, value_name = "ADDR")]
+    pub trusted_proxy: Vec<IpAddr>,
     /// Folder of the built web client, in place of the one that is built into this program
     #[arg(long, value_name = "FOLDER")]
     pub web: Option<PathBuf>,
@@ -328,6 +334,7 @@ impl Options {
         }
         let mut limits = defaults.limits;
         limits.clients = self.max_clients;
+        limits.peers.connections = self.max_per_address;
         Ok(Config {
             bind: self.bind,
             port: self.port,
@@ -348,7 +355,11 @@ impl Options {
             clock: self.clock.into(),
             update_hz: self.update_hz,
             web: self.web.clone(),
-            access: Access { token: self.token.clone(), origins: self.allow_origin.clone() },
+            access: Access {
+                token: self.token.clone(),
+                origins: self.allow_origin.clone(),
+                proxies: self.trusted_proxy.iter().map(IpAddr::to_canonical).collect(),
+            },
             tls: None,
             limits,
         })

@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use crate::cameras::{self, CameraFileError};
 use crate::config::Config;
+use crate::devices::Devices;
 use crate::imager::{GpuImager, Imager, ImagerError};
 use crate::options::Options;
 use crate::source::{self, SourceError};
@@ -55,7 +56,8 @@ pub fn prepare(
     let scene = Arc::new(load(options, says)?);
     let environment = options.environment.as_deref().map(Environment::load).transpose()?;
     let config = Config { environment: environment.map(Arc::new), ..config };
-    let imager = Box::new(GpuImager::new(gpu, &scene, &config)?);
+    let devices = Devices::new(options.gpu.clone(), scene.clone(), config.clone());
+    let imager = Box::new(GpuImager::new(gpu, &scene, &config)?.on(devices));
     Ok(Prepared { config, scene, imager })
 }
 

@@ -1,26 +1,27 @@
 //! What one port answers: the web client, the websocket, and what a host asks: `/livez`, `/readyz`, `/healthz`, `/metrics`, `/plan`.
 
-use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use axum::Router;
-use axum::extract::{ConnectInfo, Query, State, WebSocketUpgrade};
+use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, header};
+use axum::middleware::{Next, from_fn};
 use axum::response::{IntoResponse, Json, Response};
 use axum::routing::get;
 use protocol::message::SUBPROTOCOL;
 use serde::Deserialize;
-use tokio::sync::Semaphore;
 use tower_http::set_header::SetResponseHeaderLayer;
 
-use crate::access::{self, Access, Refused, SECURITY_HEADERS};
+use crate::access::{self, Access, Refused, SECURITY_HEADERS, TLS_ONLY};
 use crate::config::Config;
+use crate::peers::{Caller, Crowded, Peers, Place};
 use crate::serving::Serving;
-use crate::session::{self, Shared};
+use crate::session::{self, Guest, Shared};
 use crate::{metrics, page};
 
+/// Where sessions are.
+const WEBSOCKET: &str = "/ws";
 /// A client's message is under 200 bytes; see `protocol`'s limits.
 const MAX_MESSAGE_BYTES: usize = 4096;
 /// Room for a few small messages: clients send nothing large.
@@ -32,16 +33,14 @@ const MAX_WRITE_BUFFER_BYTES: usize = 256 * 1024;
 /// What is there behind the port, and who may come in.
 pub(crate) struct Gate {
     access: Access,
-    /// One permit a connection that has not said who it is.
-    doorsteps: Arc<Semaphore>,
+    peers: Arc<Peers>,
     serving: Arc<Serving>,
 }
 
 impl Gate {
     /// By a server's options.
-    pub(crate) fn new(config: &Config, serving: Arc<Serving>) -> Gate {
-        let doorsteps = Arc::new(Semaphore::new(config.limits.doorsteps));
-        Gate { access: config.access.clone(), doorsteps, serving }
+    pub(crate) fn new(config: &Config, serving: Arc<Serving>, peers: Arc<Peers>) -> Gate {
+        Gate { access: config.access.clone(), peers, serving }
     }
 
     /// For who may read what is told of a server.
@@ -70,20 +69,39 @@ impl IntoResponse for Untold {
     }
 }
 
-/// All that is answered; `web`: the folder of the built web client, where it is not the one that is built in.
-pub(crate) fn router(gate: Arc<Gate>, web: Option<&Path>) -> Router {
-    let mut router = page::router(web)
+/// All that is answered.
+pub(crate) fn router(gate: Arc<Gate>, config: &Config) -> Router {
+    let mut router = page::router(config.web.as_deref())
         .route("/livez", get(async || "alive\n"))
         .route("/readyz", get(ready))
         .route("/healthz", get(health))
         .route("/metrics", get(measures))
         .route("/plan", get(plan))
-        .route("/ws", get(websocket))
+        .route(WEBSOCKET, get(websocket))
+        .layer(from_fn(within_limits))
         .with_state(gate);
-    for (name, value) in SECURITY_HEADERS {
+    let over_tls = config.tls.as_ref().filter(|tls| tls.is_of_files()).map(|_| TLS_ONLY);
+    for (name, value) in SECURITY_HEADERS.into_iter().chain(over_tls) {
         router = router.layer(SetResponseHeaderLayer::if_not_present(name, value));
     }
     router
+}
+
+/// Answers no request of an address that has too many connections open, but that of a websocket, which is told as one.
+async fn within_limits(Extension(caller): Extension<Caller>, request: Request, next: Next) -> Response {
+    match caller.crowded {
+        Some(crowded) if request.uri().path() != WEBSOCKET => turned_away(crowded),
+        _ => next.run(request).await,
+    }
+}
+
+/// An answer for who takes too much.
+fn turned_away(crowded: Crowded) -> Response {
+    let status = match crowded {
+        Crowded::Server => StatusCode::SERVICE_UNAVAILABLE,
+        _ => StatusCode::TOO_MANY_REQUESTS,
+    };
+    (status, [(header::RETRY_AFTER, "1")], format!("{crowded}\n")).into_response()
 }
 
 /// Whether sessions are served.
@@ -102,7 +120,7 @@ async fn measures(
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Untold> {
     let shared = gate.shared_with(&asked, &headers)?;
-    Ok(([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&shared)))
+    Ok(([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&shared, &gate.peers)))
 }
 
 async fn health(State(gate): State<Arc<Gate>>) -> Result<Response, Untold> {
@@ -137,17 +155,28 @@ struct Asked {
 
 async fn websocket(
     State(gate): State<Arc<Gate>>,
-    ConnectInfo(peer): ConnectInfo<SocketAddr>,
+    Extension(Caller { peer, crowded }): Extension<Caller>,
     Query(asked): Query<Asked>,
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    let Ok(doorstep) = gate.doorsteps.clone().try_acquire_owned() else {
-        tracing::warn!(%peer, "websocket refused: too many others have not said who they are");
-        return (StatusCode::SERVICE_UNAVAILABLE, "too many who have not said who they are\n").into_response();
+    let asks = gate.peers.who_asks(peer, &headers);
+    // Who stands there is also who is told why he may not stay, so that many cannot.
+    let doorstep = match gate.peers.doorstep(asks) {
+        Ok(doorstep) => doorstep,
+        Err(crowded) => {
+            tracing::debug!(peer = %asks, "websocket refused: {crowded}");
+            return turned_away(crowded);
+        }
     };
+    let within = gate.peers.may_shake_hands(asks).and_then(|()| crowded.map_or(Ok(()), Err));
+    // Behind a proxy all connections are the proxy's.
+    let place = within.and_then(|()| if asks == peer { Ok(Place::default()) } else { gate.peers.takes_place(asks) });
     let checked = access::check(&headers, asked.token.as_deref(), &gate.access);
+    let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok()).map(str::to_owned);
+    let by_token = gate.access.token.is_some();
     let shared = gate.serving.open();
+    let peer = asks;
     upgrade
         .protocols([SUBPROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
@@ -157,6 +186,10 @@ async fn websocket(
         .max_write_buffer_size(MAX_WRITE_BUFFER_BYTES)
         .on_failed_upgrade(move |error| tracing::warn!(%peer, "websocket not opened: {error}"))
         .on_upgrade(move |socket| async move {
+            let place = match place {
+                Ok(place) => place,
+                Err(crowded) => return session::refuse(socket, &crowded.to_string(), true).await,
+            };
             if let Err(refused) = checked {
                 // A browser shows its page nothing of an answer that is no websocket: it is opened, to say why.
                 tracing::warn!(%peer, "refused: {refused}");
@@ -166,10 +199,7 @@ async fn websocket(
                 Ok(shared) => shared,
                 Err(said) => return session::refuse(socket, &said, true).await,
             };
-            shared.house.stats.clients.fetch_add(1, Ordering::Relaxed);
-            shared.house.stats.connected.fetch_add(1, Ordering::Relaxed);
-            session::run(&shared, socket, peer, doorstep).await;
-            shared.house.stats.clients.fetch_sub(1, Ordering::Relaxed);
-            shared.house.ended.notify_one();
+            let guest = Guest { peer, doorstep, place, by_token, origin };
+            session::run(&shared, socket, guest).await;
         })
 }

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::account::LightCounts;
+use crate::fault::Fault;
 use crate::look_times::LookTimes;
 use crate::plan::Reason;
 use crate::pool::Pool;
@@ -19,6 +20,10 @@ pub struct Stats {
     pub cut_off: AtomicU64,
     /// Sessions that went on after their connection was cut off.
     pub resumed: AtomicU64,
+    /// Faults of the server, each of which ended a session at most.
+    pub faults: AtomicU64,
+    /// How often what draws was made anew after a fault or a lost GPU.
+    pub renewals: AtomicU64,
     /// Updates handed to sessions.
     pub updates: AtomicU64,
     /// Bytes handed to sockets.
@@ -37,6 +42,12 @@ pub struct Stats {
 }
 
 impl Stats {
+    /// Counts a fault, and logs it.
+    pub fn count_fault(&self, fault: &Fault) {
+        self.faults.fetch_add(1, Ordering::Relaxed);
+        tracing::error!("{fault}");
+    }
+
     /// Counts an update.
     pub fn count_look(&self, reason: Reason) {
         self.looks[reason as usize].fetch_add(1, Ordering::Relaxed);
@@ -56,6 +67,8 @@ impl Stats {
             "connected": self.connected.load(Ordering::Relaxed),
             "resumed": self.resumed.load(Ordering::Relaxed),
             "cut_off": self.cut_off.load(Ordering::Relaxed),
+            "faults": self.faults.load(Ordering::Relaxed),
+            "renewals": self.renewals.load(Ordering::Relaxed),
             "updates": self.updates.load(Ordering::Relaxed),
             "sent_bytes": self.sent_bytes.load(Ordering::Relaxed),
             "looks": looks,

@@ -2,7 +2,6 @@
 
 mod net;
 
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -14,14 +13,8 @@ use net::{Client, Socket, VIEW, config, room, secret, socket, start};
 use protocol::limits::Limits;
 use protocol::message::{ClientMessage, Clock, Draws, Hello, Role, ServerMessage, VERSION};
 use protocol::wire::{Envelope, ServerPacket, decode_server, encode_client};
-use protocol::{Lighting, Material, Purpose};
-use scene::Snapshot;
-use surface::{AddressView, HeldSurfaces};
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
-use vantage_server::account::Account;
-use vantage_server::discretize::{Capture, Discretization};
-use vantage_server::imager::{Imager, ImagerError};
 use vantage_server::{Config, Running};
 
 fn hello(version: u16, clock: Clock) -> Message {
@@ -256,48 +249,4 @@ async fn who_never_greets_keeps_no_place_from_others() {
     let _silent = [socket(&running).await, socket(&running).await];
     still_serves(&running).await;
     running.stop().await;
-}
-
-/// Draws nothing, and fails as no imager should.
-struct PanickingImager;
-
-impl Imager for PanickingImager {
-    fn adapter(&self) -> String {
-        "none".into()
-    }
-
-    fn materials(&self) -> Vec<Material> {
-        vec![Material::default()]
-    }
-
-    fn lighting(&self, _: &Snapshot) -> Lighting {
-        Lighting::default()
-    }
-
-    fn captures(&mut self, _: &Snapshot, _: &[Pinhole], _: Discretization) -> Result<Vec<Capture>, ImagerError> {
-        panic!("a fault that a test asked for")
-    }
-
-    fn new_surfaces(&self) -> Option<HeldSurfaces> {
-        None
-    }
-
-    fn copy_view(&mut self, _: &Account, _: Purpose, _: &Pinhole) -> Result<AddressView, ImagerError> {
-        panic!("a fault that a test asked for")
-    }
-}
-
-#[tokio::test(flavor = "multi_thread")]
-async fn when_a_looking_thread_panics_nobody_waits_for_it() {
-    let running =
-        vantage_server::serve(config(), Arc::new(room(false)), Box::new(PanickingImager)).await.expect("serve");
-    let mut sockets = [socket(&running).await, socket(&running).await];
-    for socket in &mut sockets {
-        socket.send(hello(VERSION, Clock::Wall)).await.expect("send");
-    }
-    for socket in &mut sockets {
-        let reason = goodbye(socket).await.expect("words");
-        assert!(reason.contains("no more images"), "{reason}");
-    }
-    running.failed().await;
 }

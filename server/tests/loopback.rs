@@ -26,6 +26,14 @@ async fn health_page_and_headers() {
     for header in ["cross-origin-opener-policy: same-origin", "x-content-type-options: nosniff"] {
         assert!(page.contains(header), "{header} in {page}");
     }
+    let policy = page.lines().find_map(|line| line.strip_prefix("content-security-policy: ")).expect("a policy");
+    for directive in
+        ["default-src 'none'", "script-src 'self' 'wasm-unsafe-eval'", "style-src 'self'", "frame-ancestors 'none'"]
+    {
+        assert!(policy.split("; ").any(|part| part.trim() == directive), "{directive} in {policy}");
+    }
+    assert!(!policy.contains("unsafe-inline") && !policy.contains("'unsafe-eval'"), "{policy}");
+    assert!(page.contains("permissions-policy: ") && !page.contains("strict-transport-security"), "{page}");
     assert!(request(&running, "/nothing", "").await.starts_with("HTTP/1.1 404"));
     assert!(request(&running, "/../Cargo.toml", "").await.starts_with("HTTP/1.1 404"));
     running.stop().await;

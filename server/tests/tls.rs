@@ -71,15 +71,20 @@ async fn welcomes(running: &Running, trusting: &Arc<TlsClientConfig>) {
     assert_eq!(client.welcome.expect("welcome").scene_name, "room");
 }
 
+/// What is answered over TLS.
+async fn page(running: &Running, trusting: &Arc<TlsClientConfig>) -> String {
+    let mut stream = handshake(running, trusting).await.expect("a handshake");
+    stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").await.expect("write");
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).await.expect("the server says goodbye");
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
 #[tokio::test]
 async fn one_port_serves_pages_and_sessions() {
     let (running, trusting) = self_signed().await;
     assert_eq!(running.url(), format!("https://{}", running.addr));
-    let mut stream = handshake(&running, &trusting).await.expect("a handshake");
-    stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").await.expect("write");
-    let mut answer = Vec::new();
-    stream.read_to_end(&mut answer).await.expect("the server says goodbye");
-    let answer = String::from_utf8_lossy(&answer);
+    let answer = page(&running, &trusting).await;
     assert!(answer.starts_with("HTTP/1.1 200") && answer.contains("\"scene\":\"room\""), "{answer}");
     welcomes(&running, &trusting).await;
     running.stop().await;
@@ -192,6 +197,8 @@ async fn new_files_are_taken_up_and_broken_ones_survived() {
     let first = files.write_both();
     let running = serving(files.tls().expect("a certificate")).await;
     let socket = websocket(&running, &trusting(&[&first])).await;
+    let page = page(&running, &trusting(&[&first])).await;
+    assert!(page.contains("\r\nstrict-transport-security: max-age=31536000\r\n"), "{page}");
     let mut old = Client::over(socket, ClientConfig::new(Clock::Wall, VIEW));
     old.run(10.0, |client| client.welcome.is_some()).await.expect("a session");
     let second = files.write_both();

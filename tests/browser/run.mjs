@@ -462,6 +462,30 @@ function tests(renderer) {
         assert.ok(share <= 0.001, `${100 * share} % of the pixels differ by more than 1 of 255`);
       }
     }],
+    ['was refused nothing by its own policy, which refuses scripts and styles of others', async () => {
+      assert.deepEqual(at.lines.filter((line) => /Content Security Policy|Permissions-Policy/i.test(line)), []);
+      // A page whose console is not looked at.
+      const page = await at.page.context().newPage();
+      await page.goto(`${at.server.origin}/?renderer=${renderer}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+      const refused = await page.evaluate(async () => {
+        const kinds = [];
+        document.addEventListener('securitypolicyviolation', ({ effectiveDirective }) => kinds.push(effectiveDirective));
+        const add = (kind, fields) => document.body.append(Object.assign(document.createElement(kind), fields));
+        add('script', { textContent: 'window.inlined = true' });
+        add('style', { textContent: 'body { --inlined: 1 }' });
+        add('img', { src: 'https://192.0.2.1/picture.png' });
+        add('iframe', { src: 'https://192.0.2.1/' });
+        await fetch('https://192.0.2.1/').catch(() => {});
+        try { globalThis.eval('window.inlined = true'); } catch { /* as it should */ }
+        await new Promise((resolve) => { setTimeout(resolve, 500); });
+        return { kinds, inlined: window.inlined };
+      });
+      assert.equal(refused.inlined, undefined);
+      for (const kind of ['script-src-elem', 'style-src-elem', 'img-src', 'frame-src', 'connect-src']) {
+        assert.ok(refused.kinds.includes(kind), `${kind} among ${refused.kinds}`);
+      }
+      await page.close();
+    }],
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))
         // The browser itself reports the sockets that the restart broke.

@@ -47,6 +47,7 @@ mod server;
 mod trail;
 
 pub use client::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, ReceivedUpdate};
+pub use rate::TokenBucket;
 pub use scene_clock::SceneClock;
 pub use server::{ClientPose, SendError, ServerConfig, ServerEvent, ServerSession};
 pub use trail::Trail;

@@ -2,7 +2,7 @@
 
 /// Allows `per_s` events a second on average and `burst` at once.
 #[derive(Debug, Clone)]
-pub(super) struct TokenBucket {
+pub struct TokenBucket {
     per_s: f64,
     burst: f64,
     tokens: f64,
@@ -10,6 +10,7 @@ pub(super) struct TokenBucket {
 }
 
 impl TokenBucket {
+    /// Full.
     pub fn new(per_s: f64, burst: f64, now_s: f64) -> TokenBucket {
         TokenBucket { per_s, burst, tokens: burst, filled_at_s: now_s }
     }

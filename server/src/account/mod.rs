@@ -134,6 +134,11 @@ impl Account {
         Account { held, broken: true, past: Past::Own, ..Account::default() }
     }
 
+    /// What drew the copy is lost with its device. The next update must start anew.
+    pub fn leave_device(&mut self) {
+        self.drawn = Drawn::default();
+    }
+
     /// The client's copy is broken: the next update starts anew. The old picture stays on its screen until then.
     pub fn start_anew(&mut self) {
         self.broken = true;

@@ -70,6 +70,20 @@ impl Imager for SharingImager {
         Some(Box::new(SharingImager::new(self.inner.twin()?, self.pool.clone(), self.still.clone())))
     }
 
+    fn anew(&self) -> Result<Option<Box<dyn Imager>>, ImagerError> {
+        let sharing =
+            |inner| Box::new(SharingImager::new(inner, self.pool.clone(), self.still.clone())) as Box<dyn Imager>;
+        Ok(self.inner.anew()?.map(sharing))
+    }
+
+    fn is_lost(&self) -> bool {
+        self.inner.is_lost()
+    }
+
+    fn device(&self) -> u32 {
+        self.inner.device()
+    }
+
     fn comparer(&mut self) -> Option<&mut dyn Comparer> {
         // What it draws never leaves the GPU, so nothing of it is kept.
         self.inner.comparer()

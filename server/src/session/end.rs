@@ -6,7 +6,7 @@ use protocol::session::SessionError;
 
 use super::kept::GiveWay;
 use super::outlet::WriteEnd;
-use crate::worker::WorkerGone;
+use crate::worker::NotServed;
 
 /// Why all sessions of a scene end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +45,8 @@ pub(super) enum End {
     Over(Over),
     /// There are no more images.
     NoWorker,
+    /// A mistake in the program. What it is stands in the log, as it may tell of others.
+    Fault,
 }
 
 impl End {
@@ -61,6 +63,7 @@ impl End {
             End::Over(Over::Stops) => Some("the server stops".to_owned()),
             End::Over(Over::Replaced) => Some("the scene was loaded anew".to_owned()),
             End::NoWorker => Some("the server can make no more images".to_owned()),
+            End::Fault => Some("a fault of the server ended this session".to_owned()),
         }
     }
 
@@ -110,6 +113,12 @@ impl From<Over> for End {
 impl From<WorkerGone> for End {
     fn from(_: WorkerGone) -> End {
         End::NoWorker
+impl From<NotServed> for End {
+    fn from(why: NotServed) -> End {
+        match why {
+            NotServed::Gone => End::NoWorker,
+            NotServed::Fault(_) => End::Fault,
+        }
     }
 }
 

@@ -63,7 +63,7 @@ impl Connection<'_> {
     /// Sends what the presenter was sent.
     fn pass_on(&mut self, update: &PackedUpdate, now_s: f64) -> Result<(), End> {
         self.session.send_packed(update, now_s).map_err(|error| End::CannotFollow(error.to_string()))?;
-        self.shared.house.stats.updates.fetch_add(1, Ordering::Relaxed);
+        self.count_update();
         Ok(())
     }
 }

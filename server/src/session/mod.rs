@@ -3,6 +3,7 @@
 //! What all sessions of a scene share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
+mod audit;
 mod end;
 mod following;
 pub mod kept;
@@ -13,14 +14,15 @@ mod wall_clock;
 
 use std::future::Future;
 use std::net::SocketAddr;
+use std::panic::AssertUnwindSafe;
 use std::pin::Pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::extract::ws::{Message, WebSocket, close_code};
-use futures_util::StreamExt;
 use futures_util::stream::SplitStream;
+use futures_util::{FutureExt, StreamExt};
 use glam::DVec3;
 use protocol::message::{Clock, Role, ServerMessage, VERSION, Welcome};
 use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
@@ -33,16 +35,19 @@ use crate::asked::Asked;
 use crate::audience::{Audiences, Following, Presenting};
 use crate::client::Client;
 use crate::config::Config;
+use crate::fault::Fault;
 use crate::frame::Stage;
 use crate::imager::Imager;
 use crate::impostors::relief::Judged;
 use crate::inventories::Inventories;
+use crate::peers::{Doorstep, Place};
 use crate::plan::{self, Rules};
 use crate::pool::Pool;
 use crate::stats::Stats;
 use crate::viewer::Viewer;
-use crate::worker::{Made, Served, Wish, Worker, WorkerGone};
+use crate::worker::{Made, NotServed, Served, Wish, Worker};
 use crate::{anticipate, rest, start};
+use audit::Audit;
 use end::End;
 pub(crate) use end::Over;
 use kept::{GiveWay, KeptSessions, Name};
@@ -171,6 +176,12 @@ impl Shared {
         self.kept.forget_all();
     }
 
+    /// A session met a fault of its own.
+    fn met(&self, fault: &Fault) -> End {
+        self.house.stats.count_fault(fault);
+        End::Fault
+    }
+
     /// Seconds since the server started: scene time and session time under the wall clock.
     fn now_s(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
@@ -226,20 +237,56 @@ struct Connection<'a> {
     /// A follower's, until it begins.
     following: Option<Following>,
     /// Until the client has greeted.
-    doorstep: Option<OwnedSemaphorePermit>,
+    doorstep: Option<Doorstep>,
     /// From then on.
     place: Option<OwnedSemaphorePermit>,
+    /// Among those of the client's address, where it comes by way of a proxy.
+    _place_of_address: Place,
     /// At the worker.
     turn: Option<Turn<'a>>,
     name: Name,
     /// Told when another connection goes on with the session.
     give_way: oneshot::Receiver<GiveWay>,
+    audit: Audit,
 }
 
-type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, WorkerGone>> + Send + 'a>>;
+type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, NotServed>> + Send + 'a>>;
 
-/// Runs a session until it ends. `doorstep`: until the client has greeted.
-pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep: OwnedSemaphorePermit) {
+/// Who comes for a session, and by what right.
+pub struct Guest {
+    /// From where.
+    pub peer: SocketAddr,
+    /// Until it has greeted.
+    pub doorstep: Doorstep,
+    /// Among the connections of its address, where it comes by way of a proxy.
+    pub place: Place,
+    /// Whether it knew the token.
+    pub by_token: bool,
+    /// The page's, of a browser.
+    pub origin: Option<String>,
+}
+
+/// Counts a session as long as it is there, however it ends.
+struct Counted<'a>(&'a Shared);
+
+impl<'a> Counted<'a> {
+    fn new(shared: &'a Shared) -> Counted<'a> {
+        shared.house.stats.clients.fetch_add(1, Ordering::Relaxed);
+        shared.house.stats.connected.fetch_add(1, Ordering::Relaxed);
+        Counted(shared)
+    }
+}
+
+impl Drop for Counted<'_> {
+    fn drop(&mut self) {
+        self.0.house.stats.clients.fetch_sub(1, Ordering::Relaxed);
+        self.0.house.ended.notify_one();
+    }
+}
+
+/// Runs a session until it ends. A fault of its own ends it, and nothing else.
+pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
+    let _counted = Counted::new(shared);
     // On the virtual clock every run is the same, and nobody is cut off.
     let begun = match shared.config.clock {
         Clock::Wall => shared.kept.begin(),
@@ -262,10 +309,12 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep:
     };
     let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
     let (outgoing, incoming) = socket.split();
+    let Guest { peer, doorstep, place, by_token, origin } = guest;
+    let number = shared.plans.begin();
     let mut connection = Connection {
         shared,
         peer,
-        number: shared.plans.begin(),
+        number,
         session: ServerSession::new(config, now_s),
         incoming,
         outlet: Outlet::start(outgoing, limits.stall),
@@ -277,18 +326,20 @@ pub async fn run(shared: &Shared, socket: WebSocket, peer: SocketAddr, doorstep:
         following: None,
         doorstep: Some(doorstep),
         place: None,
+        _place_of_address: place,
         turn: None,
         name,
         give_way,
+        audit: Audit::begin(by_token, origin),
     };
     tracing::info!(%peer, "connected");
-    let end = match clock {
-        Clock::Wall => connection.run_on_wall_clock().await,
-        Clock::Virtual => connection.run_on_virtual_clock().await,
-    };
-    let Err(end) = end;
-    shared.plans.end(connection.number);
-    let end = connection.leave(end).await;
+    let end = connection.run().await;
+    shared.plans.end(number);
+    let left = AssertUnwindSafe(connection.leave(end)).catch_unwind().await;
+    let end = left.unwrap_or_else(|panic| shared.met(&Fault::of(&*panic)));
+    if matches!(end, End::Fault) {
+        shared.kept.forget(&connection.name);
+    }
     connection.farewell(end).await;
 }
 
@@ -301,6 +352,21 @@ pub async fn refuse(socket: WebSocket, why: &str, again: bool) {
 }
 
 impl Connection<'_> {
+    /// Runs until the session ends, and be it by a panic.
+    async fn run(&mut self) -> End {
+        let clock = self.shared.config.clock;
+        let running = AssertUnwindSafe(async {
+            match clock {
+                Clock::Wall => self.run_on_wall_clock().await,
+                Clock::Virtual => self.run_on_virtual_clock().await,
+            }
+        });
+        match running.catch_unwind().await {
+            Ok(Err(end)) => end,
+            Err(panic) => self.shared.met(&Fault::of(&*panic)),
+        }
+    }
+
     /// Takes in what came from the socket.
     fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), End> {
         match message {
@@ -444,7 +510,7 @@ impl Connection<'_> {
                     if let Some(presenting) = &self.presenting {
                         presenting.publish(packed);
                     }
-                    self.shared.house.stats.updates.fetch_add(1, Ordering::Relaxed);
+                    self.count_update();
                     tracing::debug!(
                         peer = %self.peer, reason = reason.name(), number = update.number, ?counts, bytes, light_bytes,
                         look_ms = look.as_millis() as u64, encode_ms = encode.as_millis() as u64, "update"
@@ -461,20 +527,20 @@ impl Connection<'_> {
         self.client = Some(client);
     }
 
+    fn count_update(&mut self) {
+        self.shared.house.stats.updates.fetch_add(1, Ordering::Relaxed);
+        self.audit.updates += 1;
+    }
+
     /// Says why, in the log and to the client.
     async fn farewell(mut self, end: End) {
         let (peer, stats) = (self.peer, &self.shared.house.stats);
         let reason = end.words(self.shared.config.limits.stall);
-        let (bytes_in, bytes_out) = self.session.bytes_received_and_sent();
-        let Some(reason) = reason else {
-            tracing::info!(%peer, bytes_in, bytes_out, "left");
-            return;
-        };
+        self.audit.end((self.number, peer), &self.session, reason.as_deref().unwrap_or("left"));
+        let Some(reason) = reason else { return };
         if matches!(end, End::Malformed(_) | End::Session(_) | End::NotReading) {
             stats.cut_off.fetch_add(1, Ordering::Relaxed);
-            tracing::warn!(%peer, bytes_in, bytes_out, "cut off: {reason}");
-        } else {
-            tracing::info!(%peer, bytes_in, bytes_out, "ended: {reason}");
+            tracing::warn!(%peer, "cut off: {reason}");
         }
         self.session.close(&reason, end.may_change(), self.shared.now_s());
         // The goodbye is the last message; what a virtual session still had to say before it is for nobody.

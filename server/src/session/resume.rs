@@ -22,6 +22,7 @@ impl Connection<'_> {
         if self.session.resume(secret, Some(trail), now_s) {
             tracing::info!(peer = %self.peer, bytes, "comes back and goes on");
             self.shared.house.stats.resumed.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            self.audit.resumed = true;
             self.client = Some(client);
         } else {
             tracing::info!(peer = %self.peer, "comes back with another copy: it begins anew");

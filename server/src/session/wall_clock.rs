@@ -13,8 +13,9 @@ use protocol::wire;
 use super::end::End;
 use super::{Connection, Turn, is_over};
 use crate::audience::Presenting;
+use crate::fault::Fault;
 use crate::viewer::Viewer;
-use crate::worker::{Served, Wish, WorkerGone};
+use crate::worker::{NotServed, Served, Wish};
 
 /// A session that waits for nothing else looks at its deadlines this often.
 pub(super) const IDLE: Duration = Duration::from_secs(1);
@@ -103,7 +104,11 @@ impl<'a> Connection<'a> {
                 let whole = wire::encode_update(&client.account.held().whole(), coding);
                 (client, whole)
             });
-            let (client, whole) = made.await.map_err(|_| WorkerGone)?;
+            let (client, whole) = made.await.map_err(|error| {
+                let fault = Fault::of_task(error);
+                shared.house.stats.count_fault(&fault);
+                NotServed::Fault(fault)
+            })?;
             presenting.publish_whole(whole.packed(shared.now_s()));
             Ok(Served { client, update: None })
         }))

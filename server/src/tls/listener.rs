@@ -1,17 +1,17 @@
 //! Connections whose handshake is done.
 
 use std::collections::VecDeque;
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use axum::serve::Listener;
 use rustls::ServerConfig;
-use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::{AbortHandle, JoinSet};
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
+
+use crate::peers::{Admitted, Caller, Door};
 
 /// A peer that has not shaken hands after this is given up. It takes a few round trips, and slow paths have half a second each.
 const HANDSHAKE_WITHIN: Duration = Duration::from_secs(10);
@@ -20,25 +20,25 @@ const MAX_HANDSHAKES: usize = 256;
 
 /// Accepts connections over TLS. Handshakes run beside each other: who stalls holds up nobody.
 pub struct TlsListener {
-    tcp: TcpListener,
+    door: Door,
     configs: watch::Receiver<Arc<ServerConfig>>,
     handshakes: JoinSet<Option<Accepted>>,
     /// Of them, as they began; some may have ended.
     oldest: VecDeque<AbortHandle>,
 }
 
-type Accepted = (TlsStream<TcpStream>, SocketAddr);
+type Accepted = (TlsStream<Admitted>, Caller);
 
 impl TlsListener {
     /// Each connection takes the newest of `configs`.
-    pub(super) fn new(tcp: TcpListener, configs: watch::Receiver<Arc<ServerConfig>>) -> TlsListener {
-        TlsListener { tcp, configs, handshakes: JoinSet::new(), oldest: VecDeque::new() }
+    pub(super) fn new(door: Door, configs: watch::Receiver<Arc<ServerConfig>>) -> TlsListener {
+        TlsListener { door, configs, handshakes: JoinSet::new(), oldest: VecDeque::new() }
     }
 }
 
 impl Listener for TlsListener {
-    type Io = TlsStream<TcpStream>;
-    type Addr = SocketAddr;
+    type Io = TlsStream<Admitted>;
+    type Addr = Caller;
 
     async fn accept(&mut self) -> Accepted {
         loop {
@@ -48,7 +48,7 @@ impl Listener for TlsListener {
                         return accepted;
                     }
                 }
-                (stream, peer) = Listener::accept(&mut self.tcp) => {
+                (stream, caller) = self.door.accept() => {
                     while self.oldest.pop_front_if(|oldest| oldest.is_finished()).is_some() {}
                     if self.handshakes.len() >= MAX_HANDSHAKES
                         && let Some(oldest) = self.oldest.pop_front()
@@ -56,21 +56,22 @@ impl Listener for TlsListener {
                         oldest.abort();
                     }
                     let config = self.configs.borrow().clone();
-                    self.oldest.push_back(self.handshakes.spawn(shake_hands(config, stream, peer)));
+                    self.oldest.push_back(self.handshakes.spawn(shake_hands(config, stream, caller)));
                 }
             }
         }
     }
 
-    fn local_addr(&self) -> std::io::Result<SocketAddr> {
-        self.tcp.local_addr()
+    fn local_addr(&self) -> std::io::Result<Caller> {
+        self.door.local_addr()
     }
 }
 
 /// `None` where it fails, which is the peer's affair: it may speak plain HTTP, or not trust the certificate.
-async fn shake_hands(config: Arc<ServerConfig>, stream: TcpStream, peer: SocketAddr) -> Option<Accepted> {
+async fn shake_hands(config: Arc<ServerConfig>, stream: Admitted, caller: Caller) -> Option<Accepted> {
+    let peer = caller.peer;
     match tokio::time::timeout(HANDSHAKE_WITHIN, TlsAcceptor::from(config).accept(stream)).await {
-        Ok(Ok(stream)) => Some((stream, peer)),
+        Ok(Ok(stream)) => Some((stream, caller)),
         Ok(Err(error)) => {
             tracing::debug!(%peer, "no TLS: {error}");
             None

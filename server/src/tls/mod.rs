@@ -13,12 +13,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use rustls::ServerConfig;
-use tokio::net::TcpListener;
 use tokio::sync::watch;
 
 pub use certificate::TlsError;
 use certificate::{Files, Identity};
 pub use listener::TlsListener;
+
+use crate::peers::Door;
 
 /// A certificate that a server shows, with its key.
 #[derive(Debug, Clone)]
@@ -53,6 +54,11 @@ impl Tls {
         &self.certificate_der
     }
 
+    /// Whether somebody gave it, so that it is to stay; one that is made at start is another each time.
+    pub fn is_of_files(&self) -> bool {
+        self.files.is_some()
+    }
+
     /// SHA-256 of the certificate as browsers show it: pairs of hexadecimal digits between colons.
     pub fn fingerprint(&self) -> String {
         let digest = ring::digest::digest(&ring::digest::SHA256, &self.certificate_der);
@@ -60,11 +66,11 @@ impl Tls {
     }
 
     /// Shakes hands with who connects, by the certificate that the files hold at that time.
-    pub fn listen(self, tcp: TcpListener) -> TlsListener {
+    pub fn listen(self, door: Door) -> TlsListener {
         let (newest, configs) = watch::channel(self.config);
         if let Some(files) = self.files {
             tokio::spawn(reload::keep(files, newest));
         }
-        TlsListener::new(tcp, configs)
+        TlsListener::new(door, configs)
     }
 }
