@@ -15,8 +15,6 @@
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
 //! - [`config`], [`options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
-//!   what it counts.
-//! - [`config`], [`options`]: what a server is told; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
 //!   what it counts; [`peers`]: what one address may take, and the door; `http`: requests with time-outs; `open_files`: how many connections; [`fault`]: mistakes, met
 //!   where they happen; [`devices`]: a GPU after another; [`log`]: lines that nobody waits for.
 
@@ -55,13 +53,11 @@ mod memory;
 mod metrics;
 pub mod notify;
 pub mod occluders;
+mod open_files;
 pub mod operate;
 pub mod options;
 pub mod pace;
 pub mod page;
-mod open_files;
-pub mod options;
-pub mod pace;
 pub mod peers;
 pub mod plan;
 pub mod pool;

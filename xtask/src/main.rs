@@ -130,6 +130,11 @@ fn report(arguments: &[OsString]) -> anyhow::Result<()> {
     {
         println!("the report goes on without video: {error:#}");
     }
+    // It runs the server as a process of its own, which stands beside it.
+    if arguments.first().is_some_and(|topic| topic == "soak" || topic == "all") {
+        step("Building vantage-server (release)");
+        cargo().args(["build", "--release", "--package", "vantage-server", "--bin", "vantage-server"]).check()?;
+    }
     run_release("vantage-bench", "vantage-report", arguments)
 }
 

@@ -71,6 +71,10 @@ const RUNS: &[NamedRun] = &[
 
     run("network", "network", &[]),
 
+    run("others", "others", &[]),
+
+    run("soak", "soak --minutes 30", &[]),
+
     run("frame-rate", "frame-rate", &[]),
 
     run("timing", "timing --quick", &[]),
@@ -94,7 +98,7 @@ const RUNS: &[NamedRun] = &[
 ];
 
 /// What says how much is measured, each with a value; `--quick` has smaller ones of its own.
-const SIZES: &[&str] = &["--frames", "--poses", "--eyes", "--size", "--image-size"];
+const SIZES: &[&str] = &["--frames", "--poses", "--eyes", "--size", "--image-size", "--minutes"];
 
 /// The folder of files that are not in the repository, as a shell writes it.
 const ASSETS: &str = "$VANTAGE_ASSETS";

@@ -10,11 +10,13 @@ pub mod materials;
 pub mod network;
 pub mod novel_views;
 pub mod occlusion;
+pub mod others;
 pub mod reconstruction;
 pub mod sampling;
 pub mod sent_once;
 pub mod serving;
 pub mod shadows;
+pub mod soak;
 pub mod stability;
 pub mod timing;
 
@@ -27,6 +29,8 @@ pub const ALL: &[&dyn Topic] = &[
     &sent_once::SentOnce,
     &serving::Serving,
     &network::Network,
+    &others::Others,
+    &soak::Soak,
     &timing::Timing,
     &frame_rate::FrameRateTopic,
     &codec::Codec,
