@@ -23,8 +23,8 @@
 
 pub mod access;
 pub mod account;
-mod allowance;
 pub mod agones;
+mod allowance;
 pub mod anticipate;
 pub mod app;
 pub mod asked;

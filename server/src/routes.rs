@@ -1,6 +1,5 @@
 //! What one port answers: the web client, the websocket, and what a host asks: `/livez`, `/readyz`, `/healthz`, `/metrics`, `/plan`.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use axum::Router;

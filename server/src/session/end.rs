@@ -110,9 +110,6 @@ impl From<Over> for End {
     }
 }
 
-impl From<WorkerGone> for End {
-    fn from(_: WorkerGone) -> End {
-        End::NoWorker
 impl From<NotServed> for End {
     fn from(why: NotServed) -> End {
         match why {
