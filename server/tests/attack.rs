@@ -200,13 +200,14 @@ async fn handshakes_that_break_the_rules_open_nothing() {
         ),
     ];
     for (name, request, statuses) in cases {
-        let heard = tokio::time::timeout(raw::SOON, async {
-            let mut stream = TcpStream::connect(running.addr).await.expect("connect");
-            drop(stream.write_all(&request).await);
-            drop(stream.shutdown().await);
-            read_all(&mut stream).await
-        });
-        let heard = String::from_utf8_lossy(&heard.await.expect("it ends")).into_owned();
+        let mut stream = TcpStream::connect(running.addr).await.expect("connect");
+        drop(stream.write_all(&request).await);
+        let mut start = [0; 12];
+        let reading = tokio::time::timeout(raw::SOON, stream.read_exact(&mut start));
+        let heard = match reading.await.expect("an answer, or the end") {
+            Ok(_) => String::from_utf8_lossy(&start).into_owned(),
+            Err(_) => String::new(),
+        };
         let status = heard
             .strip_prefix("HTTP/1.1 ")
             .or(heard.strip_prefix("HTTP/1.0 "))
