@@ -34,6 +34,11 @@ pub(crate) fn spent<const NAMES: usize>(names: [&str; NAMES]) -> Option<Spent<NA
     Some(spent)
 }
 
+/// Processor seconds of another process so far; `None` where it is gone, or the system does not tell.
+pub(crate) fn of_process(id: u32) -> Option<f64> {
+    seconds(&std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?)
+}
+
 /// User and system time of a line of `stat`: the 14th and 15th field, counted behind the name, which may hold anything but a last bracket.
 fn seconds(stat: &str) -> Option<f64> {
     let (_, behind) = stat.rsplit_once(')')?;

@@ -220,3 +220,13 @@ pub struct Welcome {
     /// Whether what the client holds of the session that it named is what updates build on from here. If not, the first one clears it.
     pub resumed: bool,
 }
+
+impl Welcome {
+    /// Whether its values are what they are said to be.
+    pub fn is_sound(&self) -> bool {
+        let bounds = self.bounds_min_world.iter().chain(&self.bounds_max_world);
+        let finite = bounds.chain([&self.scene_time_s]).all(|value| value.is_finite());
+        let positive = [self.near_m, self.update_interval_s].iter().all(|value| value.is_finite() && *value > 0.0);
+        finite && positive && self.start_world_from_eye.is_valid()
+    }
+}

@@ -11,6 +11,7 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
+use crate::host::Host;
 use crate::imager::Imager;
 use crate::peers::{Door, Peers};
 use crate::pool::Pool;
@@ -18,7 +19,7 @@ use crate::routes::{self, Gate};
 use crate::serving::Serving;
 use crate::session::{House, Shared};
 use crate::stats::Stats;
-use crate::{http, memory};
+use crate::{http, memory, publish};
 
 /// How long sessions have to say goodbye when the server stops, and after them what else is asked for. Together well below the ten seconds that who stops a
 /// server may count on.
@@ -82,25 +83,39 @@ pub struct Running {
     tasks: [JoinHandle<()>; 2],
 }
 
-/// Listens, as the options of a server say that are about its port.
-pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
+/// A port that answers.
+pub(crate) struct Answering {
+    pub addr: SocketAddr,
+    pub url: String,
+    pub stop: watch::Sender<bool>,
+    pub task: JoinHandle<()>,
+}
+
+/// Listens, as the options of a server say that are about its port, for what is there behind it.
+pub(crate) async fn listen_for(config: &Config, host: Arc<dyn Host>) -> Result<Answering, ServeError> {
     let addr = SocketAddr::new(config.bind, config.port);
     let listen_error = |source| ServeError::Listen { addr, source };
     let listener = TcpListener::bind(addr).await.map_err(listen_error)?;
     let addr = listener.local_addr().map_err(listen_error)?;
     let (stop, stopped) = watch::channel(false);
-    let serving = Arc::<Serving>::default();
     let peers = Arc::new(Peers::new(&config.limits, &config.access.proxies));
     let door = Door::new(listener, peers.clone(), config.tls.is_some());
-    let gate = Arc::new(Gate::new(config, serving.clone(), peers));
+    let gate = Arc::new(Gate::new(config, host, peers));
     let (router, tls) = (routes::router(gate, config), config.tls.clone());
     let scheme = if tls.is_some() { "https" } else { "http" };
     let task = match tls {
         None => tokio::spawn(http::answer(door, router, stopped)),
         Some(tls) => tokio::spawn(http::answer(tls.listen(door), router, stopped)),
     };
+    Ok(Answering { addr, url: format!("{scheme}://{addr}"), stop, task })
+}
+
+/// The same for a server whose scene is still to be loaded.
+pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
+    let serving = Arc::<Serving>::default();
+    let Answering { addr, url, stop, task } = listen_for(config, serving.clone()).await?;
     let places = config.limits.clients;
-    Ok(Listening { addr, url: format!("{scheme}://{addr}"), serving, house: House::new(places), places, stop, task })
+    Ok(Listening { addr, url, serving, house: House::new(places), places, stop, task })
 }
 
 impl Listening {
@@ -144,9 +159,14 @@ impl Running {
 
     /// Serves another scene to new sessions, and tells those of the one before to come again; as [`Listening::serve`].
     pub fn show(&self, config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -> Result<(), ServeError> {
+        let published = config.publish.clone();
         let shared = Shared::new(config, scene, imager, self.house.clone()).map_err(ServeError::Thread)?;
+        let shared = Arc::new(shared);
         tokio::spawn(memory::give_back_unasked(Arc::downgrade(&shared.pool)));
-        self.serving.show(Arc::new(shared));
+        if let Some(broker) = published {
+            tokio::spawn(publish::run(shared.clone(), broker));
+        }
+        self.serving.show(shared);
         Ok(())
     }
 

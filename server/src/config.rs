@@ -10,6 +10,7 @@ use protocol::{Look, Tone};
 use scene::environment::Environment;
 
 use crate::access::Access;
+use crate::broker::Broker;
 use crate::coding::CodingRule;
 use crate::discretize::placement::Placement;
 use crate::discretize::{Discretization, MAX_IMAGES};
@@ -72,6 +73,8 @@ pub struct Config {
     pub access: Access,
     /// What https and wss are served by; `None` for http and ws.
     pub tls: Option<Tls>,
+    /// Where what is presented is published for relays; `None` for nowhere.
+    pub publish: Option<Broker>,
     /// Caps and patience.
     pub limits: ServerLimits,
 }
@@ -107,6 +110,7 @@ impl Default for Config {
             web: None,
             access: Access::default(),
             tls: None,
+            publish: None,
             limits: ServerLimits::default(),
         }
     }

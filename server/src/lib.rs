@@ -1,7 +1,7 @@
 //! The server: plan -> discretize -> encode -> socket.
 //!
 //! - [`app`]: a server's life; `routes`: what its port answers; [`page`]: the web client in it; `metrics`: its figures for Prometheus; [`session`]: one client's connection, on either
-//!   clock; [`audience`]: clients that follow another.
+//!   clock; [`audience`]: clients that follow another, by [`publish`] and [`relay`] beyond one host, at a [`broker`].
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
 //!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick,
 //!   from scene time to edits; [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU;
@@ -14,7 +14,7 @@
 //!   systemd; [`agones`]: for Kubernetes.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
-//! - [`config`], [`options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
+//! - [`config`], [`options`], [`port_options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
 //!   what it counts; [`peers`]: what one address may take, and the door; `http`: requests with time-outs; `open_files`: how many connections; [`fault`]: mistakes, met
 //!   where they happen; [`devices`]: a GPU after another; [`log`]: lines that nobody waits for.
 
@@ -31,6 +31,7 @@ pub mod asked;
 pub mod audience;
 pub mod beside;
 pub mod bodies;
+pub mod broker;
 pub mod cameras;
 pub mod client;
 pub mod coding;
@@ -39,7 +40,9 @@ pub mod density;
 pub mod devices;
 pub mod discretize;
 pub mod fault;
+mod figures;
 pub mod frame;
+mod host;
 mod http;
 pub mod imager;
 pub mod impostors;
@@ -61,14 +64,18 @@ pub mod page;
 pub mod peers;
 pub mod plan;
 pub mod pool;
+pub mod port_options;
 mod portions;
 pub mod prepare;
+pub mod publish;
 mod queue;
+pub mod relay;
 pub mod render;
 pub mod rest;
 mod revise;
 mod routes;
 pub mod scale;
+mod scene_host;
 mod serving;
 pub mod session;
 pub mod settings;

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
 
-use crate::options::LogFormat;
+use crate::port_options::LogFormat;
 
 /// Lines that wait at most: some seconds of a busy server's.
 const LINES: usize = 1024;

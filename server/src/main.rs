@@ -12,11 +12,13 @@ use gpu::{Gpu, GpuError};
 use vantage_server::app::Attendance;
 use vantage_server::notify::{self, notify};
 use vantage_server::operate::{Prepare, operate};
-use vantage_server::options::Options;
+use vantage_server::options::{Command, Options};
+use vantage_server::port_options::PortOptions;
 use vantage_server::prepare::{self, Prepared};
+use vantage_server::relay::options::RelayOptions;
 use vantage_server::settings::{self, SettingsError};
 use vantage_server::signals::Signals;
-use vantage_server::{Config, agones, app, log};
+use vantage_server::{Config, agones, app, log, relay};
 
 /// `EX_UNAVAILABLE` of sysexits.h: a service that is needed is not there, here a graphics adapter.
 const EXIT_NO_ADAPTER: u8 = 69;
@@ -45,34 +47,55 @@ fn main() -> ExitCode {
         pollster::block_on(Gpu::names()).iter().enumerate().for_each(|(number, name)| println!("{number} {name}"));
         return ExitCode::SUCCESS;
     }
-    let _log = log::start(options.log_format);
-    let config = match options.config() {
-        Ok(config) => config,
+    if let Some(Command::Relay(relay)) = &options.command {
+        let _log = log::start(relay.port.log_format);
+        return exit_code(relay.port.config().map(|config| relayed(relay, config)));
+    }
+    let _log = log::start(options.port.log_format);
+    exit_code(options.config().map(|config| run(options, config)))
+}
+
+/// Of a run, or of options that do not go together.
+fn exit_code(ran: Result<anyhow::Result<()>, String>) -> ExitCode {
+    match ran {
         Err(message) => {
             log::say(stderr(), format_args!("error: {message}"));
-            return ExitCode::from(EXIT_USAGE);
+            ExitCode::from(EXIT_USAGE)
         }
-    };
-    match run(options, config) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) if matches!(error.downcast_ref(), Some(GpuError::NoAdapter)) => {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(error)) => {
             log::say(stderr(), format_args!("error: {error:#}"));
-            ExitCode::from(EXIT_NO_ADAPTER)
-        }
-        Err(error) => {
-            log::say(stderr(), format_args!("error: {error:#}"));
-            ExitCode::FAILURE
+            let has_adapter = !matches!(error.downcast_ref(), Some(GpuError::NoAdapter));
+            if has_adapter { ExitCode::FAILURE } else { ExitCode::from(EXIT_NO_ADAPTER) }
         }
     }
 }
 
-fn run(options: &Options, config: Config) -> anyhow::Result<()> {
-    // Before the scene, which may take minutes to load.
-    let tls = options.tls()?;
-    if options.tls_self_signed {
+/// With the certificate that its port is served by. Before anything that takes its time.
+fn with_tls(port: &PortOptions, config: Config) -> anyhow::Result<Config> {
+    let tls = port.tls()?;
+    if port.tls_self_signed {
         tls.iter().for_each(|tls| tracing::info!("SHA-256 fingerprint of the certificate: {}", tls.fingerprint()));
     }
-    let config = Config { tls, ..config };
+    Ok(Config { tls, ..config })
+}
+
+fn relayed(options: &RelayOptions, config: Config) -> anyhow::Result<()> {
+    let config = with_tls(&options.port, config)?;
+    tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(async {
+        let mut signals = Signals::new()?;
+        let running = relay::serve(config, options.broker()).await?;
+        log::say(stdout(), running.url());
+        notify(notify::READY);
+        signals.stop().await;
+        notify(notify::STOPPING);
+        running.stop().await;
+        Ok(())
+    })
+}
+
+fn run(options: &Options, config: Config) -> anyhow::Result<()> {
+    let config = with_tls(&options.port, config)?;
     let gpu = pollster::block_on(Gpu::new_headless_on(options.gpu.as_deref()))?;
     tracing::info!("draws on {}", gpu.caps.name);
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;

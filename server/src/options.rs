@@ -1,6 +1,5 @@
 //! The command line of `vantage-server`.
 
-use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::Parser;
@@ -8,17 +7,18 @@ use protocol::codec::{ColourSteps, Profile};
 use protocol::message::Clock;
 use protocol::{Look, Tone};
 
-use crate::access::Access;
 use crate::coding::CodingRule;
-use crate::config::{ComparesOn, Config, PeerLimits};
+use crate::config::{ComparesOn, Config};
 use crate::discretize::Discretization;
 use crate::discretize::placement::Placement;
+use crate::port_options::PortOptions;
+use crate::publish::options::PublishOptions;
+use crate::relay::options::RelayOptions;
 use crate::source;
-use crate::tls::{Tls, TlsError};
 
 /// Renders a scene as depth images and streams their samples to viewers.
 #[derive(Debug, Clone, Parser)]
-#[command(name = "vantage-server", version, after_help = EXIT_CODES)]
+#[command(name = "vantage-server", version, after_help = EXIT_CODES, args_conflicts_with_subcommands = true)]
 pub struct Options {
     /// A scene file (glTF, GLB, OBJ, PLY, STL) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a
     /// file as what reflects in a built-in scene, as in mirror-teapots+bunny.obj
@@ -44,31 +44,12 @@ pub struct Options {
     /// Name the GPUs that there are, with their numbers, and exit
     #[arg(long)]
     pub list_gpus: bool,
-    /// How the log is written
-    #[arg(long, value_enum, default_value_t)]
-    pub log_format: LogFormat,
-    /// Address to listen on; anything but loopback needs --token
-    #[arg(long, default_value = "127.0.0.1")]
-    pub bind: IpAddr,
-    /// Port to listen on; 0 picks a free one
-    #[arg(long, default_value_t = 8080)]
-    pub port: u16,
-    /// What clients must know to connect: #token=... in the page's address, --token of the viewer, or a bearer token
-    #[arg(long, hide_env_values = true)]
-    pub token: Option<String>,
-    /// A page of another origin (https://HOST or https://HOST:PORT) that may connect; may be given several times
-    #[arg(long, value_name = "ORIGIN", value_parser = origin)]
-    pub allow_origin: Vec<String>,
-    /// Serve https and wss by this certificate, a PEM file that also holds the chain of those that vouch for it; a new one is taken up while
-    /// serving
-    #[arg(long, value_name = "FILE", requires = "tls_key")]
-    pub tls_cert: Option<PathBuf>,
-    /// The private key of --tls-cert, a PEM file
-    #[arg(long, value_name = "FILE", requires = "tls_cert")]
-    pub tls_key: Option<PathBuf>,
-    /// Serve https and wss by a certificate that is made at start and that nobody vouches for; the log tells its fingerprint
-    #[arg(long, conflicts_with_all = ["tls_cert", "tls_key"])]
-    pub tls_self_signed: bool,
+    /// Its port, and who may connect.
+    #[command(flatten)]
+    pub port: PortOptions,
+    /// What goes beyond this host.
+    #[command(flatten)]
+    pub publish: PublishOptions,
     /// How the images of a set are made: conventional, depth-peeling, non-redundant, neighbourhood, surface, covered, footprint, visibility,
     /// visibility-plain
     #[arg(long, default_value_t)]
@@ -129,18 +110,6 @@ pub struct Options {
     /// Ticks a second of each session at most
     #[arg(long, default_value_t = 10.0, value_parser = update_rate)]
     pub update_hz: f64,
-    /// Sessions at one time at most
-    #[arg(long, default_value_t = 256)]
-    pub max_clients: usize,
-    /// Connections at one time at most of one address, or of one network of 64 bits of IPv6; 0 for as many as come. Loopback is not counted
-    #[arg(long, value_name = "N", default_value_t = PeerLimits::default().connections)]
-    pub max_per_address: usize,
-    /// The address of a reverse proxy, which is believed to say in X-Forwarded-For whom it asks for; may be given several times
-    #[arg(long, value_name = "ADDR")]
-    pub trusted_proxy: Vec<IpAddr>,
-    /// Folder of the built web client, in place of the one that is built into this program
-    #[arg(long, value_name = "FOLDER")]
-    pub web: Option<PathBuf>,
     /// Tell Agones, which keeps servers on Kubernetes, how this one is; by itself where AGONES_SDK_HTTP_PORT says where
     #[arg(long)]
     pub agones: bool,
@@ -153,19 +122,20 @@ pub struct Options {
     /// Show all settings as such a file, with where each is from, and exit
     #[arg(long)]
     pub print_config: bool,
+    /// What to be in place of a server.
+    #[command(subcommand)]
+    pub command: Option<Command>,
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
     Logging: RUST_LOG=debug also shows why each set of images is made.";
 
-/// `--log-format`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum LogFormat {
-    /// Lines for people.
-    #[default]
-    Text,
-    /// An object a line, for machines.
-    Json,
+/// What a server can be in place of one.
+#[derive(Debug, Clone, clap::Subcommand)]
+pub enum Command {
+    /// Pass on what a server publishes
+    #[command(about)]
+    Relay(RelayOptions),
 }
 
 /// `--bodies`.
@@ -325,19 +295,7 @@ impl From<ClockName> for Clock {
 impl Options {
     /// As plain values; `Err` names options that do not go together.
     pub fn config(&self) -> Result<Config, String> {
-        let defaults = Config::default();
-        if !self.bind.is_loopback() && self.token.is_none() {
-            return Err(format!("--bind {} is reachable from other machines: give a --token", self.bind));
-        }
-        if self.token.as_deref() == Some("") {
-            return Err("--token must not be empty".to_owned());
-        }
-        let mut limits = defaults.limits;
-        limits.clients = self.max_clients;
-        limits.peers.connections = self.max_per_address;
         Ok(Config {
-            bind: self.bind,
-            port: self.port,
             discretization: self.discretization,
             placement: self.placement,
             relief: self.relief == ReliefName::Auto,
@@ -354,36 +312,9 @@ impl Options {
             exposure: 2f32.powf(self.exposure),
             clock: self.clock.into(),
             update_hz: self.update_hz,
-            web: self.web.clone(),
-            access: Access {
-                token: self.token.clone(),
-                origins: self.allow_origin.clone(),
-                proxies: self.trusted_proxy.iter().map(IpAddr::to_canonical).collect(),
-            },
-            tls: None,
-            limits,
+            publish: self.publish.broker(),
+            ..self.port.config()?
         })
-    }
-
-    /// The certificate, read or made; `None` where none is asked for.
-    pub fn tls(&self) -> Result<Option<Tls>, TlsError> {
-        match (&self.tls_cert, &self.tls_key) {
-            (Some(certificate), Some(key)) => Tls::of_files(certificate, key).map(Some),
-            _ if self.tls_self_signed => Tls::self_signed(self.bind).map(Some),
-            _ => Ok(None),
-        }
-    }
-}
-
-/// As browsers write it: no path after the host.
-fn origin(text: &str) -> Result<String, String> {
-    let authority =
-        text.strip_prefix("https://").or_else(|| text.strip_prefix("http://")).map(|rest| rest.trim_end_matches('/'));
-    match authority {
-        Some(authority) if !authority.is_empty() && !authority.contains(['/', '*', ' ']) => {
-            Ok(text.trim_end_matches('/').to_owned())
-        }
-        _ => Err("an origin is needed, as https://HOST or https://HOST:PORT".to_owned()),
     }
 }
 
@@ -420,6 +351,7 @@ fn update_rate(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::broker::Broker;
 
     #[test]
     fn the_command_line_is_sound() {
@@ -433,6 +365,27 @@ mod tests {
         assert!(open.config().is_err());
         let closed = Options::parse_from(["vantage-server", "--bind", "0.0.0.0", "--token", "secret"]);
         assert!(closed.config().is_ok());
+    }
+
+    #[test]
+    fn a_relay_has_a_port_and_a_broker() {
+        let parse = |line: &str| Options::try_parse_from(line.split_whitespace());
+        let Some(Command::Relay(relay)) =
+            parse("vantage-server relay --subscribe nats://host --port 9").expect("sound").command
+        else {
+            panic!("no relay")
+        };
+        assert_eq!((relay.port.port, relay.broker().channel.as_str()), (9, Broker::CHANNEL));
+        assert!(relay.port.config().is_ok());
+        for wrong in
+            ["relay", "relay --subscribe http://host", "pillars relay --subscribe nats://host", "--publish host"]
+        {
+            assert!(parse(&format!("vantage-server {wrong}")).is_err(), "{wrong}");
+        }
+        let server = parse("vantage-server pillars --publish nats://host --channel lab").expect("sound").config();
+        let published = server.expect("sound").publish.expect("published");
+        assert_eq!((published.address.to_string().as_str(), published.channel.as_str()), ("nats://host:4222", "lab"));
+        assert!(parse("vantage-server").expect("sound").config().expect("sound").publish.is_none());
     }
 
     #[test]

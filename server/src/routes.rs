@@ -5,19 +5,20 @@ use std::sync::Arc;
 use axum::Router;
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, header};
-use axum::middleware::{Next, from_fn};
-use axum::response::{IntoResponse, Json, Response};
+use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::response::{IntoResponse, Json, Redirect, Response};
 use axum::routing::get;
+use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use protocol::message::SUBPROTOCOL;
 use serde::Deserialize;
 use tower_http::set_header::SetResponseHeaderLayer;
 
 use crate::access::{self, Access, Refused, SECURITY_HEADERS, TLS_ONLY};
 use crate::config::Config;
+use crate::host::Host;
 use crate::peers::{Caller, Crowded, Peers, Place};
-use crate::serving::Serving;
-use crate::session::{self, Guest, Shared};
-use crate::{metrics, page};
+use crate::session::link::{Guest, refuse};
+use crate::{figures, page};
 
 /// Where sessions are.
 const WEBSOCKET: &str = "/ws";
@@ -33,19 +34,19 @@ const MAX_WRITE_BUFFER_BYTES: usize = 256 * 1024;
 pub(crate) struct Gate {
     access: Access,
     peers: Arc<Peers>,
-    serving: Arc<Serving>,
+    host: Arc<dyn Host>,
 }
 
 impl Gate {
     /// By a server's options.
-    pub(crate) fn new(config: &Config, serving: Arc<Serving>, peers: Arc<Peers>) -> Gate {
-        Gate { access: config.access.clone(), peers, serving }
+    pub(crate) fn new(config: &Config, host: Arc<dyn Host>, peers: Arc<Peers>) -> Gate {
+        Gate { access: config.access.clone(), peers, host }
     }
 
     /// For who may read what is told of a server.
-    fn shared_with(&self, asked: &Asked, headers: &HeaderMap) -> Result<Arc<Shared>, Untold> {
+    fn host_for(&self, asked: &Asked, headers: &HeaderMap) -> Result<&dyn Host, Untold> {
         access::check_reader(headers, asked.token.as_deref(), &self.access).map_err(Untold::Refused)?;
-        self.serving.shared().map_err(Untold::Early)
+        Ok(self.host.as_ref())
     }
 }
 
@@ -77,6 +78,7 @@ pub(crate) fn router(gate: Arc<Gate>, config: &Config) -> Router {
         .route("/metrics", get(measures))
         .route("/plan", get(plan))
         .route(WEBSOCKET, get(websocket))
+        .layer(from_fn_with_state(gate.clone(), lead))
         .layer(from_fn(within_limits))
         .with_state(gate);
     let over_tls = config.tls.as_ref().filter(|tls| tls.is_of_files()).map(|_| TLS_ONLY);
@@ -103,10 +105,27 @@ fn turned_away(crowded: Crowded) -> Response {
     (status, [(header::RETRY_AFTER, "1")], format!("{crowded}\n")).into_response()
 }
 
+/// A page that names nobody, where one can only follow one person, is led to him. Not where a token is needed: his name is for who knows it.
+async fn lead(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
+    let uri = request.uri();
+    let query = uri.query().unwrap_or_default();
+    let says_whom =
+        query.split('&').any(|part| ["follow=", "present=", "camera="].iter().any(|key| part.starts_with(key)));
+    if uri.path() == "/"
+        && !says_whom
+        && gate.access.token.is_none()
+        && let [name] = gate.host.to_follow().as_slice()
+    {
+        let and = if query.is_empty() { "" } else { "&" };
+        return Redirect::temporary(&format!("/?{query}{and}follow={}", utf8_percent_encode(name, NON_ALPHANUMERIC)))
+            .into_response();
+    }
+    next.run(request).await
+}
+
 /// Whether sessions are served.
 async fn ready(State(gate): State<Arc<Gate>>) -> Response {
-    let failure = gate.serving.open().and_then(|shared| shared.worker.failure().borrow().clone().map_or(Ok(()), Err));
-    match failure {
+    match gate.host.ready() {
         Ok(()) => "ready\n".into_response(),
         Err(why) => (StatusCode::SERVICE_UNAVAILABLE, format!("{why}\n")).into_response(),
     }
@@ -118,22 +137,14 @@ async fn measures(
     Query(asked): Query<Asked>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Untold> {
-    let shared = gate.shared_with(&asked, &headers)?;
-    Ok(([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&shared, &gate.peers)))
+    let text = gate.host_for(&asked, &headers)?.metrics(&gate.peers).map_err(Untold::Early)?;
+    Ok(([(header::CONTENT_TYPE, figures::CONTENT_TYPE)], text))
 }
 
 async fn health(State(gate): State<Arc<Gate>>) -> Result<Response, Untold> {
-    let shared = gate.serving.shared().map_err(Untold::Early)?;
-    let mut answer = shared.house.stats.json(&shared.pool);
-    let failure = shared.worker.failure().borrow().clone();
-    if let Some(object) = answer.as_object_mut() {
-        object.insert("ok".into(), failure.is_none().into());
-        object.insert("failure".into(), failure.clone().into());
-        object.insert("scene".into(), shared.scene.name.clone().into());
-        object.insert("adapter".into(), shared.adapter.clone().into());
-        object.insert("version".into(), env!("CARGO_PKG_VERSION").into());
-    }
-    let status = if failure.is_none() { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
+    let mut answer = gate.host.health().map_err(Untold::Early)?;
+    let status = if answer["ok"] == true { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
+    answer["version"] = env!("CARGO_PKG_VERSION").into();
     Ok((status, Json(answer)).into_response())
 }
 
@@ -142,9 +153,9 @@ async fn plan(
     State(gate): State<Arc<Gate>>,
     Query(asked): Query<Asked>,
     headers: HeaderMap,
-) -> Result<Json<serde_json::Value>, Untold> {
-    let shared = gate.shared_with(&asked, &headers)?;
-    Ok(Json(serde_json::json!({ "scene": shared.scene.name, "sessions": shared.plans.json() })))
+) -> Result<Response, Untold> {
+    let plan = gate.host_for(&asked, &headers)?.plan().map_err(Untold::Early)?;
+    Ok(plan.map_or_else(|| StatusCode::NOT_FOUND.into_response(), |plan| Json(plan).into_response()))
 }
 
 #[derive(Deserialize)]
@@ -174,7 +185,7 @@ async fn websocket(
     let checked = access::check(&headers, asked.token.as_deref(), &gate.access);
     let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok()).map(str::to_owned);
     let by_token = gate.access.token.is_some();
-    let shared = gate.serving.open();
+    let host = gate.host.clone();
     let peer = asks;
     upgrade
         .protocols([SUBPROTOCOL])
@@ -187,18 +198,14 @@ async fn websocket(
         .on_upgrade(move |socket| async move {
             let place = match place {
                 Ok(place) => place,
-                Err(crowded) => return session::refuse(socket, &crowded.to_string(), true).await,
+                Err(crowded) => return refuse(socket, &crowded.to_string(), true).await,
             };
             if let Err(refused) = checked {
                 // A browser shows its page nothing of an answer that is no websocket: it is opened, to say why.
                 tracing::warn!(%peer, "refused: {refused}");
-                return session::refuse(socket, &refused.to_string(), false).await;
+                return refuse(socket, &refused.to_string(), false).await;
             }
-            let shared = match shared {
-                Ok(shared) => shared,
-                Err(said) => return session::refuse(socket, &said, true).await,
-            };
             let guest = Guest { peer, doorstep, place, by_token, origin };
-            session::run(&shared, socket, guest).await;
+            host.run(socket, guest).await;
         })
 }

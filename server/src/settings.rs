@@ -33,10 +33,12 @@ pub fn read<T: CommandFactory + FromArgMatches>(
     arguments: impl IntoIterator<Item = impl Into<OsString>>,
 ) -> Result<Settings<T>, SettingsError> {
     let mut arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
-    let command = T::command().mut_args(told_by_environment);
+    let command =
+        T::command().mut_args(told_by_environment).mut_subcommands(|command| command.mut_args(told_by_environment));
     // Whatever is wrong is said when all is read once more.
     let told = command.clone().ignore_errors(true).try_get_matches_from(&arguments)?;
-    let path = told.try_get_one::<PathBuf>(CONFIG).ok().flatten();
+    // A file is of a server, not of what else is asked for.
+    let path = told.try_get_one::<PathBuf>(CONFIG).ok().flatten().filter(|_| told.subcommand_name().is_none());
     let file = path.map(|path| File::read(path, &command)).transpose()?.unwrap_or_default();
     let is_weaker = |entry: &&Entry| matches!(told.value_source(&entry.id), None | Some(ValueSource::DefaultValue));
     let entries: Vec<&Entry> = file.entries.iter().filter(is_weaker).collect();

@@ -38,7 +38,20 @@ pub struct Stats {
     pub reloads: AtomicU64,
     /// Whether that failed the last time.
     pub reload_failed: AtomicBool,
+    /// What went to a broker.
+    pub published: Published,
     looks: [AtomicU64; Reason::ALL.len()],
+}
+
+/// What went to a broker, see [`crate::publish`].
+#[derive(Debug, Default)]
+pub struct Published {
+    /// Updates.
+    pub updates: AtomicU64,
+    /// Whole copies.
+    pub wholes: AtomicU64,
+    /// Bytes of messages.
+    pub bytes: AtomicU64,
 }
 
 impl Stats {

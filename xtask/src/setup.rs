@@ -19,13 +19,15 @@ pub enum Need {
     Chromium,
     /// Runs the script that drives the browser.
     Node,
+    /// Between a server and its relays, for tests and a report.
+    Nats,
     /// Codes the video that a report compares with.
     Ffmpeg,
 }
 
 impl Need {
     /// What building, serving and testing need.
-    pub const USUAL: &[Need] = &[Need::Vulkan, Need::WasmTarget, Need::Clang, Need::Chromium, Need::Node];
+    pub const USUAL: &[Need] = &[Need::Vulkan, Need::WasmTarget, Need::Clang, Need::Chromium, Need::Node, Need::Nats];
 
     fn is_met(self) -> bool {
         match self {
@@ -34,6 +36,7 @@ impl Need {
             Need::Clang => on_path("clang") && on_path("llvm-ar"),
             Need::Chromium => on_path("chromium") && has_fonts(),
             Need::Node => on_path("node") && on_path("npm"),
+            Need::Nats => on_path("nats-server"),
             Need::Ffmpeg => on_path("ffmpeg"),
         }
     }
@@ -45,6 +48,7 @@ impl Need {
             Need::Clang => &["clang", "llvm"],
             Need::Chromium => &["chromium", "fonts-dejavu-core"],
             Need::Node => &["nodejs", "npm"],
+            Need::Nats => &["nats-server"],
             Need::Ffmpeg => &["ffmpeg"],
         }
     }
@@ -56,6 +60,7 @@ impl Need {
             Need::Clang => "clang, for the C part of the web client",
             Need::Chromium => "Chromium, for the browser tests",
             Need::Node => "node and npm, for the browser tests",
+            Need::Nats => "nats-server, the broker between a server and its relays, for tests",
             Need::Ffmpeg => "ffmpeg, for the video that a report compares with",
         }
     }

@@ -69,6 +69,8 @@ const RUNS: &[NamedRun] = &[
 
     run("serving", "serving", &[]),
 
+    run("relay", "relay", &[]),
+
     run("network", "network", &[]),
 
     run("others", "others", &[]),

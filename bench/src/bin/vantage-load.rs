@@ -48,6 +48,9 @@ struct Options {
     /// The first client presents and all others follow it
     #[arg(long, conflicts_with = "clock")]
     audience: bool,
+    /// A relay where followers connect, in place of the server; may be given several times, and they take them in turn
+    #[arg(long, value_name = "URL", requires = "audience")]
+    follow_at: Vec<String>,
     /// So many clients decode what they get, the others only acknowledge it. Without: all, of an audience the presenter and five followers
     #[arg(long, value_name = "COUNT")]
     decode: Option<usize>,
@@ -119,6 +122,7 @@ fn what_to_run(options: &Options) -> Load {
             ClockName::Virtual => Clock::Virtual,
         },
         audience: options.audience,
+        followed_at: options.follow_at.clone(),
         decoding: options.decode,
         scene: options.quality.clone(),
         limits: Limits { latency_p99: options.max_p99, interval_p99: options.max_interval_p99 },

@@ -1,6 +1,7 @@
 //! A client of a run, what it saw, and what it shares with the others.
 
-use std::sync::{Arc, OnceLock};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
 use camera::Trace;
@@ -14,8 +15,12 @@ use super::series::{Counters, Timed};
 
 /// What all clients of a run share.
 pub(super) struct Shared {
-    /// Of the websocket.
+    /// Of the server's websocket.
     pub url: String,
+    /// Of those where followers connect; none: the server's.
+    pub followed_at: Vec<String>,
+    /// What the copy of an audience comes to by each update, as whoever heard it first was told.
+    pub digests: Mutex<HashMap<u64, u64>>,
     /// Empty: made paths.
     pub traces: Vec<Trace>,
     /// Which clock the server runs.
@@ -45,6 +50,19 @@ impl Shared {
         }
     }
 
+    /// Where a client connects.
+    pub fn url(&self, index: usize) -> &str {
+        let relay =
+            index.checked_sub(1).and_then(|follower| self.followed_at.get(follower % self.followed_at.len().max(1)));
+        relay.unwrap_or(&self.url)
+    }
+
+    /// Whether an update of the audience comes to the same copy as for all others.
+    pub fn is_the_same(&self, number: u64, digest: u64) -> bool {
+        let mut digests = self.digests.lock().unwrap_or_else(PoisonError::into_inner);
+        *digests.entry(number).or_insert(digest) == digest
+    }
+
     /// The time now in seconds of the run.
     pub fn now_s(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
@@ -69,6 +87,10 @@ pub struct ClientReport {
     pub behaviour: Behaviour,
     /// Updates held or, by who does not decode, acknowledged.
     pub updates: u64,
+    /// Of an audience: updates that neither followed the one before nor began anew.
+    pub gaps: u64,
+    /// Of an audience: updates that came to another copy than somebody else's.
+    pub strays: u64,
     /// Bytes received, without the transport's own.
     pub bytes: u64,
     /// Samples held at the end.

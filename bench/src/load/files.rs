@@ -18,7 +18,7 @@ pub struct TooFewFiles {
 
 /// Makes room for so many connections: the soft limit is raised as far as the hard one goes.
 #[cfg(unix)]
-pub(super) fn allow(clients: usize) -> anyhow::Result<()> {
+pub fn allow(clients: usize) -> anyhow::Result<()> {
     use anyhow::Context;
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
     let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
@@ -31,7 +31,7 @@ pub(super) fn allow(clients: usize) -> anyhow::Result<()> {
 
 /// Elsewhere sockets are not counted among files.
 #[cfg(not(unix))]
-pub(super) fn allow(_: usize) -> anyhow::Result<()> {
+pub fn allow(_: usize) -> anyhow::Result<()> {
     Ok(())
 }
 

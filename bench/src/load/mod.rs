@@ -24,7 +24,7 @@ mod visit;
 mod watch;
 
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -35,7 +35,7 @@ use tokio::sync::Notify;
 
 pub use client::ClientReport;
 use client::{Client, Shared};
-pub use files::TooFewFiles;
+pub use files::{TooFewFiles, allow as allow_files};
 use health::{websocket_url, without_token};
 pub use limits::{Limits, NoTime, missed, time};
 pub use page::page;
@@ -69,6 +69,8 @@ pub struct Load {
     pub clock: Clock,
     /// Whether the first client presents and all others follow it.
     pub audience: bool,
+    /// Where the followers of an audience connect, in turn; none: where the presenter does.
+    pub followed_at: Vec<String>,
     /// So many clients decode what they get, the others only acknowledge it; `None`: all, of an audience the first six.
     pub decoding: Option<usize>,
     /// The still scene that the server shows, where pictures of what clients held are to be compared with it.
@@ -145,6 +147,8 @@ fn shared(load: &Load) -> anyhow::Result<Shared> {
     let usual = if load.audience { DECODING_OF_AUDIENCE } else { load.clients };
     Ok(Shared {
         url: websocket_url(&load.server),
+        followed_at: load.followed_at.iter().map(|server| websocket_url(server)).collect(),
+        digests: Mutex::default(),
         traces: load.traces.iter().map(|path| read_trace(path)).collect::<anyhow::Result<_>>()?,
         clock: load.clock,
         started: Instant::now(),

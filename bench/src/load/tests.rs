@@ -21,6 +21,7 @@ fn load(server: String, script: &str, seconds: f64) -> Load {
         script: script.parse().expect("a script"),
         clock: Clock::Wall,
         audience: false,
+        followed_at: Vec::new(),
         decoding: Some(2),
         scene: None,
         limits: Limits { latency_p99: Some(Duration::ZERO), interval_p99: None },

@@ -50,6 +50,8 @@ pub(super) struct Visit<'a> {
     seen: &'a mut ClientReport,
     session: ClientSession,
     held: Held,
+    /// Of the last update.
+    number: Option<u64>,
     /// Poses that no update answered yet: number and time.
     sent: VecDeque<(u64, f64)>,
     updated_at_s: Option<f64>,
@@ -61,7 +63,7 @@ pub(super) struct Visit<'a> {
 impl<'a> Visit<'a> {
     /// From connecting to leaving; what is seen is added to the client's report.
     pub async fn run(shared: &'a Shared, client: Client, seen: &'a mut ClientReport) -> anyhow::Result<Left> {
-        let mut socket = connect(&shared.url).await?;
+        let mut socket = connect(shared.url(client.index)).await?;
         let _connected = Connected::count(&shared.counters);
         shared.counters.reconnections.fetch_add(u64::from(seen.reconnections > 0), Ordering::Relaxed);
         let now_s = if shared.clock == Clock::Virtual { 0.0 } else { shared.now_s() };
@@ -72,6 +74,7 @@ impl<'a> Visit<'a> {
             seen,
             session: ClientSession::new(config, now_s),
             held: Held::default(),
+            number: None,
             sent: VecDeque::new(),
             updated_at_s: None,
             path: None,
@@ -246,6 +249,12 @@ impl<'a> Visit<'a> {
             // In real time scene time is the server's.
             let ms = (clock.scene_time_s(received.arrived_at_s) - received.sent_at_s) * 1e3;
             self.seen.lags.push(Timed { at_s, ms });
+        }
+        if self.shared.audience.is_some() {
+            let follows = head.clears || self.number.is_none_or(|number| head.number == number + 1);
+            self.seen.gaps += u64::from(!follows);
+            self.seen.strays += u64::from(!self.shared.is_the_same(head.number, head.digest));
+            self.number = Some(head.number);
         }
         if self.client.index < self.shared.decoding {
             self.decode(received).await?;

@@ -12,6 +12,7 @@ pub mod novel_views;
 pub mod occlusion;
 pub mod others;
 pub mod reconstruction;
+pub mod relay;
 pub mod sampling;
 pub mod sent_once;
 pub mod serving;
@@ -28,6 +29,7 @@ pub const ALL: &[&dyn Topic] = &[
     &reconstruction::Reconstruction,
     &sent_once::SentOnce,
     &serving::Serving,
+    &relay::Relay,
     &network::Network,
     &others::Others,
     &soak::Soak,

@@ -501,12 +501,5 @@ fn check_welcome(welcome: &Welcome) -> Result<(), SessionError> {
     if welcome.version != VERSION {
         return Err(SessionError::Version { ours: VERSION, theirs: welcome.version });
     }
-    let bounds = welcome.bounds_min_world.iter().chain(&welcome.bounds_max_world);
-    let finite = bounds.chain([&welcome.scene_time_s]).all(|value| value.is_finite());
-    let positive = [welcome.near_m, welcome.update_interval_s].iter().all(|value| value.is_finite() && *value > 0.0);
-    if finite && positive && welcome.start_world_from_eye.is_valid() {
-        Ok(())
-    } else {
-        Err(SessionError::Range("a value of Welcome"))
-    }
+    if welcome.is_sound() { Ok(()) } else { Err(SessionError::Range("a value of Welcome")) }
 }

@@ -31,6 +31,11 @@ pub(super) enum Next {
 }
 
 impl Log {
+    /// Whose first update has a greater number than this.
+    pub fn after(last: u64) -> Log {
+        Log { last, ..Log::default() }
+    }
+
     /// Takes what the presenter was sent; it is kept only where somebody follows.
     pub fn push(&mut self, update: PackedUpdate, is_followed: bool) {
         self.last = update.number;
@@ -47,14 +52,25 @@ impl Log {
         }
     }
 
-    /// Takes a whole copy of now.
+    /// Takes a whole copy of now, or of a moment since the last one.
     pub fn put_whole(&mut self, whole: PackedUpdate) {
+        self.last = self.last.max(whole.number);
         self.whole = Some(whole);
+    }
+
+    /// Drops the whole copy: whoever needs one waits for another.
+    pub fn drop_whole(&mut self) {
+        self.whole = None;
+    }
+
+    /// The whole copy that is kept.
+    pub fn whole(&self) -> Option<&PackedUpdate> {
+        self.whole.as_ref()
     }
 
     /// Drops all but where numbers have come to.
     pub fn forget(&mut self) {
-        *self = Log { last: self.last, ..Log::default() };
+        *self = Log::after(self.last);
     }
 
     pub fn last(&self) -> u64 {
@@ -67,15 +83,16 @@ impl Log {
         if number == self.last {
             return Next::Nothing;
         }
+        let whole = self.whole.as_ref().filter(|whole| whole.number > number && self.is_worth_it(whole));
         let newest_beginning = self.updates.iter().rev().find(|update| update.clears && update.number > number);
+        // Of one number, the update is what the presenter was sent himself.
+        let is_newer = |whole: &&PackedUpdate| newest_beginning.is_none_or(|update| update.number < whole.number);
         let follows = || held.and_then(|number| self.at(number + 1));
-        if let Some(update) = newest_beginning.or_else(follows) {
-            return Next::Update(update.clone());
-        }
-        match &self.whole {
-            Some(whole) if whole.number > number && self.is_worth_it(whole) => Next::Update(whole.clone()),
-            _ => Next::Whole,
-        }
+        let next = match newest_beginning {
+            Some(beginning) => Some(whole.filter(is_newer).unwrap_or(beginning)),
+            None => follows().or(whole),
+        };
+        next.map_or(Next::Whole, |update| Next::Update(update.clone()))
     }
 
     fn at(&self, number: u64) -> Option<&PackedUpdate> {
@@ -136,6 +153,21 @@ mod tests {
         }
         log.push(update(6, false, 100), true);
         assert_eq!(log.next(Some(4)), Next::Whole, "5 never came, and nothing has begun anew since");
+    }
+
+    #[test]
+    fn a_whole_copy_counts_as_what_there_is_and_before_an_older_beginning() {
+        let mut log = Log::default();
+        log.put_whole(update(7, true, 1000));
+        assert_eq!((log.last(), sent(&log, None)), (7, vec![7]), "nothing else has come yet");
+        log.push(update(8, true, 100), true);
+        log.push(update(9, false, 100), true);
+        assert_eq!(sent(&log, None), [8, 9], "the update begins anew later than the copy");
+        log.put_whole(update(9, true, 1000));
+        assert_eq!(sent(&log, None), [9], "the copy is of a later moment");
+        assert_eq!(sent(&log, Some(8)), [9]);
+        log.drop_whole();
+        assert_eq!(sent(&log, None), [8, 9]);
     }
 
     #[test]

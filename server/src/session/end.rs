@@ -19,7 +19,7 @@ pub enum Over {
 
 /// Why a session ended.
 #[derive(Debug)]
-pub(super) enum End {
+pub(crate) enum End {
     /// The client closed the connection, and said that it will not come back.
     Left,
     /// The client closed the connection, and may come back.
@@ -41,6 +41,11 @@ pub(super) enum End {
     NotReading,
     /// What a presenter was sent cannot be passed on to this follower.
     CannotFollow(String),
+    /// At a relay it can only follow, and it did not ask for that.
+    OnlyRelayed {
+        /// Who presents.
+        presenters: Vec<String>,
+    },
     /// The server is done with what was shown.
     Over(Over),
     /// There are no more images.
@@ -51,7 +56,7 @@ pub(super) enum End {
 
 impl End {
     /// For the client and the log; `None` where there is nobody to tell. `patience`: how long a client need not read.
-    pub(super) fn words(&self, patience: Duration) -> Option<String> {
+    pub(crate) fn words(&self, patience: Duration) -> Option<String> {
         match self {
             End::Left | End::Closed | End::Resumed(_) => None,
             End::Full { clients } => Some(format!("{clients} clients are here already, and no more are let in")),
@@ -60,6 +65,7 @@ impl End {
             End::Session(error) => Some(error.to_string()),
             End::NotReading => Some(format!("nothing was read for {} s", patience.as_secs_f64())),
             End::CannotFollow(error) => Some(format!("what is presented cannot be sent: {error}")),
+            End::OnlyRelayed { presenters } => Some(only_relayed(presenters)),
             End::Over(Over::Stops) => Some("the server stops".to_owned()),
             End::Over(Over::Replaced) => Some("the scene was loaded anew".to_owned()),
             End::NoWorker => Some("the server can make no more images".to_owned()),
@@ -68,12 +74,16 @@ impl End {
     }
 
     /// Whether it may be otherwise for a client that comes again just as it did.
-    pub(super) fn may_change(&self) -> bool {
-        !matches!(self, End::Session(error) if !error.may_come_again())
+    pub(crate) fn may_change(&self) -> bool {
+        match self {
+            End::Session(error) => error.may_come_again(),
+            End::OnlyRelayed { .. } => false,
+            _ => true,
+        }
     }
 
     /// Whether the client may be one that was cut off.
-    pub(super) fn may_come_back(&self) -> bool {
+    pub(crate) fn may_come_back(&self) -> bool {
         matches!(
             self,
             // Who came back to a full server holds what he held.
@@ -85,7 +95,7 @@ impl End {
         )
     }
 
-    pub(super) fn of_socket_error(error: axum::Error) -> End {
+    pub(crate) fn of_socket_error(error: axum::Error) -> End {
         use tokio_tungstenite::tungstenite::Error;
         use tokio_tungstenite::tungstenite::error::ProtocolError::ResetWithoutClosingHandshake;
         let text = error.to_string();
@@ -95,6 +105,16 @@ impl End {
             Some(_) => End::Malformed(text),
             None => End::Lost(text),
         }
+    }
+}
+
+/// What to do at a relay.
+fn only_relayed(presenters: &[String]) -> String {
+    let begin = "this is a relay, where one only follows";
+    match presenters {
+        [] => format!("{begin}, and nobody presents now"),
+        [name] => format!("{begin}: add ?follow={name} to the page's address, or give the viewer --follow {name}"),
+        names => format!("{begin}, by ?follow=NAME in the page's address or --follow NAME: {}", names.join(", ")),
     }
 }
 

@@ -3,30 +3,26 @@
 //! What all sessions of a scene share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
-mod audit;
-mod end;
-mod following;
+pub(crate) mod audit;
+pub(crate) mod end;
 pub mod kept;
+pub(crate) mod link;
 mod outlet;
 mod resume;
 mod virtual_clock;
 mod wall_clock;
 
 use std::future::Future;
-use std::net::SocketAddr;
 use std::panic::AssertUnwindSafe;
 use std::pin::Pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
-use axum::extract::ws::{Message, WebSocket, close_code};
-use futures_util::stream::SplitStream;
-use futures_util::{FutureExt, StreamExt};
+use axum::extract::ws::WebSocket;
+use futures_util::FutureExt;
 use glam::DVec3;
-use protocol::message::{Clock, Role, ServerMessage, VERSION, Welcome};
-use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
-use protocol::wire::{self, Envelope};
+use protocol::message::{Clock, Role, VERSION, Welcome};
+use protocol::session::{ServerConfig, ServerEvent, SessionError};
 use scene::Scene;
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, oneshot, watch};
 
@@ -51,10 +47,8 @@ use audit::Audit;
 use end::End;
 pub(crate) use end::Over;
 use kept::{GiveWay, KeptSessions, Name};
-use outlet::Outlet;
+use link::{Guest, Link, SessionClock, refuse};
 
-/// How long a connection stays open after the goodbye, so that it arrives before the reset that unread bytes may cause.
-const LINGER: Duration = Duration::from_millis(250);
 /// How many threads look for what clients lack.
 struct Looking {
     /// At most: each keeps its own targets on the GPU, some 60 MB with images of 512 pixels.
@@ -113,7 +107,7 @@ pub struct Shared {
     camera_names: Arc<[String]>,
     welcome: Welcome,
     over: watch::Sender<Option<Over>>,
-    started: Instant,
+    clock: SessionClock,
 }
 
 impl Shared {
@@ -166,7 +160,7 @@ impl Shared {
             camera_names,
             welcome,
             over: watch::Sender::default(),
-            started: Instant::now(),
+            clock: SessionClock::at(0.0),
         })
     }
 
@@ -182,9 +176,19 @@ impl Shared {
         End::Fault
     }
 
+    /// Said to every client, but for the time.
+    pub fn welcome(&self) -> &Welcome {
+        &self.welcome
+    }
+
+    /// Tells when all sessions are over.
+    pub(crate) fn over(&self) -> watch::Receiver<Option<Over>> {
+        self.over.subscribe()
+    }
+
     /// Seconds since the server started: scene time and session time under the wall clock.
-    fn now_s(&self) -> f64 {
-        self.started.elapsed().as_secs_f64()
+    pub fn now_s(&self) -> f64 {
+        self.clock.now_s()
     }
 }
 
@@ -206,26 +210,10 @@ fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
     }
 }
 
-/// Waits until all sessions of a scene are over.
-async fn is_over(over: &mut watch::Receiver<Option<Over>>) -> Over {
-    if let Ok(over) = over.wait_for(Option::is_some).await
-        && let Some(over) = *over
-    {
-        return over;
-    }
-    std::future::pending().await
-}
-
 /// One session while it runs.
 struct Connection<'a> {
     shared: &'a Shared,
-    peer: SocketAddr,
-    /// Of the session, among all since the server started.
-    number: u64,
-    session: ServerSession,
-    incoming: SplitStream<WebSocket>,
-    outlet: Outlet,
-    over: watch::Receiver<Option<Over>>,
+    link: Link<'a>,
     /// Read by the worker when this session's turn comes.
     viewer: Arc<Mutex<Viewer>>,
     /// Away while a turn is taken.
@@ -247,24 +235,9 @@ struct Connection<'a> {
     name: Name,
     /// Told when another connection goes on with the session.
     give_way: oneshot::Receiver<GiveWay>,
-    audit: Audit,
 }
 
 type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, NotServed>> + Send + 'a>>;
-
-/// Who comes for a session, and by what right.
-pub struct Guest {
-    /// From where.
-    pub peer: SocketAddr,
-    /// Until it has greeted.
-    pub doorstep: Doorstep,
-    /// Among the connections of its address, where it comes by way of a proxy.
-    pub place: Place,
-    /// Whether it knew the token.
-    pub by_token: bool,
-    /// The page's, of a browser.
-    pub origin: Option<String>,
-}
 
 /// Counts a session as long as it is there, however it ends.
 struct Counted<'a>(&'a Shared);
@@ -296,9 +269,8 @@ pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
         Ok(begun) => begun,
         Err(error) => return refuse(socket, &format!("the server has no random bytes: {error}"), true).await,
     };
-    let now_s = shared.now_s();
     let clock = shared.config.clock;
-    let scene_time_s = if clock == Clock::Wall { now_s } else { 0.0 };
+    let scene_time_s = if clock == Clock::Wall { shared.now_s() } else { 0.0 };
     let limits = &shared.config.limits;
     let config = ServerConfig {
         greeting_s: limits.hello.as_secs_f64(),
@@ -308,17 +280,13 @@ pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
         ..ServerConfig::new(clock, Welcome { scene_time_s, secret: name.secret, ..shared.welcome.clone() })
     };
     let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
-    let (outgoing, incoming) = socket.split();
     let Guest { peer, doorstep, place, by_token, origin } = guest;
     let number = shared.plans.begin();
+    let (over, stats) = (shared.over.subscribe(), &shared.house.stats);
+    let audit = Audit::begin(by_token, origin);
     let mut connection = Connection {
         shared,
-        peer,
-        number,
-        session: ServerSession::new(config, now_s),
-        incoming,
-        outlet: Outlet::start(outgoing, limits.stall),
-        over: shared.over.subscribe(),
+        link: Link::new(socket, (number, peer), config, (shared.clock, limits.stall), (over, audit), stats),
         viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome.start_world_from_eye, scene_time_s))),
         client: Some(Box::default()),
         start_anew: false,
@@ -330,7 +298,6 @@ pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
         turn: None,
         name,
         give_way,
-        audit: Audit::begin(by_token, origin),
     };
     tracing::info!(%peer, "connected");
     let end = connection.run().await;
@@ -340,15 +307,7 @@ pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
     if matches!(end, End::Fault) {
         shared.kept.forget(&connection.name);
     }
-    connection.farewell(end).await;
-}
-
-/// Says why a client may not stay, and closes. `again`: whether it may be otherwise when it comes again.
-pub async fn refuse(socket: WebSocket, why: &str, again: bool) {
-    let goodbye = ServerMessage::Goodbye { reason: why.to_owned(), again };
-    let message = wire::encode_server(&Envelope { at_s: 0.0, message: goodbye }).into_iter().next();
-    let (outgoing, _) = socket.split();
-    Outlet::start(outgoing, LINGER).close(message, LINGER).await;
+    connection.link.farewell(end).await;
 }
 
 impl Connection<'_> {
@@ -367,40 +326,26 @@ impl Connection<'_> {
         }
     }
 
-    /// Takes in what came from the socket.
-    fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), End> {
-        match message {
-            Some(Ok(Message::Close(Some(frame)))) if matches!(frame.code, close_code::NORMAL | close_code::AWAY) => {
-                Err(End::Left)
-            }
-            None | Some(Ok(Message::Close(_))) => Err(End::Closed),
-            Some(Err(error)) => Err(End::of_socket_error(error)),
-            Some(Ok(Message::Binary(bytes))) => Ok(self.session.handle(&bytes, self.shared.now_s())?),
-            Some(Ok(Message::Text(_))) => Err(SessionError::Unexpected("a text message").into()),
-            Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
-        }
-    }
-
     /// Takes in an event other than `Advance`.
     fn event(&mut self, event: ServerEvent) -> Result<(), End> {
         let mut viewer = self.viewer.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
             ServerEvent::Opened => {
-                if let Some(view) = self.session.view() {
+                if let Some(view) = self.link.session.view() {
                     viewer.view = view;
-                    if let Some(world_from_eye) = self.session.start_world_from_eye() {
+                    if let Some(world_from_eye) = self.link.session.start_world_from_eye() {
                         *viewer = Viewer::at_start(view, world_from_eye, self.shared.now_s());
                     }
-                    let budget_bytes = self.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
-                    let draws = self.session.draws();
+                    let budget_bytes = self.link.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
+                    let draws = self.link.session.draws();
                     let cameras = &self.shared.scene.named_cameras;
-                    let asked = self.session.camera().and_then(|place| cameras.get(place));
+                    let asked = self.link.session.camera().and_then(|place| cameras.get(place));
                     self.client.iter_mut().for_each(|client| {
                         client.budget_bytes = budget_bytes;
                         client.set_draws(draws);
                         client.asked = asked.map(|named| Asked::of(named.camera.clone()));
                     });
-                    tracing::debug!(peer = %self.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
+                    tracing::debug!(peer = %self.link.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }
                 drop(viewer);
                 self.take_place()?;
@@ -409,11 +354,11 @@ impl Connection<'_> {
             ServerEvent::Resume(_) => {}
             ServerEvent::View(view) => viewer.view = view,
             ServerEvent::Draws => {
-                let draws = self.session.draws();
+                let draws = self.link.session.draws();
                 self.client.iter_mut().for_each(|client| client.set_draws(draws));
             }
             ServerEvent::Pose => {
-                if let Some(pose) = self.session.pose() {
+                if let Some(pose) = self.link.session.pose() {
                     viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, pose.motion, pose.received_at_s);
                     if let Some(presenting) = &self.presenting {
                         presenting.look_from(pose.world_from_eye, pose.received_at_s);
@@ -421,12 +366,12 @@ impl Connection<'_> {
                 }
             }
             ServerEvent::Acked { .. } => {
-                viewer.round_trip_s = self.session.round_trip_s().unwrap_or(0.0);
-                viewer.bytes_per_s = self.session.throughput_bytes_per_s();
-                viewer.queue_s = self.session.queue_s();
+                viewer.round_trip_s = self.link.session.round_trip_s().unwrap_or(0.0);
+                viewer.bytes_per_s = self.link.session.throughput_bytes_per_s();
+                viewer.queue_s = self.link.session.queue_s();
             }
             ServerEvent::Restart => {
-                tracing::info!(peer = %self.peer, "the client's copy is broken: starting anew");
+                tracing::info!(peer = %self.link.peer, "the client's copy is broken: starting anew");
                 match &mut self.client {
                     Some(client) => client.start_anew(),
                     None => self.start_anew = true,
@@ -434,8 +379,8 @@ impl Connection<'_> {
             }
             ServerEvent::Inventory => {
                 drop(viewer);
-                let inventory = self.shared.plans.of(self.number);
-                self.session.tell(&inventory.unwrap_or_default(), self.shared.now_s());
+                let inventory = self.shared.plans.of(self.link.number);
+                self.link.session.tell(&inventory.unwrap_or_default(), self.shared.now_s());
             }
             ServerEvent::Advance { .. } => {}
         }
@@ -453,17 +398,17 @@ impl Connection<'_> {
     /// Takes the place in an audience that the client greeted for.
     fn take_seat(&mut self) -> Result<(), End> {
         let audiences = &self.shared.audiences;
-        match self.session.role() {
+        match self.link.session.role() {
             Role::Viewer | Role::Camera(_) => {}
             Role::Follower(name) => {
-                tracing::info!(peer = %self.peer, "follows {name:?}");
+                tracing::info!(peer = %self.link.peer, "follows {name:?}");
                 self.following = Some(audiences.follow(name));
                 self.client = None;
             }
             Role::Presenter(name) => {
                 let taken = || SessionError::Presented { name: name.clone() };
                 let presenting = audiences.present(name).ok_or_else(taken)?;
-                tracing::info!(peer = %self.peer, "presents as {name:?}");
+                tracing::info!(peer = %self.link.peer, "presents as {name:?}");
                 let last = presenting.last();
                 if last > 0 {
                     self.client.iter_mut().for_each(|client| client.account = Account::after(last));
@@ -482,9 +427,9 @@ impl Connection<'_> {
     /// in flight, and in real time for all other sessions too.
     fn wish(&self, now_s: f64) -> Option<Wish> {
         let (rules, viewer) = (&self.shared.rules, self.viewer());
-        let client = self.client.as_ref().filter(|_| self.session.can_send_update())?;
+        let client = self.client.as_ref().filter(|_| self.link.session.can_send_update())?;
         if let Some(asked) = &client.asked {
-            let is_due = asked.is_due(rules.animated, self.session.in_flight_and_window_bytes().0);
+            let is_due = asked.is_due(rules.animated, self.link.session.in_flight_and_window_bytes().0);
             return is_due.then_some(Wish::Now);
         }
         let lacks = plan::plan(rules, &viewer, now_s, client.focus.as_ref()).is_some()
@@ -493,7 +438,7 @@ impl Connection<'_> {
             return Some(Wish::Now);
         }
         let nobody_waits = self.shared.config.clock == Clock::Virtual || self.shared.worker.is_idle();
-        let is_spare = nobody_waits && self.session.in_flight_and_window_bytes().0 == 0;
+        let is_spare = nobody_waits && self.link.session.in_flight_and_window_bytes().0 == 0;
         (is_spare && anticipate::may(rules, client, &viewer, now_s)).then_some(Wish::Next)
     }
 
@@ -505,49 +450,25 @@ impl Connection<'_> {
             client.start_anew();
         } else if let Some(Made { update, reason, counts, light_bytes, look, encode }) = update {
             let (bytes, packed) = (update.bytes.len(), update.packed(now_s));
-            match self.session.send_packed(&packed, now_s) {
+            match self.link.session.send_packed(&packed, now_s) {
                 Ok(()) => {
                     if let Some(presenting) = &self.presenting {
                         presenting.publish(packed);
                     }
-                    self.count_update();
+                    self.link.count_update();
                     tracing::debug!(
-                        peer = %self.peer, reason = reason.name(), number = update.number, ?counts, bytes, light_bytes,
+                        peer = %self.link.peer, reason = reason.name(), number = update.number, ?counts, bytes, light_bytes,
                         look_ms = look.as_millis() as u64, encode_ms = encode.as_millis() as u64, "update"
                     );
                 }
                 Err(error) => {
-                    tracing::warn!(peer = %self.peer, "update {} not sent: {error}", update.number);
+                    tracing::warn!(peer = %self.link.peer, "update {} not sent: {error}", update.number);
                     client.start_anew();
                 }
             }
         }
-        client.set_draws(self.session.draws());
-        self.shared.plans.put(self.number, &client.inventory);
+        client.set_draws(self.link.session.draws());
+        self.shared.plans.put(self.link.number, &client.inventory);
         self.client = Some(client);
-    }
-
-    fn count_update(&mut self) {
-        self.shared.house.stats.updates.fetch_add(1, Ordering::Relaxed);
-        self.audit.updates += 1;
-    }
-
-    /// Says why, in the log and to the client.
-    async fn farewell(mut self, end: End) {
-        let (peer, stats) = (self.peer, &self.shared.house.stats);
-        let reason = end.words(self.shared.config.limits.stall);
-        self.audit.end((self.number, peer), &self.session, reason.as_deref().unwrap_or("left"));
-        let Some(reason) = reason else { return };
-        if matches!(end, End::Malformed(_) | End::Session(_) | End::NotReading) {
-            stats.cut_off.fetch_add(1, Ordering::Relaxed);
-            tracing::warn!(%peer, "cut off: {reason}");
-        }
-        self.session.close(&reason, end.may_change(), self.shared.now_s());
-        // The goodbye is the last message; what a virtual session still had to say before it is for nobody.
-        let mut last = None;
-        while let Some(bytes) = self.session.poll_transmit(self.shared.now_s()) {
-            last = Some(bytes);
-        }
-        self.outlet.close(last, LINGER).await;
     }
 }

@@ -1,11 +1,11 @@
 //! The writing half of a socket, as a task of its own: the session hears its client even while a write is stuck.
 
+use std::fmt::Display;
 use std::time::Duration;
 
-use axum::extract::ws::{Message, WebSocket};
+use axum::extract::ws::Message;
 use bytes::Bytes;
-use futures_util::SinkExt;
-use futures_util::stream::SplitSink;
+use futures_util::{Sink, SinkExt};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
@@ -29,7 +29,10 @@ pub struct Outlet {
 
 impl Outlet {
     /// Starts the task; a message that does not leave within `patience` ends it.
-    pub fn start(sink: SplitSink<WebSocket, Message>, patience: Duration) -> Outlet {
+    pub fn start<E: Display + 'static>(
+        sink: impl Sink<Message, Error = E> + Unpin + Send + 'static,
+        patience: Duration,
+    ) -> Outlet {
         let (queue, messages) = mpsc::channel(QUEUE);
         Outlet { queue, task: tokio::spawn(write(sink, messages, patience)) }
     }
@@ -62,7 +65,10 @@ impl Outlet {
                 drop(self.queue.send(Message::Binary(bytes)).await);
             }
             drop(self.queue);
-            drop((&mut self.task).await);
+            // Where writing failed it has ended, and been asked why.
+            if !self.task.is_finished() {
+                drop((&mut self.task).await);
+            }
         };
         let written = tokio::time::timeout(patience, goodbye).await.is_ok();
         if written {
@@ -73,8 +79,8 @@ impl Outlet {
     }
 }
 
-async fn write(
-    mut sink: SplitSink<WebSocket, Message>,
+async fn write<E: Display + 'static>(
+    mut sink: impl Sink<Message, Error = E> + Unpin,
     mut messages: mpsc::Receiver<Message>,
     patience: Duration,
 ) -> Result<(), WriteEnd> {
@@ -88,4 +94,23 @@ async fn write(
     // The other end may be gone already.
     drop(sink.close().await);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_connection_that_broke_is_closed_all_the_same() {
+        let broken = futures_util::sink::unfold((), |(), _: Message| async { Err::<(), _>("broken") });
+        let patience = Duration::from_millis(1);
+        let mut outlet = Outlet::start(Box::pin(broken), patience);
+        let mut ended = None;
+        // The first ones wait in the queue.
+        while ended.is_none() {
+            ended = outlet.send(&mut Some(Bytes::from_static(b"hello"))).await.err();
+        }
+        assert!(matches!(&ended, Some(WriteEnd::Failed(why)) if why == "broken"), "{ended:?}");
+        outlet.close(Some(Bytes::from_static(b"goodbye")), patience).await;
+    }
 }

@@ -13,19 +13,19 @@ impl Connection<'_> {
         let left = self.shared.kept.take_over(&mut self.name, held.secret).await;
         let (now_s, secret) = (self.shared.now_s(), self.name.secret);
         // What a presenter was sent his followers hold too: he begins anew, as soon as the session that was cut off has let his name go.
-        let Some(Left { client, trail }) = left.filter(|_| *self.session.role() == Role::Viewer) else {
-            tracing::info!(peer = %self.peer, "comes back, and nothing is left of its session");
-            self.session.resume(secret, None, now_s);
+        let Some(Left { client, trail }) = left.filter(|_| *self.link.session.role() == Role::Viewer) else {
+            tracing::info!(peer = %self.link.peer, "comes back, and nothing is left of its session");
+            self.link.session.resume(secret, None, now_s);
             return;
         };
         let bytes = trail.bytes();
-        if self.session.resume(secret, Some(trail), now_s) {
-            tracing::info!(peer = %self.peer, bytes, "comes back and goes on");
+        if self.link.session.resume(secret, Some(trail), now_s) {
+            tracing::info!(peer = %self.link.peer, bytes, "comes back and goes on");
             self.shared.house.stats.resumed.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            self.audit.resumed = true;
+            self.link.audit.resumed = true;
             self.client = Some(client);
         } else {
-            tracing::info!(peer = %self.peer, "comes back with another copy: it begins anew");
+            tracing::info!(peer = %self.link.peer, "comes back with another copy: it begins anew");
         }
     }
 
@@ -63,15 +63,15 @@ impl Connection<'_> {
 
     /// What is left of a viewer's session, with the update that is being made; `None` where that leads nowhere.
     async fn left_over(&mut self) -> Option<Left> {
-        let mut leads_on = !self.start_anew && *self.session.role() == Role::Viewer;
+        let mut leads_on = !self.start_anew && *self.link.session.role() == Role::Viewer;
         if let Some(turn) = self.turn.take() {
             let Served { client, update } = turn.await.ok()?;
             if let Some(made) = update {
-                leads_on &= self.session.missed(&made.update.packed(self.shared.now_s()));
+                leads_on &= self.link.session.missed(&made.update.packed(self.shared.now_s()));
             }
             self.client = Some(client);
         }
         let client = self.client.take().filter(|client| client.asked.is_none() && client.account.held().number > 0)?;
-        leads_on.then(|| Left { client, trail: self.session.take_trail() })
+        leads_on.then(|| Left { client, trail: self.link.session.take_trail() })
     }
 }

@@ -2,13 +2,13 @@
 //! it. The same messages give the same bytes on every machine.
 
 use std::convert::Infallible;
-use std::sync::atomic::Ordering;
 
 use futures_util::StreamExt;
 use protocol::session::ServerEvent;
 
+use super::Connection;
 use super::end::End;
-use super::{Connection, is_over};
+use super::link::{LINGER, is_over};
 
 /// Ticks that one step may take at most, in seconds of them: the longest step a session accepts.
 const MAX_STEP_S: f64 = 60.0;
@@ -19,19 +19,19 @@ impl Connection<'_> {
         let mut next_tick = 0;
         loop {
             self.transmit().await?;
-            while let Some(event) = self.session.poll_event() {
+            while let Some(event) = self.link.session.poll_event() {
                 match event {
                     ServerEvent::Advance { to_s } => self.advance(&mut next_tick, to_s).await?,
                     event => self.event(event)?,
                 }
             }
             self.transmit().await?;
-            let deadline_s = self.session.next_deadline_s().unwrap_or(f64::INFINITY) - self.shared.now_s();
-            let wake = std::time::Duration::try_from_secs_f64(deadline_s.max(0.0)).unwrap_or(super::LINGER);
+            let deadline_s = self.link.session.next_deadline_s().unwrap_or(f64::INFINITY) - self.shared.now_s();
+            let wake = std::time::Duration::try_from_secs_f64(deadline_s.max(0.0)).unwrap_or(LINGER);
             tokio::select! {
-                message = self.incoming.next() => self.receive(message)?,
-                () = tokio::time::sleep(wake) => self.session.handle_timeout(self.shared.now_s())?,
-                over = is_over(&mut self.over) => return Err(over.into()),
+                message = self.link.incoming.next() => self.link.receive(message)?,
+                () = tokio::time::sleep(wake) => self.link.session.handle_timeout(self.shared.now_s())?,
+                over = is_over(&mut self.link.over) => return Err(over.into()),
             }
         }
     }
@@ -47,7 +47,7 @@ impl Connection<'_> {
             *next_tick += 1;
         }
         self.run_until(to_s)?;
-        self.session.advanced();
+        self.link.session.advanced();
         Ok(())
     }
 
@@ -65,8 +65,8 @@ impl Connection<'_> {
 
     /// Takes in what is stamped up to `until_s`.
     fn run_until(&mut self, until_s: f64) -> Result<(), End> {
-        self.session.run_until(until_s)?;
-        while let Some(event) = self.session.poll_event() {
+        self.link.session.run_until(until_s)?;
+        while let Some(event) = self.link.session.poll_event() {
             self.event(event)?;
         }
         Ok(())
@@ -74,12 +74,12 @@ impl Connection<'_> {
 
     /// Hands everything to the socket; the client reads while it waits for the end of the step.
     async fn transmit(&mut self) -> Result<(), End> {
-        while let Some(bytes) = self.session.poll_transmit(self.shared.now_s()) {
-            self.shared.house.stats.sent_bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+        while let Some(bytes) = self.link.session.poll_transmit(self.shared.now_s()) {
+            self.link.sent(bytes.len());
             let mut bytes = Some(bytes);
             tokio::select! {
-                sent = self.outlet.send(&mut bytes) => sent?,
-                over = is_over(&mut self.over) => return Err(over.into()),
+                sent = self.link.outlet.send(&mut bytes) => sent?,
+                over = is_over(&mut self.link.over) => return Err(over.into()),
             }
         }
         Ok(())

@@ -3,22 +3,19 @@
 
 use std::convert::Infallible;
 use std::sync::PoisonError;
-use std::sync::atomic::Ordering;
-use std::time::Duration;
 
 use futures_util::StreamExt;
 use protocol::session::ServerEvent;
 use protocol::wire;
 
 use super::end::End;
-use super::{Connection, Turn, is_over};
+use super::link::{IDLE, is_over};
+use super::{Connection, Turn};
 use crate::audience::Presenting;
 use crate::fault::Fault;
 use crate::viewer::Viewer;
 use crate::worker::{NotServed, Served, Wish};
 
-/// A session that waits for nothing else looks at its deadlines this often.
-pub(super) const IDLE: Duration = Duration::from_secs(1);
 /// A session that lacked nothing in so many ticks one after the other, while its viewer stood, is asked at every message and at [`IDLE`] intervals: whoever stands costs next to nothing.
 const QUIET_TICKS: u32 = 30;
 
@@ -39,8 +36,8 @@ impl<'a> Connection<'a> {
         let mut quiet_ticks = 0_u32;
         loop {
             let now_s = shared.now_s();
-            self.session.handle_timeout(now_s)?;
-            while let Some(event) = self.session.poll_event() {
+            self.link.session.handle_timeout(now_s)?;
+            while let Some(event) = self.link.session.poll_event() {
                 quiet_ticks = 0;
                 match event {
                     ServerEvent::Resume(held) => self.resume(held).await,
@@ -48,7 +45,7 @@ impl<'a> Connection<'a> {
                 }
             }
             if let Some(following) = self.following.take() {
-                return self.follow(following).await;
+                return self.link.follow(following).await;
             }
             if self.turn.is_none() && now_s >= next_tick_s {
                 next_tick_s = f64::max(next_tick_s + interval_s, now_s);
@@ -56,17 +53,18 @@ impl<'a> Connection<'a> {
                 quiet_ticks = if self.turn.is_none() { quiet_ticks.saturating_add(1) } else { 0 };
             }
             if outgoing.is_none() {
-                outgoing = self.session.poll_transmit(now_s);
+                outgoing = self.link.session.poll_transmit(now_s);
             }
             let is_waiting = self.turn.is_none() && quiet_ticks < QUIET_TICKS;
-            let wake = if is_waiting { self.until(next_tick_s) } else { IDLE };
-            let wake = self.session.next_deadline_s().map_or(wake, |deadline_s| wake.min(self.until(deadline_s)));
+            let wake = if is_waiting { shared.clock.until(next_tick_s) } else { IDLE };
+            let wake =
+                self.link.session.next_deadline_s().map_or(wake, |deadline_s| wake.min(shared.clock.until(deadline_s)));
             let outgoing_bytes = outgoing.as_ref().map_or(0, bytes::Bytes::len);
             tokio::select! {
-                message = self.incoming.next() => self.receive(message)?,
-                sent = self.outlet.send(&mut outgoing), if outgoing_bytes > 0 => {
+                message = self.link.incoming.next() => self.link.receive(message)?,
+                sent = self.link.outlet.send(&mut outgoing), if outgoing_bytes > 0 => {
                     sent?;
-                    self.shared.house.stats.sent_bytes.fetch_add(outgoing_bytes as u64, Ordering::Relaxed);
+                    self.link.sent(outgoing_bytes);
                 }
                 served = async { self.turn.as_mut().expect("polled only while there is one").await }, if self.turn.is_some() => {
                     self.turn = None;
@@ -75,7 +73,7 @@ impl<'a> Connection<'a> {
                 () = asked(self.presenting.as_deref()), if self.turn.is_none() => {}
                 () = tokio::time::sleep(wake) => {}
                 Ok(gives) = &mut self.give_way => return Err(End::Resumed(gives)),
-                over = is_over(&mut self.over) => return Err(over.into()),
+                over = is_over(&mut self.link.over) => return Err(over.into()),
             }
         }
     }
@@ -83,10 +81,10 @@ impl<'a> Connection<'a> {
     /// Queues for a turn, which will look at the newest pose when it comes.
     fn take_turn(&mut self, wish: Wish) -> Option<Turn<'a>> {
         let (shared, viewer) = (self.shared, self.viewer.clone());
-        let started = shared.started;
+        let clock = shared.clock;
         let look = Box::new(move || -> (Viewer, f64) {
             let viewer = *viewer.lock().unwrap_or_else(PoisonError::into_inner);
-            (viewer, started.elapsed().as_secs_f64())
+            (viewer, clock.now_s())
         });
         let client = self.client.take()?;
         Some(Box::pin(shared.worker.serve(client, wish, look)))
@@ -112,9 +110,5 @@ impl<'a> Connection<'a> {
             presenting.publish_whole(whole.packed(shared.now_s()));
             Ok(Served { client, update: None })
         }))
-    }
-
-    pub(super) fn until(&self, at_s: f64) -> Duration {
-        Duration::try_from_secs_f64((at_s - self.shared.now_s()).max(0.0)).unwrap_or(IDLE)
     }
 }

@@ -161,6 +161,7 @@ fn served(
         script: Script::all(Behaviour::Walk),
         clock: Clock::Wall,
         audience: is_audience,
+        followed_at: Vec::new(),
         decoding: None,
         limits: Limits::default(),
         scene: None,
