@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use futures_util::FutureExt;
 use thiserror::Error;
 
 /// What is known of one: for the log.
@@ -35,6 +36,11 @@ impl Fault {
 /// What comes of `run`, and be it a panic. What it worked on may be left half done: it is to be dropped then, or made anew.
 pub fn caught<T>(run: impl FnOnce() -> T) -> Result<T, Fault> {
     catch_unwind(AssertUnwindSafe(run)).map_err(|panic| Fault::of(&*panic))
+}
+
+/// The same of what takes its time.
+pub async fn caught_in<T>(run: impl Future<Output = T>) -> Result<T, Fault> {
+    AssertUnwindSafe(run).catch_unwind().await.map_err(|panic| Fault::of(&*panic))
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::log;
+use crate::peers::Peers;
 use crate::stats::{Stats, resident_bytes};
 
 /// Of the text.
@@ -33,11 +35,32 @@ impl Text {
             "Sessions that the server ended for what their clients did.",
             count(&stats.cut_off),
         );
+        self.one(
+            "vantage_faults_total",
+            "counter",
+            "Faults of the server; each ended a session at most.",
+            count(&stats.faults),
+        );
         self.one("vantage_updates_total", "counter", "Updates handed to sessions.", count(&stats.updates));
         self.one("vantage_sent_bytes_total", "counter", "Bytes handed to sockets.", count(&stats.sent_bytes));
         if let Some(bytes) = resident_bytes() {
             self.one("vantage_resident_bytes", "gauge", "Memory of the process that is in RAM.", bytes as f64);
         }
+    }
+
+    /// The same, of peers that were turned away and of the log.
+    pub fn refusals(&mut self, peers: &Peers) {
+        let refused = peers.refused().map(|(crowded, times)| ([("what", crowded.name())], times as f64));
+        let refused: Vec<_> = refused.iter().map(|(labels, value)| (&labels[..], *value)).collect();
+        self.figure(
+            "vantage_refused_total",
+            "counter",
+            "Connections and handshakes refused, by what there was too much of.",
+            &refused,
+        );
+        self.one("vantage_addresses", "gauge", "Addresses of peers that are remembered.", peers.known() as f64);
+        let lost = log::lost_lines() as f64;
+        self.one("vantage_log_lines_lost_total", "counter", "Lines of the log that nobody took.", lost);
     }
 
     /// One without labels.

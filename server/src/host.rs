@@ -1,13 +1,12 @@
 //! What is there behind a port: a server with its scene, or a relay.
 
 use std::future::Future;
+use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
 
+use crate::peers::{Doorstep, Peers, Place};
 use axum::extract::ws::WebSocket;
-
-use crate::peers::Peers;
-use crate::session::link::Guest;
 
 /// See the module.
 pub(crate) trait Host: Send + Sync {
@@ -17,7 +16,7 @@ pub(crate) trait Host: Send + Sync {
     /// What it counts and how it is, for people; or that it is too early to tell.
     fn health(&self) -> Result<serde_json::Value, String>;
 
-    /// Its figures, as Prometheus reads them; the same.
+    /// Its figures, as Prometheus reads them, with those of its port; the same.
     fn metrics(&self, peers: &Peers) -> Result<String, String>;
 
     /// What is made for each session, the same; `None` where nothing is made.
@@ -28,8 +27,22 @@ pub(crate) trait Host: Send + Sync {
         Vec::new()
     }
 
-    /// Runs a session until it ends.
+    /// Runs a session until it ends. A fault of its own ends it, and nothing else.
     fn run(self: Arc<Self>, socket: WebSocket, guest: Guest) -> Session;
+}
+
+/// Who comes for a session, and by what right.
+pub(crate) struct Guest {
+    /// From where.
+    pub peer: SocketAddr,
+    /// Until it has greeted.
+    pub doorstep: Doorstep,
+    /// Among the connections of its address, where it comes by way of a proxy.
+    pub place: Place,
+    /// Whether it knew the token.
+    pub by_token: bool,
+    /// The page's, of a browser.
+    pub origin: Option<String>,
 }
 
 /// A session that runs.

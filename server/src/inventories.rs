@@ -1,7 +1,6 @@
 //! What is made for each session, for `/plan` and for who asks.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use protocol::Inventory;
@@ -9,16 +8,10 @@ use protocol::Inventory;
 /// Of each session that runs, by its number.
 #[derive(Debug, Default)]
 pub struct Inventories {
-    begun: AtomicU64,
     of_sessions: Mutex<BTreeMap<u64, Arc<Inventory>>>,
 }
 
 impl Inventories {
-    /// The number of a session that begins.
-    pub fn begin(&self) -> u64 {
-        self.begun.fetch_add(1, Ordering::Relaxed) + 1
-    }
-
     /// What is made for a session now.
     pub fn put(&self, session: u64, inventory: &Arc<Inventory>) {
         self.lock().insert(session, inventory.clone());

@@ -1,7 +1,7 @@
 //! The server: plan -> discretize -> encode -> socket.
 //!
 //! - [`app`]: a server's life; `routes`: what its port answers; [`page`]: the web client in it; `metrics`: its figures for Prometheus; [`session`]: one client's connection, on either
-//!   clock; [`audience`]: clients that follow another, by [`publish`] and [`relay`] beyond one host, at a [`broker`].
+//!   clock; [`audience`]: clients that follow another; [`publish`], [`relay`]: the same beyond one host, by a [`broker`].
 //! - [`viewer`]: where a viewer will be; [`plan`]: where to look for what it lacks; [`account`]: the copy of what it holds, and
 //!   what it lacks; [`beside`]: the same found out on the GPU; [`pace`]: how large images are while it moves; [`frame`]: one tick,
 //!   from scene time to edits; [`worker`]: the threads that run it for all sessions in turn; [`imager`]: what they need from a GPU;
@@ -14,8 +14,8 @@
 //!   systemd; [`agones`]: for Kubernetes.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
-//! - [`config`], [`options`], [`port_options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what; [`stats`]:
-//!   what it counts; [`peers`]: what one address may take, and the door; `http`: requests with time-outs; `open_files`: how many connections; [`fault`]: mistakes, met
+//! - [`config`], [`options`], [`port_options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what;
+//!   [`stats`]: what it counts; [`peers`]: what one address may take, and the door; `http`: requests with time-outs; `open_files`: how many connections; [`fault`]: mistakes, met
 //!   where they happen; [`devices`]: a GPU after another; [`log`]: lines that nobody waits for.
 
 // Whether a pipeline of wgpu may go from thread to thread is asked through all that it consists of.

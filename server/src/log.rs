@@ -14,7 +14,7 @@ use crate::port_options::LogFormat;
 /// Lines that wait at most: some seconds of a busy server's.
 const LINES: usize = 1024;
 /// What is logged unless `RUST_LOG` says otherwise.
-const USUAL: &str = "info,wgpu=error,wgpu_core=error,wgpu_hal=off,naga=error";
+const USUAL: &str = "info,wgpu=error,wgpu_core=error,wgpu_hal=off,naga=error,async_nats=error";
 
 static LOST: OnceLock<ErrorCounter> = OnceLock::new();
 

@@ -35,7 +35,11 @@ fn main() -> ExitCode {
         }
     };
     let options = &settings.options;
-    if options.print_config {
+    let port = match &options.command {
+        Some(Command::Relay(relay)) => &relay.port,
+        None => &options.port,
+    };
+    if port.print_config {
         print!("{}", settings.print());
         return ExitCode::SUCCESS;
     }
@@ -47,26 +51,22 @@ fn main() -> ExitCode {
         pollster::block_on(Gpu::names()).iter().enumerate().for_each(|(number, name)| println!("{number} {name}"));
         return ExitCode::SUCCESS;
     }
-    if let Some(Command::Relay(relay)) = &options.command {
-        let _log = log::start(relay.port.log_format);
-        return exit_code(relay.port.config().map(|config| relayed(relay, config)));
-    }
-    let _log = log::start(options.port.log_format);
-    exit_code(options.config().map(|config| run(options, config)))
-}
-
-/// Of a run, or of options that do not go together.
-fn exit_code(ran: Result<anyhow::Result<()>, String>) -> ExitCode {
+    let _log = log::start(port.log_format);
+    let ran = match &options.command {
+        Some(Command::Relay(relay)) => port.config().map(|config| relayed(relay, config)),
+        None => options.config().map(|config| run(options, config)),
+    };
     match ran {
-        Err(message) => {
-            log::say(stderr(), format_args!("error: {message}"));
-            ExitCode::from(EXIT_USAGE)
-        }
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
             log::say(stderr(), format_args!("error: {error:#}"));
             let has_adapter = !matches!(error.downcast_ref(), Some(GpuError::NoAdapter));
             if has_adapter { ExitCode::FAILURE } else { ExitCode::from(EXIT_NO_ADAPTER) }
+        }
+        // Of options that do not go together.
+        Err(message) => {
+            log::say(stderr(), format_args!("error: {message}"));
+            ExitCode::from(EXIT_USAGE)
         }
     }
 }
@@ -88,10 +88,19 @@ fn relayed(options: &RelayOptions, config: Config) -> anyhow::Result<()> {
         log::say(stdout(), running.url());
         notify(notify::READY);
         signals.stop().await;
-        notify(notify::STOPPING);
-        running.stop().await;
+        ends(running.stop(), &mut signals).await;
         Ok(())
     })
+}
+
+/// Waits until sessions have ended, or somebody has asked twice.
+async fn ends(stopped: impl Future<Output = ()>, signals: &mut Signals) {
+    tracing::info!("no one is let in any more, and sessions end");
+    notify(notify::STOPPING);
+    tokio::select! {
+        () = stopped => {}
+        () = signals.stop() => tracing::warn!("asked once more: it ends at once"),
+    }
 }
 
 fn run(options: &Options, config: Config) -> anyhow::Result<()> {
@@ -132,12 +141,7 @@ async fn serve(options: Options, config: Config, gpu: Gpu) -> anyhow::Result<()>
     tracing::info!("ready");
     notify(notify::READY);
     let failure = operate(&running, &mut signals, prepare).await;
-    tracing::info!("no one is let in any more, and sessions end");
-    notify(notify::STOPPING);
-    tokio::select! {
-        () = running.stop() => {}
-        () = signals.stop() => tracing::warn!("asked once more: it ends at once"),
-    }
+    ends(running.stop(), &mut signals).await;
     match failure {
         None => Ok(()),
         Some(failure) => Err(anyhow::anyhow!(failure)),

@@ -1,9 +1,8 @@
 //! What a server counts, for Prometheus.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::figures::Text;
-use crate::log;
 use crate::peers::Peers;
 use crate::plan::Reason;
 use crate::session::Shared;
@@ -12,7 +11,7 @@ use crate::session::Shared;
 pub(crate) fn text(shared: &Shared, peers: &Peers) -> String {
     let mut text = Text::default();
     let stats = &shared.house.stats;
-    let count = |of: &std::sync::atomic::AtomicU64| of.load(Ordering::Relaxed) as f64;
+    let count = |of: &AtomicU64| of.load(Ordering::Relaxed) as f64;
     let info = [("version", env!("CARGO_PKG_VERSION")), ("scene", &shared.scene.name), ("adapter", &shared.adapter)];
     text.figure("vantage_info", "gauge", "What is served, and what draws it.", &[(&info, 1.0)]);
     text.sessions(stats, shared.config.limits.clients);
@@ -24,31 +23,12 @@ pub(crate) fn text(shared: &Shared, peers: &Peers) -> String {
     );
     text.one("vantage_sessions_kept", "gauge", "Sessions that were cut off and may go on.", shared.kept.count() as f64);
     text.one(
-        "vantage_faults_total",
-        "counter",
-        "Faults of the server; each ended a session at most.",
-        count(&stats.faults),
-    );
-    text.one(
         "vantage_renewals_total",
         "counter",
         "Times that what draws was made anew, after a fault or a lost GPU.",
         count(&stats.renewals),
     );
-    let refused = peers.refused().map(|(crowded, times)| ([("what", crowded.name())], times as f64));
-    let refused: Vec<_> = refused.iter().map(|(labels, value)| (&labels[..], *value)).collect();
-    text.figure(
-        "vantage_refused_total",
-        "counter",
-        "Connections and handshakes refused, by what there was too much of.",
-        &refused,
-    );
-    text.one("vantage_addresses", "gauge", "Addresses of peers that are remembered.", peers.known() as f64);
-    text.one("vantage_log_lines_lost_total", "counter", "Lines of the log that nobody took.", log::lost_lines() as f64);
-    let looks: Vec<_> =
-        Reason::ALL.iter().map(|&reason| ([("reason", reason.name())], stats.looks(reason) as f64)).collect();
-    let looks: Vec<_> = looks.iter().map(|(labels, value)| (&labels[..], *value)).collect();
-    text.figure("vantage_looks_total", "counter", "Looks at what clients lack, by why they were made.", &looks);
+    text.refusals(peers);
     text.one(
         "vantage_scene_reloads_total",
         "counter",
@@ -65,5 +45,9 @@ pub(crate) fn text(shared: &Shared, peers: &Peers) -> String {
     ] {
         text.one(&format!("vantage_published_{name}_total"), "counter", help, count(of));
     }
+    let looks: Vec<_> =
+        Reason::ALL.iter().map(|&reason| ([("reason", reason.name())], stats.looks(reason) as f64)).collect();
+    let looks: Vec<_> = looks.iter().map(|(labels, value)| (&labels[..], *value)).collect();
+    text.figure("vantage_looks_total", "counter", "Looks at what clients lack, by why they were made.", &looks);
     text.into_string()
 }

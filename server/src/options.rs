@@ -116,12 +116,6 @@ pub struct Options {
     /// Let Agones end this server once nobody has been here for so long
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
     pub agones_idle_s: f64,
-    /// A file of settings: TOML, whose keys are the names of these options. What the command line or the environment says is stronger
-    #[arg(long = "config", value_name = "FILE", env = "VANTAGE_CONFIG")]
-    pub config_file: Option<PathBuf>,
-    /// Show all settings as such a file, with where each is from, and exit
-    #[arg(long)]
-    pub print_config: bool,
     /// What to be in place of a server.
     #[command(subcommand)]
     pub command: Option<Command>,

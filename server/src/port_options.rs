@@ -1,4 +1,4 @@
-//! What the command lines of a server and of a relay have in common: their port, who may connect, and the log.
+//! What the command lines of a server and of a relay have in common: their port, who may connect, the log, and the file that says the same.
 
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::access::Access;
-use crate::config::{Config, PeerLimits, ServerLimits};
+use crate::config::{Config, PeerLimits};
 use crate::tls::{Tls, TlsError};
 
 /// See the module.
@@ -49,6 +49,12 @@ pub struct PortOptions {
     /// Folder of the built web client, in place of the one that is built into this program
     #[arg(long, value_name = "FOLDER")]
     pub web: Option<PathBuf>,
+    /// A file of settings: TOML, whose keys are the names of these options. What the command line or the environment says is stronger
+    #[arg(long = "config", value_name = "FILE", env = "VANTAGE_CONFIG")]
+    pub config_file: Option<PathBuf>,
+    /// Show all settings as such a file, with where each is from, and exit
+    #[arg(long)]
+    pub print_config: bool,
 }
 
 /// `--log-format`.
@@ -71,6 +77,9 @@ impl PortOptions {
         if self.token.as_deref() == Some("") {
             return Err("--token must not be empty".to_owned());
         }
+        let mut limits = defaults.limits;
+        limits.clients = self.max_clients;
+        limits.peers.connections = self.max_per_address;
         Ok(Config {
             bind: self.bind,
             port: self.port,
@@ -80,11 +89,7 @@ impl PortOptions {
                 origins: self.allow_origin.clone(),
                 proxies: self.trusted_proxy.iter().map(IpAddr::to_canonical).collect(),
             },
-            limits: ServerLimits {
-                clients: self.max_clients,
-                peers: PeerLimits { connections: self.max_per_address, ..defaults.limits.peers },
-                ..defaults.limits
-            },
+            limits,
             ..defaults
         })
     }

@@ -15,9 +15,9 @@ use tower_http::set_header::SetResponseHeaderLayer;
 
 use crate::access::{self, Access, Refused, SECURITY_HEADERS, TLS_ONLY};
 use crate::config::Config;
-use crate::host::Host;
+use crate::host::{Guest, Host};
 use crate::peers::{Caller, Crowded, Peers, Place};
-use crate::session::link::{Guest, refuse};
+use crate::session::link::refuse;
 use crate::{figures, page};
 
 /// Where sessions are.
@@ -185,8 +185,7 @@ async fn websocket(
     let checked = access::check(&headers, asked.token.as_deref(), &gate.access);
     let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok()).map(str::to_owned);
     let by_token = gate.access.token.is_some();
-    let host = gate.host.clone();
-    let peer = asks;
+    let (host, peer) = (gate.host.clone(), asks);
     upgrade
         .protocols([SUBPROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
@@ -205,7 +204,6 @@ async fn websocket(
                 tracing::warn!(%peer, "refused: {refused}");
                 return refuse(socket, &refused.to_string(), false).await;
             }
-            let guest = Guest { peer, doorstep, place, by_token, origin };
-            host.run(socket, guest).await;
+            host.run(socket, Guest { peer, doorstep, place, by_token, origin }).await;
         })
 }

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use axum::extract::ws::WebSocket;
 
-use crate::host::{Host, Session};
+use crate::host::{Guest, Host, Session};
 use crate::metrics;
 use crate::peers::Peers;
 use crate::serving::Serving;
 use crate::session;
-use crate::session::link::{Guest, refuse};
+use crate::session::link::refuse;
 
 impl Host for Serving {
     fn ready(&self) -> Result<(), String> {

@@ -37,17 +37,25 @@ pub fn read<T: CommandFactory + FromArgMatches>(
         T::command().mut_args(told_by_environment).mut_subcommands(|command| command.mut_args(told_by_environment));
     // Whatever is wrong is said when all is read once more.
     let told = command.clone().ignore_errors(true).try_get_matches_from(&arguments)?;
-    // A file is of a server, not of what else is asked for.
-    let path = told.try_get_one::<PathBuf>(CONFIG).ok().flatten().filter(|_| told.subcommand_name().is_none());
-    let file = path.map(|path| File::read(path, &command)).transpose()?.unwrap_or_default();
+    // A subcommand has settings of its own, after its name.
+    let (of, told, place) = match told.subcommand() {
+        None => (&command, &told, 1),
+        Some((name, told)) => {
+            let named = arguments.iter().position(|argument| argument == name).unwrap_or(0);
+            (command.find_subcommand(name).unwrap_or(&command), told, named + 1)
+        }
+    };
+    let path = told.try_get_one::<PathBuf>(CONFIG).ok().flatten();
+    let file = path.map(|path| File::read(path, of)).transpose()?.unwrap_or_default();
     let is_weaker = |entry: &&Entry| matches!(told.value_source(&entry.id), None | Some(ValueSource::DefaultValue));
     let entries: Vec<&Entry> = file.entries.iter().filter(is_weaker).collect();
-    arguments.splice(1..1, entries.iter().flat_map(|entry| entry.arguments.iter().cloned()));
+    arguments.splice(place..place, entries.iter().flat_map(|entry| entry.arguments.iter().cloned()));
     let mut matches = command.clone().try_get_matches_from(arguments).map_err(|error| file.blame(error, &entries))?;
     let of_file = entries.iter().map(|entry| (entry.id.clone(), file.place(entry.line))).collect();
     let options = T::from_arg_matches_mut(&mut matches.clone())?;
-    matches.remove_subcommand();
-    Ok(Settings { options, command, matches, of_file })
+    let of = of.clone();
+    let matches = matches.remove_subcommand().map_or(matches, |(_, of_subcommand)| of_subcommand);
+    Ok(Settings { options, command: of, matches, of_file })
 }
 
 impl<T> Settings<T> {

@@ -67,7 +67,7 @@ impl Signals {
     /// Waits until it is asked to stop; what else is asked for is for nothing.
     pub async fn stop(&mut self) {
         while self.next().await != Asked::Stop {
-            tracing::warn!("not loaded anew: there is nothing yet, or nothing any more");
+            tracing::warn!("not loaded anew: there is no scene");
         }
     }
 }

@@ -1,23 +1,27 @@
 //! One line of the log for each session, which says who was there, and no secret.
 
+mod broker;
 mod log;
 mod net;
 
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use broker::RunningBroker;
 use log::LOG;
 use net::{Client, VIEW, config, room, secret, start};
 use protocol::message::{Clock, Resume, Role};
 use protocol::session::ClientConfig;
 use serde_json::Value;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
-use vantage_server::{Config, Running};
+use vantage_server::{Config, Running, relay};
 
-/// The lines of sessions of one role, once there are so many.
+/// The lines of sessions of one role whose clients knew the token, once there are so many.
 async fn lines(role: &str, count: usize) -> Vec<Value> {
     let begun = Instant::now();
     loop {
-        let lines: Vec<Value> = LOG.of("audit").into_iter().filter(|line| line["role"] == role).collect();
+        let is_it = |line: &Value| line["role"] == role && line["by_token"] == true;
+        let lines: Vec<Value> = LOG.of("audit").into_iter().filter(is_it).collect();
         if lines.len() >= count {
             return lines;
         }
@@ -27,7 +31,11 @@ async fn lines(role: &str, count: usize) -> Vec<Value> {
 }
 
 async fn connected(running: &Running, role: Role, resume: Option<Resume>) -> Client {
-    let mut request = format!("ws://{}/ws", running.addr).into_client_request().expect("a request");
+    connected_at(running.addr, role, resume).await
+}
+
+async fn connected_at(addr: SocketAddr, role: Role, resume: Option<Resume>) -> Client {
+    let mut request = format!("ws://{addr}/ws").into_client_request().expect("a request");
     request.headers_mut().insert("authorization", "Bearer secret".parse().expect("a value"));
     request.headers_mut().insert("origin", "http://localhost:1".parse().expect("a value"));
     let (socket, _) = tokio_tungstenite::connect_async(request).await.expect("a socket");
@@ -83,4 +91,35 @@ async fn a_session_is_one_line_that_tells_all_but_secrets() {
     let hex = "736563726574";
     let secrets = ["Bearer secret".to_owned(), hex.to_owned(), told.to_string(), format!("{told:x}")];
     assert!(secrets.iter().all(|secret| !all.contains(secret)), "a secret in the log");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_relay_tells_of_sessions_as_a_server_does() {
+    LOG.text();
+    let Some(broker) = RunningBroker::start() else { return };
+    let server = start(Config { publish: Some(broker.named()), ..config() }, room(true), Duration::ZERO).await;
+    let relay = relay::serve(Config { access: secret(), ..config() }, broker.named()).await.expect("a relay");
+    let mut presenter = Client::of_audience(&server, Role::Presenter("stage".to_owned())).await;
+    let begun = Instant::now();
+    while !relay.relay.knows_a_server() {
+        assert!(begun.elapsed() < Duration::from_secs(20), "it hears of no server");
+        presenter.run(0.1, |_| false).await.expect("a session");
+    }
+    let mut follower = connected_at(relay.addr, Role::Follower("stage".to_owned()), None).await;
+    while follower.updates.len() < 3 {
+        assert!(begun.elapsed() < Duration::from_secs(60), "nothing to follow");
+        let (followed, presented) = tokio::join!(follower.run(0.1, |_| false), presenter.run(0.1, |_| false));
+        followed.and(presented).expect("sessions");
+    }
+    follower.socket.close(None).await.expect("closed");
+    drop(follower);
+    let line = &lines("follower", 1).await[0];
+    assert_eq!(
+        (&line["why"], &line["by_token"], &line["session"]),
+        (&"left".into(), &true.into(), &1.into()),
+        "{line}"
+    );
+    assert!(line["updates"].as_u64().is_some_and(|updates| updates >= 3), "{line}");
+    relay.stop().await;
+    server.stop().await;
 }

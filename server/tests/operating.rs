@@ -37,27 +37,38 @@ impl Program {
     }
 
     async fn start_with(name: &str, environment: &[(&str, String)]) -> Program {
-        let folder = std::env::temp_dir().join(format!("vantage-signals-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a folder");
+        let folder = folder(name);
         write_scene(&folder, 1.0);
-        let mut child = Command::new(env!("CARGO_BIN_EXE_vantage-server"))
+        let mut command = Command::new(env!("CARGO_BIN_EXE_vantage-server"));
+        command
             .arg(folder.join("scene.obj"))
             .args(["--port", "0", "--image-size", "32", "--images", "1", "--rest", "off", "--anticipation", "off"])
-            .env("RUST_LOG", "info")
-            .envs(environment.iter().map(|(name, value)| (name, value)))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program");
+            .envs(environment.iter().map(|(name, value)| (name, value)));
+        let program = Program::run(command, folder);
+        program.answers("/readyz", "ready").await;
+        program
+    }
+
+    /// A relay of a broker that is not there, by a file of settings.
+    fn relay(name: &str) -> Program {
+        let folder = folder(name);
+        let settings = folder.join("relay.toml");
+        std::fs::write(&settings, "subscribe = \"nats://127.0.0.1:9\"\nmax-clients = 7\n").expect("a file");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_vantage-server"));
+        command.arg("relay").arg("--config").arg(settings).env("VANTAGE_PORT", "0");
+        Program::run(command, folder)
+    }
+
+    fn run(mut command: Command, folder: PathBuf) -> Program {
+        let mut child =
+            command.env("RUST_LOG", "info").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program");
         let mut url = String::new();
         BufReader::new(child.stdout.take().expect("piped")).read_line(&mut url).expect("where it listens");
         let addr = url.trim().trim_start_matches("http://").parse().expect("an address");
         let (lines, log) = mpsc::channel();
         let errors = BufReader::new(child.stderr.take().expect("piped"));
         std::thread::spawn(move || errors.lines().map_while(Result::ok).try_for_each(|line| lines.send(line)));
-        let program = Program { child, addr, folder, log };
-        program.answers("/readyz", "ready").await;
-        program
+        Program { child, addr, folder, log }
     }
 
     /// Waits until it answers with a text.
@@ -112,6 +123,12 @@ impl Drop for Program {
         let _ = self.child.wait();
         let _ = std::fs::remove_dir_all(&self.folder);
     }
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("vantage-signals-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
 }
 
 /// A triangle of so many metres.
@@ -188,20 +205,39 @@ async fn a_second_signal_ends_it_at_once() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn figures_are_as_prometheus_wants_them() {
-    let Ok(mut promtool) =
-        Command::new("promtool").args(["check", "metrics"]).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn()
-    else {
-        println!("skipped: promtool is not there");
-        return;
-    };
-    let program = Program::start("figures").await;
-    let answer = request_at(program.addr, "/metrics", "").await;
-    let (_, figures) = answer.split_once("\r\n\r\n").expect("a body");
-    assert!(figures.contains("\nvantage_sessions 0\n"), "{figures}");
-    promtool.stdin.take().expect("piped").write_all(figures.as_bytes()).expect("written");
-    let checked = promtool.wait_with_output().expect("promtool");
-    let said = String::from_utf8_lossy(&checked.stderr);
-    assert!(checked.status.success() && said.is_empty(), "{said}");
+    for program in [Program::start("figures").await, Program::relay("relayed-figures")] {
+        let Ok(mut promtool) =
+            Command::new("promtool").args(["check", "metrics"]).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn()
+        else {
+            println!("skipped: promtool is not there");
+            return;
+        };
+        let answer = request_at(program.addr, "/metrics", "").await;
+        let (_, figures) = answer.split_once("\r\n\r\n").expect("a body");
+        for figure in ["vantage_sessions 0", "vantage_refused_total{what=\"server\"} 0", "vantage_faults_total 0"] {
+            assert!(figures.lines().any(|line| line == figure), "{figure} in {figures}");
+        }
+        promtool.stdin.take().expect("piped").write_all(figures.as_bytes()).expect("written");
+        let checked = promtool.wait_with_output().expect("promtool");
+        let said = String::from_utf8_lossy(&checked.stderr);
+        assert!(checked.status.success() && said.is_empty(), "{said}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_relay_is_run_as_a_server_is() {
+    let mut relay = Program::relay("relay");
+    relay.answers("/metrics", "\nvantage_sessions_most 7\n").await;
+    let answer = request_at(relay.addr, "/", "").await;
+    assert!(answer.contains("content-security-policy"), "{answer}");
+    let answer = request_at(relay.addr, "/readyz", "").await;
+    assert!(answer.starts_with("HTTP/1.1 503") && answer.contains("nats://127.0.0.1:9"), "{answer}");
+    relay.signal("HUP");
+    relay.says("not loaded anew");
+    relay.answers("/livez", "alive").await;
+    relay.signal("TERM");
+    relay.says("no one is let in any more");
+    assert!(relay.ends());
 }
 
 #[test]

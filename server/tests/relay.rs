@@ -4,13 +4,15 @@ mod broker;
 mod net;
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use broker::RunningBroker;
-use net::{Client, VIEW, config, room, start};
+use net::{Client, NoiseImager, VIEW, config, room, start};
 use protocol::message::{Clock, Role};
 use protocol::session::{ClientConfig, SessionError};
+use scene::Scene;
 use tokio_tungstenite::connect_async;
 use vantage_server::{Config, Running, relay};
 
@@ -190,6 +192,33 @@ async fn a_server_that_is_started_again_is_followed_again() {
     catches_up(&mut after, &mut presenter).await;
     relay.stop().await;
     second.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_scene_in_place_of_another_is_published_in_its_place() {
+    let Some(broker) = RunningBroker::start() else { return };
+    let (server, relay) = (server(&broker).await, relay_of(&broker).await);
+    knows(&relay).await;
+    let mut presenter_before = presenter(&server).await;
+    let mut before = follower(&relay).await;
+    catches_up(&mut before, &mut presenter_before).await;
+    let options = Config { publish: Some(broker.named()), ..config() };
+    let other = Scene { name: "hall".into(), ..room(false) };
+    let imager = Box::new(NoiseImager { delay: Duration::ZERO });
+    server.show(options, Arc::new(other), imager).expect("shown");
+    for (client, whose) in [(&mut presenter_before, "server"), (&mut before, "relay")] {
+        let ended = client.run(20.0, |_| false).await.expect_err(whose);
+        assert!(matches!(&ended, SessionError::Goodbye { again: true, reason } if reason.contains("anew")), "{ended}");
+    }
+    let mut presenter = presenter(&server).await;
+    let mut after = follower(&relay).await;
+    catches_up(&mut after, &mut presenter).await;
+    assert_eq!(after.welcome.as_ref().expect("welcomed").scene_name, "hall");
+    presenter.walk(0.3).await.expect("a walk");
+    settles(&mut presenter).await;
+    catches_up(&mut after, &mut presenter).await;
+    relay.stop().await;
+    server.stop().await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -19,6 +19,7 @@ use tokio::task::AbortHandle;
 
 use crate::broker::notes::{Ask, MAX_NAMES, Notice};
 use crate::broker::{ASK_EVERY, Broker};
+use crate::fault;
 use crate::session::Shared;
 use crate::session::link::is_over;
 use presented::{Presented, Wants};
@@ -32,13 +33,21 @@ const NOTICE_EVERY: Duration = ASK_EVERY.checked_div(2).expect("two is not zero"
 pub async fn run(shared: Arc<Shared>, broker: Broker) {
     let mut over = shared.over();
     let publishing = async {
-        if let Err(error) = publish(&shared, &broker).await {
-            tracing::error!("nothing is published: {error}");
+        // What met a fault is made anew: to relays it is another server.
+        while let Err(fault) = fault::caught_in(publish_on(&shared, &broker)).await {
+            shared.house.stats.count_fault(&fault);
+            tokio::time::sleep(ASK_EVERY).await;
         }
     };
     tokio::select! {
         () = publishing => {}
         _ = is_over(&mut over) => {}
+    }
+}
+
+async fn publish_on(shared: &Arc<Shared>, broker: &Broker) {
+    if let Err(error) = publish(shared, broker).await {
+        tracing::error!("nothing is published: {error}");
     }
 }
 
@@ -67,7 +76,7 @@ async fn publish(shared: &Arc<Shared>, broker: &Broker) -> anyhow::Result<()> {
     let mut told_at: Option<Instant> = None;
     loop {
         let message = tokio::time::timeout(ASKED_FOR, asks.next()).await;
-        by_name.retain(|_, asked| asked.at.elapsed() < ASKED_FOR);
+        by_name.retain(|_, asked| asked.at.elapsed() < ASKED_FOR && !asked.task.is_finished());
         let ask = match message {
             Err(_) => continue,
             Ok(None) => anyhow::bail!("the connection was given up"),

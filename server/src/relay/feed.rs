@@ -57,6 +57,11 @@ impl Feed {
         Some(Feed { presenting, whole_comes, task })
     }
 
+    /// Whether it listens no more, which it does by itself only where it met a fault or the connection was given up.
+    pub fn has_ended(&self) -> bool {
+        self.task.is_finished()
+    }
+
     /// Whether the whole copy is to be asked for.
     pub fn needs_whole(&self) -> bool {
         let comes = *self.whole_comes.lock().unwrap_or_else(PoisonError::into_inner);

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::state::Relay;
 use crate::figures::Text;
 use crate::host::Host;
+use crate::peers::Peers;
 use crate::stats::resident_bytes;
 
 /// For `/healthz`.
@@ -17,6 +18,7 @@ pub(super) fn health(relay: &Relay) -> serde_json::Value {
         "clients": stats.clients.load(Ordering::Relaxed),
         "connected": count(&stats.connected),
         "cut_off": count(&stats.cut_off),
+        "faults": count(&stats.faults),
         "updates": count(&stats.updates),
         "sent_bytes": count(&stats.sent_bytes),
         "heard": {
@@ -32,7 +34,7 @@ pub(super) fn health(relay: &Relay) -> serde_json::Value {
 }
 
 /// For `/metrics`.
-pub(super) fn metrics(relay: &Relay) -> String {
+pub(super) fn metrics(relay: &Relay, peers: &Peers) -> String {
     let mut text = Text::default();
     let heard = &relay.heard;
     let mut one = |name: &str, kind: &str, help: &str, value: f64| text.one(name, kind, help, value);
@@ -58,5 +60,6 @@ pub(super) fn metrics(relay: &Relay) -> String {
         one(&format!("vantage_relay_{name}_total"), "counter", help, of.load(Ordering::Relaxed) as f64);
     }
     text.sessions(&relay.stats, relay.limits.clients);
+    text.refusals(peers);
     text.into_string()
 }

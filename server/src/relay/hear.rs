@@ -13,19 +13,28 @@ use super::origin::Origin;
 use super::state::Relay;
 use crate::broker::ASK_EVERY;
 use crate::broker::notes::{Ask, Followed, MAX_NAMES, Notice};
+use crate::fault;
 use crate::session::link::is_over;
 
 /// Asks and hears until the relay is to stop.
 pub(super) async fn run(relay: Arc<Relay>) {
     let mut over = relay.over.subscribe();
     let hearing = async {
-        if let Err(error) = hear(&relay).await {
-            tracing::error!("nothing is relayed: {error}");
+        // What met a fault is made anew, and with it all that is listened to.
+        while let Err(fault) = fault::caught_in(hear_on(&relay)).await {
+            relay.stats.count_fault(&fault);
+            tokio::time::sleep(ASK_EVERY).await;
         }
     };
     tokio::select! {
         () = hearing => {}
         _ = is_over(&mut over) => {}
+    }
+}
+
+async fn hear_on(relay: &Arc<Relay>) {
+    if let Err(error) = hear(relay).await {
+        tracing::error!("nothing is relayed: {error}");
     }
 }
 
@@ -98,7 +107,7 @@ impl Feeds {
         }
         let mut followed = origin.audiences.followed();
         followed.truncate(MAX_NAMES);
-        self.by_name.retain(|name, _| followed.contains(name));
+        self.by_name.retain(|name, feed| followed.contains(name) && !feed.has_ended());
         for name in &followed {
             if !self.by_name.contains_key(name)
                 && let Some(feed) = Feed::start(relay, &origin, client, name)

@@ -25,11 +25,10 @@ use tokio::task::JoinHandle;
 use crate::app::{self, Answering, ServeError};
 use crate::broker::Broker;
 use crate::config::Config;
-use crate::host::{Host, Session};
+use crate::host::{Guest, Host, Session};
 use crate::peers::Peers;
 use crate::serving::DRAINING;
 use crate::session::Over;
-use crate::session::link::Guest;
 pub use state::{Heard, Relay};
 
 /// How long sessions have to say goodbye when the relay stops.
@@ -69,10 +68,10 @@ impl Running {
         &self.url
     }
 
-    /// Says goodbye to every client and stops.
+    /// Lets nobody in any more, which `/readyz` says, says goodbye to every client and stops.
     pub async fn stop(self) {
         self.relay.over.send_replace(Some(Over::Stops));
-        let sessions = self.relay.limits.clients as u32;
+        let sessions = u32::try_from(self.relay.limits.clients).unwrap_or(u32::MAX);
         if tokio::time::timeout(FAREWELL, self.relay.places.acquire_many(sessions)).await.is_err() {
             tracing::warn!("some clients did not take the goodbye in time");
         }
@@ -97,8 +96,8 @@ impl Host for Relay {
         Ok(figures::health(self))
     }
 
-    fn metrics(&self, _: &Peers) -> Result<String, String> {
-        Ok(figures::metrics(self))
+    fn metrics(&self, peers: &Peers) -> Result<String, String> {
+        Ok(figures::metrics(self, peers))
     }
 
     fn plan(&self) -> Result<Option<serde_json::Value>, String> {

@@ -1,43 +1,27 @@
 //! One client's connection at a relay: a follower, or somebody who is told that one can only follow here.
 
 use std::convert::Infallible;
-use std::panic::AssertUnwindSafe;
-use std::sync::atomic::Ordering;
 
 use axum::extract::ws::WebSocket;
-use futures_util::{FutureExt, StreamExt};
+use futures_util::StreamExt;
 use protocol::message::{Clock, Role, Welcome};
 use protocol::session::{ServerConfig, ServerEvent};
 
 use super::origin::Origin;
 use super::state::Relay;
-use crate::fault::Fault;
-use crate::peers::Doorstep;
+use crate::host::Guest;
 use crate::session::Over;
-use crate::session::audit::Audit;
 use crate::session::end::End;
-use crate::session::link::{Guest, IDLE, Link, is_over, refuse};
-
-/// Counts a session as long as it is there, however it ends.
-struct Counted<'a>(&'a Relay);
-
-impl Drop for Counted<'_> {
-    fn drop(&mut self) {
-        self.0.stats.clients.fetch_sub(1, Ordering::Relaxed);
-        self.0.asks.notify_one();
-    }
-}
+use crate::session::link::{Counted, IDLE, Link, ended, is_over, refuse};
 
 /// Runs a session until it ends. A fault of its own ends it, and nothing else.
 pub(super) async fn run(relay: &Relay, socket: WebSocket, guest: Guest) {
-    relay.stats.clients.fetch_add(1, Ordering::Relaxed);
-    let number = relay.stats.connected.fetch_add(1, Ordering::Relaxed) + 1;
-    let _counted = Counted(relay);
+    // Who leaves may have been the last one to follow somebody.
+    let counted = Counted::new(&relay.stats, &relay.asks);
     let origin = match relay.relayed() {
         Ok(origin) => origin,
         Err(why) => return refuse(socket, &why, true).await,
     };
-    let Guest { peer, doorstep, place: _place_of_address, by_token, origin: page } = guest;
     let (limits, clock) = (&relay.limits, origin.clock);
     let welcome = Welcome { scene_time_s: clock.now_s(), ..origin.welcome.clone() };
     let config = ServerConfig {
@@ -46,35 +30,26 @@ pub(super) async fn run(relay: &Relay, socket: WebSocket, guest: Guest) {
         stall_s: limits.stall.as_secs_f64(),
         ..ServerConfig::new(Clock::Wall, welcome)
     };
-    let (over, audit) = (relay.over.subscribe(), Audit::begin(by_token, page));
-    let mut link = Link::new(socket, (number, peer), config, (clock, limits.stall), (over, audit), &relay.stats);
-    tracing::info!(%peer, "connected");
-    let following = AssertUnwindSafe(async {
+    let terms = (clock, limits.stall);
+    let mut link = Link::new(socket, (counted.number, guest), config, terms, relay.over.subscribe(), &relay.stats);
+    let following = async {
         tokio::select! {
-            ended = follow(relay, &origin, &mut link, doorstep) => ended,
+            ended = follow(relay, &origin, &mut link) => ended,
             () = origin.replaced() => Err(End::Over(Over::Replaced)),
         }
-    });
-    let end = match following.catch_unwind().await {
-        Ok(Err(end)) => end,
-        Err(panic) => {
-            relay.stats.count_fault(&Fault::of(&*panic));
-            End::Fault
-        }
     };
+    let end = ended(following, &relay.stats).await;
     link.farewell(end).await;
 }
 
-async fn follow(relay: &Relay, origin: &Origin, link: &mut Link<'_>, doorstep: Doorstep) -> Result<Infallible, End> {
+async fn follow(relay: &Relay, origin: &Origin, link: &mut Link<'_>) -> Result<Infallible, End> {
     greet(origin, link).await?;
-    let Role::Follower(name) = link.session.role() else {
+    let Role::Follower(name) = link.session.role().clone() else {
         return Err(End::OnlyRelayed { presenters: origin.presenters() });
     };
-    let full = End::Full { clients: relay.limits.clients };
-    let _place = relay.places.clone().try_acquire_owned().map_err(|_| full)?;
-    drop(doorstep);
+    link.take_place(&relay.places, relay.limits.clients)?;
     tracing::info!(peer = %link.peer, "follows {name:?}");
-    let following = origin.audiences.follow(name);
+    let following = origin.audiences.follow(&name);
     relay.asks.notify_one();
     link.follow(following).await
 }

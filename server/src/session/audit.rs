@@ -12,7 +12,7 @@ use protocol::session::ServerSession;
 pub const TARGET: &str = "audit";
 
 /// What is noted of a session from its beginning on.
-pub(crate) struct Audit {
+pub struct Audit {
     /// Handed to it.
     pub updates: u64,
     /// Whether it went on with an earlier one.

@@ -2,7 +2,9 @@
 //! follows a presenter: it is sent what he is sent, has no copy of its own at the server, and takes no turns at the worker.
 
 use std::convert::Infallible;
+use std::future::Future;
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -13,12 +15,14 @@ use futures_util::stream::SplitStream;
 use protocol::message::ServerMessage;
 use protocol::session::{ServerConfig, ServerEvent, ServerSession, SessionError};
 use protocol::wire::{self, Envelope, PackedUpdate};
-use tokio::sync::watch;
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 
 use super::audit::Audit;
 use super::end::{End, Over};
 use super::outlet::Outlet;
 use crate::audience::Following;
+use crate::fault;
+use crate::host::Guest;
 use crate::peers::{Doorstep, Place};
 use crate::stats::Stats;
 
@@ -53,20 +57,6 @@ impl SessionClock {
     }
 }
 
-/// Who comes for a session, and by what right.
-pub struct Guest {
-    /// From where.
-    pub peer: SocketAddr,
-    /// Until it has greeted.
-    pub doorstep: Doorstep,
-    /// Among the connections of its address, where it comes by way of a proxy.
-    pub place: Place,
-    /// Whether it knew the token.
-    pub by_token: bool,
-    /// The page's, of a browser.
-    pub origin: Option<String>,
-}
-
 /// Waits until all sessions of what is shown are over.
 pub async fn is_over(over: &mut watch::Receiver<Option<Over>>) -> Over {
     if let Ok(over) = over.wait_for(Option::is_some).await
@@ -85,9 +75,44 @@ pub async fn refuse(socket: WebSocket, why: &str, again: bool) {
     Outlet::start(outgoing, LINGER).close(message, LINGER).await;
 }
 
+/// Counts a session as long as it is there, however it ends.
+pub struct Counted<'a> {
+    /// Among all sessions since the program started.
+    pub number: u64,
+    stats: &'a Stats,
+    ended: &'a Notify,
+}
+
+impl<'a> Counted<'a> {
+    /// One more. `ended` is told when it is there no more.
+    pub fn new(stats: &'a Stats, ended: &'a Notify) -> Counted<'a> {
+        stats.clients.fetch_add(1, Ordering::Relaxed);
+        let number = 1 + stats.connected.fetch_add(1, Ordering::Relaxed);
+        Counted { number, stats, ended }
+    }
+}
+
+impl Drop for Counted<'_> {
+    fn drop(&mut self) {
+        self.stats.clients.fetch_sub(1, Ordering::Relaxed);
+        self.ended.notify_one();
+    }
+}
+
+/// Why a session ended, and be it by a panic.
+pub async fn ended(running: impl Future<Output = Result<Infallible, End>>, stats: &Stats) -> End {
+    match fault::caught_in(running).await {
+        Ok(Err(end)) => end,
+        Err(fault) => {
+            stats.count_fault(&fault);
+            End::Fault
+        }
+    }
+}
+
 /// See the module.
 pub struct Link<'a> {
-    /// Of the session, among all since the server started.
+    /// Of the session, among all since the program started.
     pub number: u64,
     /// Who it is.
     pub peer: SocketAddr,
@@ -99,8 +124,14 @@ pub struct Link<'a> {
     pub outlet: Outlet,
     /// Whether all sessions are over.
     pub over: watch::Receiver<Option<Over>>,
-    /// For the log.
+    /// What is noted of it.
     pub audit: Audit,
+    /// One of the places for sessions, from when the client has greeted on.
+    pub place: Option<OwnedSemaphorePermit>,
+    /// Until then.
+    doorstep: Option<Doorstep>,
+    /// Among those of the client's address, where it comes by way of a proxy.
+    _place_of_address: Place,
     clock: SessionClock,
     /// How long its client need not read.
     patience: Duration,
@@ -111,15 +142,39 @@ impl<'a> Link<'a> {
     /// Waits for a client's greeting.
     pub fn new(
         socket: WebSocket,
-        (number, peer): (u64, SocketAddr),
+        (number, guest): (u64, Guest),
         config: ServerConfig,
         (clock, patience): (SessionClock, Duration),
-        (over, audit): (watch::Receiver<Option<Over>>, Audit),
+        over: watch::Receiver<Option<Over>>,
         stats: &'a Stats,
     ) -> Link<'a> {
         let (outgoing, incoming) = socket.split();
-        let (session, outlet) = (ServerSession::new(config, clock.now_s()), Outlet::start(outgoing, patience));
-        Link { number, peer, session, incoming, outlet, over, audit, clock, patience, stats }
+        let session = ServerSession::new(config, clock.now_s());
+        let Guest { peer, doorstep, place, by_token, origin } = guest;
+        tracing::info!(%peer, "connected");
+        Link {
+            number,
+            peer,
+            session,
+            incoming,
+            outlet: Outlet::start(outgoing, patience),
+            over,
+            audit: Audit::begin(by_token, origin),
+            place: None,
+            doorstep: Some(doorstep),
+            _place_of_address: place,
+            clock,
+            patience,
+            stats,
+        }
+    }
+
+    /// Takes one of the places for sessions, of which there are so many, and leaves the door to others.
+    pub fn take_place(&mut self, places: &Arc<Semaphore>, most: usize) -> Result<(), End> {
+        let full = End::Full { clients: most };
+        self.place = Some(places.clone().try_acquire_owned().map_err(|_| full)?);
+        self.doorstep = None;
+        Ok(())
     }
 
     /// Takes in what came from the socket.
@@ -139,6 +194,12 @@ impl<'a> Link<'a> {
     /// Counts what was handed to the socket.
     pub fn sent(&self, bytes: usize) {
         self.stats.sent_bytes.fetch_add(bytes as u64, Ordering::Relaxed);
+    }
+
+    /// Counts an update that was handed over.
+    pub fn count_update(&mut self) {
+        self.stats.updates.fetch_add(1, Ordering::Relaxed);
+        self.audit.updates += 1;
     }
 
     /// Follows until the session ends.
@@ -185,12 +246,6 @@ impl<'a> Link<'a> {
         }
     }
 
-    /// Counts an update that was handed over.
-    pub fn count_update(&mut self) {
-        self.stats.updates.fetch_add(1, Ordering::Relaxed);
-        self.audit.updates += 1;
-    }
-
     /// Sends what the presenter was sent.
     fn pass_on(&mut self, update: &PackedUpdate, now_s: f64) -> Result<(), End> {
         self.session.send_packed(update, now_s).map_err(|error| End::CannotFollow(error.to_string()))?;
@@ -215,5 +270,25 @@ impl<'a> Link<'a> {
             last = Some(bytes);
         }
         self.outlet.close(last, LINGER).await;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_fault_is_counted_and_ends_a_session_as_any_other_reason_does() {
+        let (stats, over) = (Stats::default(), Notify::new());
+        let counted = Counted::new(&stats, &over);
+        assert_eq!(counted.number, 1);
+        let end = ended(async { panic!("a mistake") }, &stats).await;
+        assert!(matches!(end, End::Fault), "{end:?}");
+        assert_eq!(stats.faults.load(Ordering::Relaxed), 1);
+        assert!(matches!(ended(async { Err(End::Left) }, &stats).await, End::Left));
+        assert_eq!((stats.faults.load(Ordering::Relaxed), stats.clients.load(Ordering::Relaxed)), (1, 1));
+        drop(counted);
+        assert_eq!(stats.clients.load(Ordering::Relaxed), 0);
+        over.notified().await;
     }
 }

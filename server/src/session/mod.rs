@@ -3,7 +3,7 @@
 //! What all sessions of a scene share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
-pub(crate) mod audit;
+mod audit;
 pub(crate) mod end;
 pub mod kept;
 pub(crate) mod link;
@@ -12,42 +12,38 @@ mod resume;
 mod virtual_clock;
 mod wall_clock;
 
+use std::convert::Infallible;
 use std::future::Future;
-use std::panic::AssertUnwindSafe;
 use std::pin::Pin;
-use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::extract::ws::WebSocket;
-use futures_util::FutureExt;
 use glam::DVec3;
 use protocol::message::{Clock, Role, VERSION, Welcome};
 use protocol::session::{ServerConfig, ServerEvent, SessionError};
 use scene::Scene;
-use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, oneshot, watch};
+use tokio::sync::{Notify, Semaphore, oneshot, watch};
 
 use crate::account::Account;
 use crate::asked::Asked;
 use crate::audience::{Audiences, Following, Presenting};
 use crate::client::Client;
 use crate::config::Config;
-use crate::fault::Fault;
 use crate::frame::Stage;
+use crate::host::Guest;
 use crate::imager::Imager;
 use crate::impostors::relief::Judged;
 use crate::inventories::Inventories;
-use crate::peers::{Doorstep, Place};
 use crate::plan::{self, Rules};
 use crate::pool::Pool;
 use crate::stats::Stats;
 use crate::viewer::Viewer;
 use crate::worker::{Made, NotServed, Served, Wish, Worker};
 use crate::{anticipate, rest, start};
-use audit::Audit;
 use end::End;
 pub(crate) use end::Over;
 use kept::{GiveWay, KeptSessions, Name};
-use link::{Guest, Link, SessionClock, refuse};
+use link::{Counted, Link, SessionClock, ended, refuse};
 
 /// How many threads look for what clients lack.
 struct Looking {
@@ -170,12 +166,6 @@ impl Shared {
         self.kept.forget_all();
     }
 
-    /// A session met a fault of its own.
-    fn met(&self, fault: &Fault) -> End {
-        self.house.stats.count_fault(fault);
-        End::Fault
-    }
-
     /// Said to every client, but for the time.
     pub fn welcome(&self) -> &Welcome {
         &self.welcome
@@ -224,12 +214,6 @@ struct Connection<'a> {
     presenting: Option<Arc<Presenting>>,
     /// A follower's, until it begins.
     following: Option<Following>,
-    /// Until the client has greeted.
-    doorstep: Option<Doorstep>,
-    /// From then on.
-    place: Option<OwnedSemaphorePermit>,
-    /// Among those of the client's address, where it comes by way of a proxy.
-    _place_of_address: Place,
     /// At the worker.
     turn: Option<Turn<'a>>,
     name: Name,
@@ -239,27 +223,9 @@ struct Connection<'a> {
 
 type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, NotServed>> + Send + 'a>>;
 
-/// Counts a session as long as it is there, however it ends.
-struct Counted<'a>(&'a Shared);
-
-impl<'a> Counted<'a> {
-    fn new(shared: &'a Shared) -> Counted<'a> {
-        shared.house.stats.clients.fetch_add(1, Ordering::Relaxed);
-        shared.house.stats.connected.fetch_add(1, Ordering::Relaxed);
-        Counted(shared)
-    }
-}
-
-impl Drop for Counted<'_> {
-    fn drop(&mut self) {
-        self.0.house.stats.clients.fetch_sub(1, Ordering::Relaxed);
-        self.0.house.ended.notify_one();
-    }
-}
-
 /// Runs a session until it ends. A fault of its own ends it, and nothing else.
-pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
-    let _counted = Counted::new(shared);
+pub(crate) async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
+    let counted = Counted::new(&shared.house.stats, &shared.house.ended);
     // On the virtual clock every run is the same, and nobody is cut off.
     let begun = match shared.config.clock {
         Clock::Wall => shared.kept.begin(),
@@ -280,30 +246,22 @@ pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
         ..ServerConfig::new(clock, Welcome { scene_time_s, secret: name.secret, ..shared.welcome.clone() })
     };
     let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
-    let Guest { peer, doorstep, place, by_token, origin } = guest;
-    let number = shared.plans.begin();
-    let (over, stats) = (shared.over.subscribe(), &shared.house.stats);
-    let audit = Audit::begin(by_token, origin);
+    let (terms, stats, number) = ((shared.clock, limits.stall), &shared.house.stats, counted.number);
     let mut connection = Connection {
         shared,
-        link: Link::new(socket, (number, peer), config, (shared.clock, limits.stall), (over, audit), stats),
+        link: Link::new(socket, (number, guest), config, terms, shared.over.subscribe(), stats),
         viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome.start_world_from_eye, scene_time_s))),
         client: Some(Box::default()),
         start_anew: false,
         presenting: None,
         following: None,
-        doorstep: Some(doorstep),
-        place: None,
-        _place_of_address: place,
         turn: None,
         name,
         give_way,
     };
-    tracing::info!(%peer, "connected");
-    let end = connection.run().await;
+    let end = ended(connection.run(), stats).await;
     shared.plans.end(number);
-    let left = AssertUnwindSafe(connection.leave(end)).catch_unwind().await;
-    let end = left.unwrap_or_else(|panic| shared.met(&Fault::of(&*panic)));
+    let end = ended(async { Err(connection.leave(end).await) }, stats).await;
     if matches!(end, End::Fault) {
         shared.kept.forget(&connection.name);
     }
@@ -311,18 +269,10 @@ pub async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
 }
 
 impl Connection<'_> {
-    /// Runs until the session ends, and be it by a panic.
-    async fn run(&mut self) -> End {
-        let clock = self.shared.config.clock;
-        let running = AssertUnwindSafe(async {
-            match clock {
-                Clock::Wall => self.run_on_wall_clock().await,
-                Clock::Virtual => self.run_on_virtual_clock().await,
-            }
-        });
-        match running.catch_unwind().await {
-            Ok(Err(end)) => end,
-            Err(panic) => self.shared.met(&Fault::of(&*panic)),
+    async fn run(&mut self) -> Result<Infallible, End> {
+        match self.shared.config.clock {
+            Clock::Wall => self.run_on_wall_clock().await,
+            Clock::Virtual => self.run_on_virtual_clock().await,
         }
     }
 
@@ -348,7 +298,7 @@ impl Connection<'_> {
                     tracing::debug!(peer = %self.link.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
                 }
                 drop(viewer);
-                self.take_place()?;
+                self.link.take_place(&self.shared.house.places, self.shared.config.limits.clients)?;
                 self.take_seat()?;
             }
             ServerEvent::Resume(_) => {}
@@ -384,14 +334,6 @@ impl Connection<'_> {
             }
             ServerEvent::Advance { .. } => {}
         }
-        Ok(())
-    }
-
-    /// Takes one of the places for sessions.
-    fn take_place(&mut self) -> Result<(), End> {
-        let full = End::Full { clients: self.shared.config.limits.clients };
-        self.place = Some(self.shared.house.places.clone().try_acquire_owned().map_err(|_| full)?);
-        self.doorstep = None;
         Ok(())
     }
 

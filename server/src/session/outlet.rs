@@ -79,7 +79,7 @@ impl Outlet {
     }
 }
 
-async fn write<E: Display + 'static>(
+async fn write<E: Display>(
     mut sink: impl Sink<Message, Error = E> + Unpin,
     mut messages: mpsc::Receiver<Message>,
     patience: Duration,

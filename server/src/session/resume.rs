@@ -35,7 +35,7 @@ impl Connection<'_> {
         let is_resumed = matches!(end, End::Resumed(_));
         if is_resumed || end.may_come_back() {
             // Whoever comes back needs them before this connection's goodbye is through.
-            (self.place, self.presenting) = (None, None);
+            (self.link.place, self.presenting) = (None, None);
         }
         let left = if is_resumed || end.may_come_back() { self.left_over().await } else { None };
         match (end, left) {

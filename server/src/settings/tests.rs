@@ -27,6 +27,27 @@ struct Told {
     print_config: bool,
 }
 
+#[derive(Debug, Parser)]
+#[command(args_conflicts_with_subcommands = true)]
+struct Either {
+    #[arg(long, default_value_t = 80)]
+    port: u16,
+    #[command(subcommand)]
+    other: Option<Other>,
+}
+
+#[derive(Debug, PartialEq, clap::Subcommand)]
+enum Other {
+    Relay {
+        #[arg(long)]
+        subscribe: String,
+        #[arg(long, default_value_t = 80)]
+        port: u16,
+        #[arg(long = "config")]
+        config_file: Option<PathBuf>,
+    },
+}
+
 /// A file of its own for each test.
 fn file(name: &str, text: &str) -> PathBuf {
     let path = std::env::temp_dir().join(format!("vantage-settings-{}-{name}.toml", std::process::id()));
@@ -119,4 +140,24 @@ fn every_setting_has_a_variable() {
     assert_eq!(variable("update_hz").as_deref(), Some("VANTAGE_UPDATE_HZ"));
     assert_eq!(variable("scene").as_deref(), Some("VANTAGE_SCENE"));
     assert_eq!(variable("print_config"), None);
+}
+
+#[test]
+fn a_subcommand_has_settings_of_its_own() {
+    let path = file("relay", "subscribe = \"nats://a\"\nport = 81\n");
+    let told = |line: &str| {
+        let config = format!("--config={}", path.display());
+        read::<Either>(["program", "relay", &config].into_iter().chain(line.split_whitespace()))
+    };
+    let settings = told("").expect("sound");
+    let Some(Other::Relay { subscribe, port, .. }) = &settings.options.other else { panic!("no relay") };
+    assert_eq!((subscribe.as_str(), *port, settings.options.port), ("nats://a", 81, 80));
+    let printed = settings.print();
+    assert!(printed.contains(&format!("subscribe = \"nats://a\" # {}:1\n", path.display())), "{printed}");
+    let settings = told("--port 82").expect("sound");
+    assert!(matches!(settings.options.other, Some(Other::Relay { port: 82, .. })), "the command line is stronger");
+    std::fs::write(&path, "subscribe = \"nats://a\"\nscene = \"pillars\"\n").expect("a file");
+    let error = told("").err().expect("a server's").to_string();
+    assert!(error.starts_with(&format!("{}:2: there is no setting \"scene\"", path.display())), "{error}");
+    std::fs::remove_file(path).expect("removed");
 }
