@@ -70,7 +70,7 @@ async function measure(renderer) {
       await page.keyboard.up(key);
       shares.push(await page.evaluate(() => window.vantage.resolution ?? null));
     }
-    if (values.shot) await page.screenshot({ path: `${values.shot}-${renderer}-moving.png` });
+    if (values.shot) await page.screenshot({ caret: 'initial', path: `${values.shot}-${renderer}-moving.png` });
     const drawnAt = await page.evaluate(() => window.drawnAt);
     const state = await page.evaluate(() => JSON.parse(JSON.stringify(window.vantage)));
     const tasks = await page.evaluate(() => window.longTasks);

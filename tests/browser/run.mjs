@@ -106,7 +106,7 @@ function tests(renderer) {
       assert.equal(state.status, '');
       assert.ok(state.samples > 10_000, `${state.samples} samples`);
       at.first = await canvasPixels(at.page, join(shots, `${renderer}-1-first.png`));
-      await at.page.screenshot({ path: join(shots, `${renderer}-1-page.png`) });
+      await at.page.screenshot({ caret: 'initial', path: join(shots, `${renderer}-1-page.png`) });
       assert.ok(contrast(at.first) > 50, `the canvas is nearly blank: contrast ${contrast(at.first)}`);
       assert.ok(colours(at.first) >= 8, `only ${colours(at.first)} colours`);
     }],
@@ -187,7 +187,7 @@ function tests(renderer) {
     ['opens the help', async () => {
       await at.page.keyboard.press('KeyH');
       assert.ok(await at.page.locator('#help').isVisible());
-      await at.page.screenshot({ path: join(shots, `${renderer}-4-help.png`) });
+      await at.page.screenshot({ caret: 'initial', path: join(shots, `${renderer}-4-help.png`) });
       await at.page.keyboard.press('Escape');
       assert.ok(await at.page.locator('#help').isHidden());
     }],
@@ -229,7 +229,7 @@ function tests(renderer) {
       await follower.mouse.up();
       await until(follower, 'a look of its own', (now) => !now.led && turned(now.pose, second) > 0.1);
       await follower.locator('#role', { hasText: /^Follow Ada$/ }).waitFor();
-      await follower.screenshot({ path: join(shots, `${renderer}-4-follower.png`) });
+      await follower.screenshot({ caret: 'initial', path: join(shots, `${renderer}-4-follower.png`) });
       await follower.locator('#role').click();
       await until(follower, 'the presenter again', isAt(second));
       await follower.close();
@@ -241,7 +241,7 @@ function tests(renderer) {
       const lost = await until(at.page, 'the status', (now) => now.status !== '');
       assert.match(lost.status, /lost|cannot reach|connecting|closed the connection/);
       await at.page.locator('#status').waitFor({ state: 'visible' });
-      await at.page.screenshot({ path: join(shots, `${renderer}-5-lost.png`) });
+      await at.page.screenshot({ caret: 'initial', path: join(shots, `${renderer}-5-lost.png`) });
       assert.ok(lost.picture && lost.samples > before.samples / 2, 'the old picture stays');
       at.server = await startServer({ bin, web, port: at.port, scene: SCENE, log: at.log });
       await until(at.page, 'a new session with a picture', (now) => now.connected && now.status === '' && now.updates > 0);
@@ -283,7 +283,7 @@ function tests(renderer) {
         const { status } = await until(page, 'a word', (now) => words.test(now.status));
         await sleep(2000);
         assert.equal((await until(page, 'a word', () => true)).status, status, 'it does not try again by itself');
-        await page.screenshot({ path: join(shots, `${renderer}-6-not-let-in.png`) });
+        await page.screenshot({ caret: 'initial', path: join(shots, `${renderer}-6-not-let-in.png`) });
         if (hash) {
           const reloaded = page.waitForEvent('load', { timeout: PATIENCE_MS });
           await page.evaluate((right) => { window.location.hash = `token=${right}`; }, encodeURIComponent(token));
@@ -321,7 +321,7 @@ function tests(renderer) {
       const state = await until(page, 'a picture', (now) => now.picture);
       assert.equal(state.renderer, 'webgl2');
       await page.locator('#insecure').waitFor({ state: 'visible' });
-      await page.screenshot({ path: join(shots, `${renderer}-6-insecure.png`) });
+      await page.screenshot({ caret: 'initial', path: join(shots, `${renderer}-6-insecure.png`) });
       await page.close();
       await server.stop();
     }],
@@ -413,7 +413,7 @@ function tests(renderer) {
         assert.match(await panel(page, 'soft-points'), /^\d+ of 4, (warp|maps|march)$/);
         const then = await canvasPixels(page, join(shots, `${renderer}-11-${scene}.png`));
         assert.ok(difference(first, then) > 0.01, 'the picture hardly changed');
-        await page.screenshot({ path: join(shots, `${renderer}-12-${scene}.png`) });
+        await page.screenshot({ caret: 'initial', path: join(shots, `${renderer}-12-${scene}.png`) });
         const [was, is] = [before, after].map((state) => state.light_images);
         if (scene === 'lamp-teapots') assert.deepEqual(is, was);
         else assert.ok(is.newest > was.newest, 'nothing of the swinging lamp came');
@@ -517,7 +517,7 @@ async function runAll(renderer, tally) {
     } catch (error) {
       tally.failed += 1;
       console.log(`FAILED  ${name}: ${error.stack ?? error}`);
-      await at.page?.screenshot({ path: join(shots, `${renderer}-failed.png`) }).catch(() => {});
+      await at.page?.screenshot({ caret: 'initial', path: join(shots, `${renderer}-failed.png`) }).catch(() => {});
       console.log(at.lines.slice(-40).map((line) => `        ${line}`).join('\n'));
       // Without a page that shows something the rest says nothing.
       broken = name === all[0].name;

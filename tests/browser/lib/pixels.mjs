@@ -5,10 +5,17 @@ const PATIENCE_MS = 120_000;
 
 /** Pixels of the page as shown, without what lies over the canvas: { width, height, data } with RGBA bytes. */
 export async function canvasPixels(page, path) {
-  const over = '#panel, nav, #status, #loading { visibility: hidden !important; }';
+  // The page's policy lets no style in that is added as text.
+  await page.evaluate(() => {
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync('#panel, nav, #status, #loading { visibility: hidden !important; }');
+    document.adoptedStyleSheets = [sheet];
+  });
   // Frames come no faster than they are drawn: after two more, what was drawn before is shown.
   await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
-  return decoded(page, await page.screenshot({ path, style: over, timeout: PATIENCE_MS }));
+  const png = await page.screenshot({ path, caret: 'initial', timeout: PATIENCE_MS });
+  await page.evaluate(() => { document.adoptedStyleSheets = []; });
+  return decoded(page, png);
 }
 
 /** Pixels of the bytes of a PNG, by the browser of a page. */

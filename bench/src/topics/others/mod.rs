@@ -171,6 +171,7 @@ fn shown(
         script: Script::all(Behaviour::Walk),
         clock: Clock::Wall,
         audience: false,
+        followed_at: Vec::new(),
         decoding: None,
         limits: Limits::default(),
         scene: None,

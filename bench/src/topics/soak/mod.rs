@@ -131,6 +131,7 @@ fn soaked(
             script: script.parse()?,
             clock: Clock::Wall,
             audience,
+            followed_at: Vec::new(),
             decoding: None,
             limits: Limits::default(),
             scene: None,
