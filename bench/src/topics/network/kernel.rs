@@ -24,8 +24,8 @@ pub(super) struct KernelPath {
 }
 
 impl KernelPath {
-    /// Starts a server for a scene behind a path of so many megabits a second with a queue of so many milliseconds.
-    pub fn start(scene: &str, image_px: u32, (mbit, queue_ms): (u32, u32)) -> anyhow::Result<KernelPath> {
+    /// Starts a server for a scene behind a path of so many kilobits a second with a queue of so many milliseconds.
+    pub fn start(scene: &str, image_px: u32, (kbit, queue_ms): (u32, u32)) -> anyhow::Result<KernelPath> {
         let namespace = format!("vantage-{}", std::process::id());
         let mut path = KernelPath { namespace: namespace.clone(), server: None };
         let (here, there) =
@@ -40,7 +40,7 @@ impl KernelPath {
         run(&format!("{within} ip link set lo up"))?;
         for (prefix, device) in [(String::new(), &here), (format!("{within} "), &there)] {
             run(&format!(
-                "{prefix}tc qdisc add dev {device} root tbf rate {mbit}mbit burst 16kb latency {queue_ms}ms"
+                "{prefix}tc qdisc add dev {device} root tbf rate {kbit}kbit burst 16kb latency {queue_ms}ms"
             ))?;
         }
         let server = std::env::current_exe()?.with_file_name("vantage-server");
