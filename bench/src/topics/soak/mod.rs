@@ -167,8 +167,11 @@ fn soaked(
     Ok(Found { samples: samples?, own_ways, audience: audience?, comings: comings?, health })
 }
 
-/// What is sampled: its name, its unit's, and how it is read.
-const SAMPLED: [(&str, fn(&Sample) -> f64); 3] = [
+/// Reads one figure.
+type Reads = fn(&Sample) -> f64;
+
+/// What is sampled: its name, which ends in its unit, and how it is read.
+const SAMPLED: [(&str, Reads); 3] = [
     ("resident_mb", |sample| sample.resident_bytes as f64 / 1e6),
     ("descriptors", |sample| sample.descriptors as f64),
     ("threads", |sample| sample.threads as f64),
