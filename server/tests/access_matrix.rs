@@ -193,6 +193,8 @@ impl Asked {
 /// What is answered: all of it, or of a websocket that stays open its head alone.
 async fn told(mut stream: impl AsyncRead + AsyncWrite + Unpin, request: &str, path: &str) -> Vec<u8> {
     stream.write_all(request.as_bytes()).await.expect("write");
+    // TLS keeps what the socket did not take at once, and many who ask share one task's turns at sockets.
+    stream.flush().await.expect("write");
     let mut heard = Vec::new();
     let mut bytes = [0; 4096];
     // A server that lets somebody in waits for his hello for longer than this.
