@@ -34,6 +34,7 @@ use crate::imager::{Imager, ImagerError, Occasion};
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
 use crate::look_times::{Part, timed};
+use crate::made::Came;
 pub use crate::made::{LightWork, Made};
 use crate::pace::Load;
 use crate::plan::{Coverage, Focus, Plan, Reason, Rules, half_view, plan, precision_within, region_views};
@@ -43,7 +44,6 @@ use crate::render::{Blended, LeftOut, RenderError, triangle_bases};
 use crate::rest::{self, Strip};
 use crate::stage_error::StageError;
 use crate::viewer::Viewer;
-use in_portions::Came;
 
 /// A copy has room for this many views' pixels at least: about what a plan's views show together, each a little more than the
 /// others (on a nest of twigs 2.8 views of four).
@@ -421,12 +421,12 @@ impl Stage {
             }
             // What is shown beside comes while nothing waits for it, one after the other.
             let most = match () {
-                () if client.begins_coarsely || plan.allowance.is_all() => beside_eye::ALL,
+                () if client.begins_coarsely || plan.allowance.is_all() => portions::ALL,
                 () if is_passing && viewer.has_clear_path(self.rules.update_interval_s) => 1,
                 () => 0,
             };
             let lights = self.send_beside(plan, snapshot, now, client, viewer, most)?;
-            Came { lights, has_ended: most == beside_eye::ALL }
+            Came { lights, has_ended: most == portions::ALL }
         };
         let budget_samples = (self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize;
         client.account.settle_facts(budget_samples).map_err(|error| ImagerError::from(RenderError::from(error)))?;

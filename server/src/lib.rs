@@ -14,7 +14,7 @@
 //!   systemd; [`agones`]: for Kubernetes.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
-//! - [`config`], [`options`], [`port_options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what;
+//! - [`config`], [`limits`], [`options`], [`port_options`]: what a server is told; [`settings`]: from where; [`coding`]: how samples are coded; [`access`]: who may connect; [`tls`]: over what;
 //!   [`stats`]: what it counts; [`peers`]: what one address may take, and the door; `http`: requests with time-outs; `open_files`: how many connections; [`fault`]: mistakes, met
 //!   where they happen; [`devices`]: a GPU after another; [`log`]: lines that nobody waits for.
 
@@ -48,6 +48,7 @@ pub mod imager;
 pub mod impostors;
 mod inventories;
 pub mod lights;
+pub mod limits;
 pub mod log;
 pub mod look;
 pub mod look_times;

@@ -62,3 +62,12 @@ pub struct LightWork {
     /// Wall time for them.
     pub took: Duration,
 }
+
+/// What came of a look beside samples.
+#[derive(Default)]
+pub struct Came {
+    /// Whether all was looked at that there is.
+    pub has_ended: bool,
+    /// What of it is for lights.
+    pub lights: LightWork,
+}

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::access::Access;
-use crate::config::{Config, PeerLimits};
+use crate::config::Config;
+use crate::limits::PeerLimits;
 use crate::tls::{Tls, TlsError};
 
 /// See the module.

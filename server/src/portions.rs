@@ -10,6 +10,8 @@ use crate::allowance::Allowance;
 
 /// About what a sample costs on the wire, in bytes (report `codec`, the fast profile).
 pub const BYTES_PER_SAMPLE: f64 = 3.0;
+/// Things that a look may begin beside samples: as many as there are.
+pub const ALL: usize = usize::MAX;
 /// Rows may lack much more than those above them: at most so many times as many follow at once.
 const GROWTH: f64 = 4.0;
 

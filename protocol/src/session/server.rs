@@ -455,6 +455,11 @@ impl ServerSession {
         self.state == State::Open && taken && self.flow.has_credit()
     }
 
+    /// How long the path still takes for what was sent, in seconds, as far as it is known: an update that is made sooner waits for that, and shows what was.
+    pub fn frees_in_s(&self, now_s: f64) -> f64 {
+        self.flow.frees_in_s(now_s)
+    }
+
     /// Sends an update, stamped `now_s` (virtual clock: the tick).
     pub fn send_update(&mut self, update: &EncodedUpdate, now_s: f64) -> Result<(), SendError> {
         self.send_packed(&update.packed(now_s), now_s)

@@ -19,6 +19,7 @@ use crate::impostors::relief::{self, Eye};
 use crate::lights::{self, Serving};
 use crate::occluders;
 use crate::plan::{Plan, output_focal_px};
+use crate::portions::ALL;
 use crate::render::{Blended, LeftOut};
 use crate::viewer::Viewer;
 
@@ -26,8 +27,6 @@ use crate::viewer::Viewer;
 const LIGHTS_SHARE: u64 = 4;
 /// Occluders may take this part of it.
 const OCCLUDERS_SHARE: u64 = 4;
-/// Things that a look may begin: as many as there are.
-pub(super) const ALL: usize = usize::MAX;
 /// The four images of a set together have no more samples than about so many of them: corners see nearly the same.
 const IMAGES_A_LIGHT: u64 = 2;
 

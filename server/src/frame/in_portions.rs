@@ -6,22 +6,14 @@ use protocol::Purpose;
 use scene::Snapshot;
 
 use super::views::revision;
-use super::{Client, LightWork, Plan, Stage, StageError};
+use super::{Client, Plan, Stage, StageError};
 use crate::account::Surroundings;
+use crate::made::Came;
 use crate::portions::{Portion, rows_of};
 use crate::viewer::Viewer;
 
 /// Portions in a turn at most, while none of them finds anything: other sessions may be waiting by then.
 const MOST_PORTIONS: usize = 4;
-
-/// What came of a look beside samples.
-#[derive(Default)]
-pub(super) struct Came {
-    /// Whether all was looked at that there is.
-    pub has_ended: bool,
-    /// What of it is for lights.
-    pub lights: LightWork,
-}
 
 impl Stage {
     /// Looks until something is found, or a round ends that found nothing.

@@ -23,7 +23,7 @@ pub use address::Address;
 pub use door::{Admitted, Caller, Door};
 use table::{Kind, Table};
 
-use crate::config::{PeerLimits, ServerLimits};
+use crate::limits::{PeerLimits, ServerLimits};
 use crate::open_files;
 
 /// Connections beside those of sessions and of who has not greeted: pages and their files, and what is asked of a server.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use protocol::session::TokenBucket;
 
 use super::Address;
-use crate::config::PeerLimits;
+use crate::limits::PeerLimits;
 
 /// Addresses that are remembered while they have nothing open.
 pub(super) const REMEMBERED: usize = 4096;

@@ -7,7 +7,7 @@ use tokio::sync::{Notify, Semaphore, watch};
 
 use super::origin::Origin;
 use crate::broker::Broker;
-use crate::config::ServerLimits;
+use crate::limits::ServerLimits;
 use crate::session::Over;
 use crate::stats::Stats;
 

@@ -13,7 +13,7 @@ use tokio::time::Instant;
 
 use crate::account::BYTES_PER_SAMPLE;
 use crate::client::Client;
-use crate::config::ResumeLimits;
+use crate::limits::ResumeLimits;
 
 /// What a session that runs may take to give way to a connection that goes on with it: a turn at the worker. Longer than a client waits for a welcome when it
 /// comes back: the connection that it makes after that takes over from the one that still waits here.

@@ -369,7 +369,10 @@ impl Connection<'_> {
     /// in flight, and in real time for all other sessions too.
     fn wish(&self, now_s: f64) -> Option<Wish> {
         let (rules, viewer) = (&self.shared.rules, self.viewer());
-        let client = self.client.as_ref().filter(|_| self.link.session.can_send_update())?;
+        // What is made long before the path takes it shows what was.
+        let is_soon = self.shared.config.clock == Clock::Virtual
+            || self.link.session.frees_in_s(now_s) <= rules.update_interval_s;
+        let client = self.client.as_ref().filter(|_| is_soon && self.link.session.can_send_update())?;
         if let Some(asked) = &client.asked {
             let is_due = asked.is_due(rules.animated, self.link.session.in_flight_and_window_bytes().0);
             return is_due.then_some(Wish::Now);

@@ -1,0 +1,71 @@
+//! What one server puts up with: sessions, connections, and times.
+
+use std::time::Duration;
+
+/// What one server puts up with.
+#[derive(Debug, Clone, Copy)]
+pub struct ServerLimits {
+    /// Sessions at one time; more are told to come again.
+    pub clients: usize,
+    /// What a session's copy may be large for at most, in bytes at the client, whatever the client names: the server keeps
+    /// and draws one as large.
+    pub budget_bytes: u64,
+    /// A connected client must say hello within this time.
+    pub hello: Duration,
+    /// A message must leave for the client, and what was sent must be acknowledged, within this time.
+    pub stall: Duration,
+    /// A client must be heard within this time; it sends a ping every few seconds.
+    pub silence: Duration,
+    /// What is kept of sessions that were cut off, for clients that come back.
+    pub resume: ResumeLimits,
+    /// Connections at one time at most that have not said who they are, or are told why they may not stay.
+    pub doorsteps: usize,
+    /// What all peers of one address may take together.
+    pub peers: PeerLimits,
+}
+
+/// What all peers of one address may take together; of IPv6, those of one network of 64 bits.
+#[derive(Debug, Clone, Copy)]
+pub struct PeerLimits {
+    /// Connections at one time; 0 for as many as come, and no other limit of an address.
+    pub connections: usize,
+    /// Of these, those that have not said who they are.
+    pub doorsteps: usize,
+    /// Handshakes a second, on average: of TLS, and of websockets.
+    pub handshakes_per_s: f64,
+    /// Handshakes at once.
+    pub handshake_burst: f64,
+    /// Whether programs of this machine are counted too.
+    pub loopback: bool,
+}
+
+/// What a server keeps of sessions that were cut off.
+#[derive(Debug, Clone, Copy)]
+pub struct ResumeLimits {
+    /// Each for so long.
+    pub time: Duration,
+    /// All together at most, as what their copies are for the server.
+    pub bytes: u64,
+}
+
+impl Default for ServerLimits {
+    fn default() -> Self {
+        ServerLimits {
+            clients: 256,
+            budget_bytes: protocol::session::DEFAULT_BUDGET_BYTES,
+            hello: Duration::from_secs(10),
+            stall: Duration::from_secs(30),
+            silence: Duration::from_secs(60),
+            resume: ResumeLimits { time: Duration::from_secs(120), bytes: 1 << 30 },
+            doorsteps: 1024,
+            peers: PeerLimits::default(),
+        }
+    }
+}
+
+impl Default for PeerLimits {
+    fn default() -> Self {
+        // A floor of people behind one address, each with a page that is loaded over a few connections and one session.
+        PeerLimits { connections: 64, doorsteps: 32, handshakes_per_s: 16.0, handshake_burst: 128.0, loopback: false }
+    }
+}
