@@ -7,7 +7,7 @@ use crate::broker::{Broker, BrokerAddress};
 /// See the module.
 #[derive(Debug, Clone, Args)]
 pub struct PublishOptions {
-    /// Publish what presenters are sent, for relays (vantage-server relay) to pass on: nats://[USER:PASSWORD@|TOKEN@]HOST[:PORT], tls:// over TLS
+    /// Publish what presenters are sent, for relays (vantage-server relay) to pass on: nats://HOST or nats://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before HOST where it asks for that; tls:// over TLS
     #[arg(long, value_name = "BROKER", hide_env_values = true)]
     pub publish: Option<BrokerAddress>,
     /// Tells servers apart that publish at one broker

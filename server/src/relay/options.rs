@@ -9,7 +9,7 @@ use crate::port_options::PortOptions;
 /// same viewer as at the server itself.
 #[derive(Debug, Clone, Args)]
 pub struct RelayOptions {
-    /// Where the server publishes: nats://[USER:PASSWORD@|TOKEN@]HOST[:PORT], tls:// over TLS
+    /// Where the server publishes: nats://HOST or nats://HOST:PORT, with USER:PASSWORD@ or TOKEN@ before HOST where it asks for that; tls:// over TLS
     #[arg(long, value_name = "BROKER", hide_env_values = true)]
     pub subscribe: BrokerAddress,
     /// Its --channel

@@ -1,5 +1,5 @@
 //! Topic `others`: whether those who behave notice those who do not. Fifty clients of one server: first all honest, then half of them alone, then the same half
-//! beside as many who are stalled or hostile ([`hostile`]), in turn, several times.
+//! beside as many who are stalled or hostile (`hostile`), in turn, several times.
 //!
 //! Server, honest and hostile ones run in this process on loopback, each on threads of its own names. Everybody has addresses of his own, and what one address may take is counted on
 //! loopback too.

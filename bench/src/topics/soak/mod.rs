@@ -1,7 +1,7 @@
 //! Topic `soak`: what a server's process takes of a machine over a long time, and whether that grows: memory, open files, threads.
 //!
 //! The server is `vantage-server`, a process of its own, which stands beside this one. Its clients are of all kinds: [`crate::load`]'s walkers, those who turn, stand, come back without
-//! a word and stop reading, a presenter with followers, and those who are cut off and go on ([`comer`]).
+//! a word and stop reading, a presenter with followers, and those who are cut off and go on (`comer`).
 
 mod comer;
 mod process;
