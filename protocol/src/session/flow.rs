@@ -170,8 +170,11 @@ impl Flow {
     }
 
     /// How long the path still takes for what was sent, as far as it is known: an update that is made sooner waits for that, and shows what was.
+    /// Where the last one waited for hardly anything, the path may carry more than it was given.
     pub fn frees_in_s(&self, now_s: f64) -> f64 {
-        if self.in_flight.is_empty() { 0.0 } else { (self.frees_at_s - now_s).max(0.0) }
+        let least_s = self.delays_s.iter().map(|&(_, (delay_s, _))| delay_s).reduce(f64::min);
+        let waits = least_s.is_some_and(|least_s| self.last_delay_s > GAIN * least_s);
+        if waits && !self.in_flight.is_empty() { (self.frees_at_s - now_s).max(0.0) } else { 0.0 }
     }
 
     /// The path's throughput; `None` before the first acknowledgement.
