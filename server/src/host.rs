@@ -5,8 +5,9 @@ use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use crate::peers::{Doorstep, Peers, Place};
 use axum::extract::ws::WebSocket;
+
+use crate::peers::{Doorstep, Peers, Place};
 
 /// See the module.
 pub(crate) trait Host: Send + Sync {

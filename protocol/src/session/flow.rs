@@ -285,6 +285,15 @@ mod tests {
     }
 
     #[test]
+    fn an_update_waits_for_less_than_another_one() {
+        let mut path = path(250e3, 0.04);
+        path.run(5.0, 100_000);
+        let median_s = percentile(path.run(60.0, 100_000).0, 0.5);
+        // One takes 0.4 s; with two on their way at all times it would be 0.80 s.
+        assert!(median_s <= 0.04 + 1.75 * 0.4, "{median_s}");
+    }
+
+    #[test]
     fn a_path_is_full_however_different_updates_are() {
         let mut path = path(26e3, 0.3);
         path.run(5.0, 6_000);

@@ -58,6 +58,9 @@ impl Stage {
         now: &Surroundings<'_>,
         client: &mut Client,
     ) -> Result<usize, StageError> {
+        if !self.may_lack(plan, snapshot, &client.account) {
+            return Ok(0);
+        }
         let changed = |client: &Client| {
             let counts = client.account.counts();
             counts.added + counts.deleted + counts.trimmed
