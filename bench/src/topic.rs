@@ -70,10 +70,14 @@ impl Run {
         Ok(A::from_arg_matches(&matches)?)
     }
 
+    /// The file of the camera trace, where one was named.
+    pub fn trace_file(&self) -> Option<&Path> {
+        self.trace.as_deref().filter(|path| path.as_os_str() != "auto")
+    }
+
     /// The camera trace, where a file was named.
     pub fn read_trace(&self) -> anyhow::Result<Option<Trace>> {
-        let file = self.trace.as_deref().filter(|path| path.as_os_str() != "auto");
-        file.map(read_trace).transpose()
+        self.trace_file().map(read_trace).transpose()
     }
 
     /// Loads a scene; it begins where the trace does.

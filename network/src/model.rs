@@ -63,7 +63,7 @@ impl LinkModel {
     }
 
     /// What the path, as it mostly is, and its sender let through; `None` without a bound.
-    pub(crate) fn bits_per_s(&self) -> Option<f64> {
+    pub fn bits_per_s(&self) -> Option<f64> {
         self.bits_per_s_at(1.0)
     }
 

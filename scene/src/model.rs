@@ -460,6 +460,15 @@ pub trait Animation: Send + Sync {
 const HIDES_ALL: u8 = 253;
 
 impl Scene {
+    /// What its meshes and images take in memory, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let of_mesh =
+            |mesh: &Mesh| size_of_val(&*mesh.vertices) + size_of_val(&*mesh.second_uvs) + size_of_val(&*mesh.indices);
+        let meshes: usize = self.meshes.iter().map(of_mesh).sum();
+        let images: usize = self.textures.iter().map(|texture| texture.rgba.len()).sum();
+        (meshes + images) as u64
+    }
+
     /// The scene at `time_s` in seconds.
     pub fn at(&self, time_s: f64) -> Snapshot {
         self.animation.at(self, time_s)

@@ -13,10 +13,11 @@ use tokio::task::JoinHandle;
 use crate::config::Config;
 use crate::host::Host;
 use crate::imager::Imager;
+use crate::limits::SceneLimits;
 use crate::peers::{Door, Peers};
 use crate::pool::Pool;
 use crate::routes::{self, Gate};
-use crate::serving::Serving;
+use crate::serving::{Folder, Load, Serving};
 use crate::session::{House, Shared};
 use crate::stats::Stats;
 use crate::{http, memory, publish};
@@ -50,6 +51,7 @@ pub struct Listening {
     serving: Arc<Serving>,
     house: House,
     places: usize,
+    limits: SceneLimits,
     stop: watch::Sender<bool>,
     task: JoinHandle<()>,
 }
@@ -65,7 +67,7 @@ pub struct Attendance {
 impl Attendance {
     /// Sessions now: of clients that have greeted; `None` while nobody may come.
     pub fn sessions(&self) -> Option<usize> {
-        self.serving.open().ok().map(|_| self.places.saturating_sub(self.house.places.available_permits()))
+        self.serving.open(None).ok().map(|_| self.places.saturating_sub(self.house.places.available_permits()))
     }
 }
 
@@ -115,7 +117,16 @@ pub async fn listen(config: &Config) -> Result<Listening, ServeError> {
     let serving = Arc::<Serving>::default();
     let Answering { addr, url, stop, task } = listen_for(config, serving.clone()).await?;
     let places = config.limits.clients;
-    Ok(Listening { addr, url, serving, house: House::new(places), places, stop, task })
+    Ok(Listening {
+        addr,
+        url,
+        serving,
+        house: House::new(&config.limits),
+        places,
+        limits: config.limits.scenes,
+        stop,
+        task,
+    })
 }
 
 impl Listening {
@@ -135,9 +146,14 @@ impl Listening {
         move |said| serving.says(said)
     }
 
+    /// Offers the scenes of a folder beside it, each to who names it. `load` makes one ready; `first`: what the scene that is served is called there.
+    pub fn offer(&self, folder: Folder, first: Option<String>, load: Load) {
+        tokio::spawn(self.serving.clone().offer(folder, first, load, (self.limits, self.house.clone())));
+    }
+
     /// Serves a scene from now on. The imager must have been made for it, and `config` must be that which it listens by.
     pub fn serve(self, config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -> Result<Running, ServeError> {
-        let Listening { addr, url, serving, house, places, stop, task } = self;
+        let Listening { addr, url, serving, house, places, stop, task, .. } = self;
         let give_back = tokio::spawn(memory::give_back_after(house.ended.clone()));
         let (stats, places) = (house.stats.clone(), u32::try_from(places).unwrap_or(u32::MAX));
         let running = Running { addr, stats, url, stop, serving, house, places, tasks: [task, give_back] };
@@ -160,14 +176,17 @@ impl Running {
     /// Serves another scene to new sessions, and tells those of the one before to come again; as [`Listening::serve`].
     pub fn show(&self, config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>) -> Result<(), ServeError> {
         let published = config.publish.clone();
-        let shared = Shared::new(config, scene, imager, self.house.clone()).map_err(ServeError::Thread)?;
-        let shared = Arc::new(shared);
-        tokio::spawn(memory::give_back_unasked(Arc::downgrade(&shared.pool)));
+        let shared = Shared::open(config, scene, imager, self.house.clone()).map_err(ServeError::Thread)?;
         if let Some(broker) = published {
             tokio::spawn(publish::run(shared.clone(), broker));
         }
         self.serving.show(shared);
         Ok(())
+    }
+
+    /// Has the scenes of the folder that are open loaded anew, one after the other. One that cannot be stays as it is.
+    pub fn reload_others(&self) {
+        self.serving.reload_others();
     }
 
     /// What was drawn of the scene that is shown, and what did not have to be.

@@ -28,6 +28,11 @@ pub(crate) trait Host: Send + Sync {
         Vec::new()
     }
 
+    /// All scenes that a session may ask for; `None` where nothing is shown but what is relayed. May read a folder.
+    fn scenes(&self) -> Option<serde_json::Value> {
+        None
+    }
+
     /// Runs a session until it ends. A fault of its own ends it, and nothing else.
     fn run(self: Arc<Self>, socket: WebSocket, guest: Guest) -> Session;
 }
@@ -36,6 +41,8 @@ pub(crate) trait Host: Send + Sync {
 pub(crate) struct Guest {
     /// From where.
     pub peer: SocketAddr,
+    /// The scene that it asks for; `None`: whichever there is.
+    pub scene: Option<String>,
     /// Until it has greeted.
     pub doorstep: Doorstep,
     /// Among the connections of its address, where it comes by way of a proxy.

@@ -10,7 +10,7 @@
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
 //!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them; `sky`:
 //!   light from all around.
-//! - [`operate`]: a server as its operator sees it, by [`signals`]; `serving`: which scene new sessions get; [`prepare`]: a scene made ready; [`notify`]: for
+//! - [`operate`]: a server as its operator sees it, by [`signals`]; [`serving`]: which scene new sessions get; [`prepare`]: a scene made ready; [`notify`]: for
 //!   systemd; [`agones`]: for Kubernetes.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
@@ -77,7 +77,7 @@ mod revise;
 mod routes;
 pub mod scale;
 mod scene_host;
-mod serving;
+pub mod serving;
 pub mod session;
 pub mod settings;
 pub mod signals;

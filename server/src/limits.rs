@@ -18,10 +18,23 @@ pub struct ServerLimits {
     pub silence: Duration,
     /// What is kept of sessions that were cut off, for clients that come back.
     pub resume: ResumeLimits,
+    /// What is loaded as it is asked for.
+    pub scenes: SceneLimits,
     /// Connections at one time at most that have not said who they are, or are told why they may not stay.
     pub doorsteps: usize,
     /// What all peers of one address may take together.
     pub peers: PeerLimits,
+}
+
+/// What scenes of a folder may take that are loaded as they are asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneLimits {
+    /// Open at one time.
+    pub open: usize,
+    /// Of all open scenes' meshes and images, the first scene's with them, in bytes. The GPU has its own copy beside that.
+    pub bytes: u64,
+    /// One that nobody has wanted for so long is put away.
+    pub idle: Duration,
 }
 
 /// What all peers of one address may take together; of IPv6, those of one network of 64 bits.
@@ -57,9 +70,16 @@ impl Default for ServerLimits {
             stall: Duration::from_secs(30),
             silence: Duration::from_secs(60),
             resume: ResumeLimits { time: Duration::from_secs(120), bytes: 1 << 30 },
+            scenes: SceneLimits::default(),
             doorsteps: 1024,
             peers: PeerLimits::default(),
         }
+    }
+}
+
+impl Default for SceneLimits {
+    fn default() -> Self {
+        SceneLimits { open: 8, bytes: 4 << 30, idle: Duration::from_secs(300) }
     }
 }
 

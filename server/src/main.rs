@@ -8,14 +8,16 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
+use anyhow::Context;
 use gpu::{Gpu, GpuError};
 use vantage_server::app::Attendance;
 use vantage_server::notify::{self, notify};
 use vantage_server::operate::{Prepare, operate};
 use vantage_server::options::{Command, Options};
 use vantage_server::port_options::PortOptions;
-use vantage_server::prepare::{self, Prepared};
+use vantage_server::prepare::{Prepared, Preparer};
 use vantage_server::relay::options::RelayOptions;
+use vantage_server::serving::Folder;
 use vantage_server::settings::{self, SettingsError};
 use vantage_server::signals::Signals;
 use vantage_server::{Config, agones, app, log, relay};
@@ -123,13 +125,28 @@ fn tend_for_agones(options: &Options, attendance: Attendance) {
     }
 }
 
-async fn serve(options: Options, config: Config, gpu: Gpu) -> anyhow::Result<()> {
+/// The folder of scenes, if any, and what the one is called there that is shown to who names none.
+fn opened_folder(options: &mut Options) -> anyhow::Result<Option<(Folder, Option<String>)>> {
+    let Some(path) = &options.folder.scenes else { return Ok(None) };
+    let folder = Folder::open(path)?;
+    if options.scene.is_some() {
+        return Ok(Some((folder, None)));
+    }
+    let (name, file) = folder.files().pop_first().context("the folder of scenes is empty by now")?;
+    options.scene = Some(file.to_string_lossy().into_owned());
+    Ok(Some((folder, Some(name))))
+}
+
+async fn serve(mut options: Options, config: Config, gpu: Gpu) -> anyhow::Result<()> {
+    let folder = opened_folder(&mut options)?;
     let mut signals = Signals::new()?;
     let listening = app::listen(&config).await?;
     log::say(stdout(), listening.url());
     tend_for_agones(&options, listening.attendance());
     let progress = listening.progress();
-    let prepare: Prepare = Arc::new(move || prepare::prepare(&options, config.clone(), &gpu, &progress));
+    let preparer = Arc::new(Preparer::new(options, config, gpu));
+    let loads = preparer.clone();
+    let prepare: Prepare = Arc::new(move || loads.first(&progress));
     let first = prepare.clone();
     let loading = tokio::task::spawn_blocking(move || first());
     let Prepared { config, scene, imager } = tokio::select! {
@@ -137,6 +154,9 @@ async fn serve(options: Options, config: Config, gpu: Gpu) -> anyhow::Result<()>
         () = signals.stop() => return Ok(()),
         loaded = loading => loaded??,
     };
+    if let Some((folder, first)) = folder {
+        listening.offer(folder, first, Arc::new(move |path, says| preparer.file(path, says)));
+    }
     let running = listening.serve(config, scene, imager)?;
     tracing::info!("ready");
     notify(notify::READY);

@@ -1,7 +1,7 @@
 //! A server while it serves, as its operator sees it: a signal stops it or has its scene loaded anew.
 //!
 //! What is loaded anew is made ready beside what is served, which goes on meanwhile, so for that time the GPU holds both. Where it cannot be loaded, all stays
-//! as it is.
+//! as it is. Scenes of a folder that are open follow one by one.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -38,6 +38,7 @@ pub async fn operate(running: &Running, signals: &mut Signals, prepare: Prepare)
 
 fn begin(running: &Running, prepare: &Prepare) -> JoinHandle<Result<Prepared, PrepareError>> {
     tracing::info!("the scene is being loaded anew");
+    running.reload_others();
     running.stats.reloads.fetch_add(1, Ordering::Relaxed);
     let prepare = prepare.clone();
     tokio::task::spawn_blocking(move || prepare())

@@ -1,6 +1,6 @@
 //! The command line of `vantage-server`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use protocol::codec::{ColourSteps, Profile};
@@ -11,9 +11,11 @@ use crate::coding::CodingRule;
 use crate::config::{ComparesOn, Config};
 use crate::discretize::Discretization;
 use crate::discretize::placement::Placement;
+use crate::limits::ServerLimits;
 use crate::port_options::PortOptions;
 use crate::publish::options::PublishOptions;
 use crate::relay::options::RelayOptions;
+use crate::serving::options::FolderOptions;
 use crate::source;
 
 /// Renders a scene as depth images and streams their samples to viewers.
@@ -23,6 +25,9 @@ pub struct Options {
     /// A scene file (glTF, GLB, OBJ, PLY, STL) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a
     /// file as what reflects in a built-in scene, as in mirror-teapots+bunny.obj
     pub scene: Option<String>,
+    /// Scenes beside it.
+    #[command(flatten)]
+    pub folder: FolderOptions,
     /// Which scene of a glTF file is shown, by its name or its number from 0; without it, the one that the file says
     #[arg(long, value_name = "NAME")]
     pub file_scene: Option<String>,
@@ -289,6 +294,7 @@ impl From<ClockName> for Clock {
 impl Options {
     /// As plain values; `Err` names options that do not go together.
     pub fn config(&self) -> Result<Config, String> {
+        let port = self.port.config()?;
         Ok(Config {
             discretization: self.discretization,
             placement: self.placement,
@@ -300,15 +306,27 @@ impl Options {
             image_size_px: self.image_size,
             compares_on: self.compare_on,
             coding: CodingRule { profile: self.profile.into(), colour: self.colour.into() },
-            look: self.look.of(self.scene.as_deref()),
+            look: self.look(),
             environment: None,
             tone: self.tone.into(),
             exposure: 2f32.powf(self.exposure),
             clock: self.clock.into(),
             update_hz: self.update_hz,
             publish: self.publish.broker(),
-            ..self.port.config()?
+            limits: ServerLimits { scenes: self.folder.limits(), ..port.limits },
+            ..port
         })
+    }
+
+    /// Of the scene.
+    pub fn look(&self) -> Look {
+        self.look.of(self.scene.as_deref())
+    }
+
+    /// The same for another scene file, of which nothing is chosen.
+    pub fn of_file(&self, path: &Path) -> Options {
+        let scene = Some(path.to_string_lossy().into_owned());
+        Options { scene, file_scene: None, variant: None, file_camera: None, graph_camera: Vec::new(), ..self.clone() }
     }
 }
 
@@ -380,6 +398,15 @@ mod tests {
         let published = server.expect("sound").publish.expect("published");
         assert_eq!((published.address.to_string().as_str(), published.channel.as_str()), ("nats://host:4222", "lab"));
         assert!(parse("vantage-server").expect("sound").config().expect("sound").publish.is_none());
+    }
+
+    #[test]
+    fn a_folder_of_scenes_has_limits_and_is_not_published() {
+        let parse = |line: &str| Options::try_parse_from(line.split_whitespace());
+        let options = parse("vantage-server pillars --scenes . --max-scenes 3 --scene-memory 5 --scene-idle-s 0.5");
+        let limits = options.expect("sound").config().expect("sound").limits.scenes;
+        assert_eq!((limits.open, limits.bytes, limits.idle.as_millis()), (3, 5 << 20, 500));
+        assert!(parse("vantage-server --scenes . --publish nats://host").is_err());
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! A scene made ready to be served: loaded as options say, with its light and its cameras, and uploaded.
 
-use std::sync::Arc;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use gpu::Gpu;
+use gpu::{Gpu, GpuError};
 use indicatif::{ProgressBar, ProgressStyle};
 use scene::Scene;
 use scene::environment::{Environment, EnvironmentError};
@@ -34,6 +35,9 @@ pub enum PrepareError {
     /// The GPU does not take it.
     #[error(transparent)]
     Imager(#[from] ImagerError),
+    /// The GPU was lost, and there is no other.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
 }
 
 /// What a server needs to serve a scene.
@@ -46,19 +50,47 @@ pub struct Prepared {
     pub imager: Box<dyn Imager>,
 }
 
-/// Makes it; takes as long as that takes. Says how far it is: on the terminal, and to `says`.
-pub fn prepare(
-    options: &Options,
+/// Makes scenes ready, by one server's options, on its GPU. Each takes as long as that takes. Says how far it is: on the terminal, and to `says`.
+pub struct Preparer {
+    options: Options,
     config: Config,
-    gpu: &Gpu,
-    says: &(dyn Fn(String) + Sync),
-) -> Result<Prepared, PrepareError> {
-    let scene = Arc::new(load(options, says)?);
-    let environment = options.environment.as_deref().map(Environment::load).transpose()?;
-    let config = Config { environment: environment.map(Arc::new), ..config };
-    let devices = Devices::new(options.gpu.clone(), scene.clone(), config.clone());
-    let imager = Box::new(GpuImager::new(gpu, &scene, &config)?.on(devices));
-    Ok(Prepared { config, scene, imager })
+    /// The newest one: a device may be lost.
+    gpu: Mutex<Gpu>,
+}
+
+impl Preparer {
+    /// `config` must be of the options.
+    pub fn new(options: Options, config: Config, gpu: Gpu) -> Preparer {
+        Preparer { options, config, gpu: Mutex::new(gpu) }
+    }
+
+    /// The scene that the options name.
+    pub fn first(&self, says: &(dyn Fn(String) + Sync)) -> Result<Prepared, PrepareError> {
+        self.prepare(&self.options, says)
+    }
+
+    /// A scene file, as the options say that do not choose within one.
+    pub fn file(&self, path: &Path, says: &(dyn Fn(String) + Sync)) -> Result<Prepared, PrepareError> {
+        self.prepare(&self.options.of_file(path), says)
+    }
+
+    fn prepare(&self, options: &Options, says: &(dyn Fn(String) + Sync)) -> Result<Prepared, PrepareError> {
+        let scene = Arc::new(load(options, says)?);
+        let environment = options.environment.as_deref().map(Environment::load).transpose()?;
+        let config = Config { environment: environment.map(Arc::new), look: options.look(), ..self.config.clone() };
+        let devices = Devices::new(options.gpu.clone(), scene.clone(), config.clone());
+        let imager = Box::new(GpuImager::new(&self.gpu()?, &scene, &config)?.on(devices));
+        Ok(Prepared { config, scene, imager })
+    }
+
+    /// One that is not lost.
+    fn gpu(&self) -> Result<Gpu, GpuError> {
+        let mut gpu = self.gpu.lock().unwrap_or_else(PoisonError::into_inner);
+        if gpu.check().is_err() {
+            *gpu = pollster::block_on(Gpu::new_headless_on(self.options.gpu.as_deref()))?;
+        }
+        Ok(gpu.clone())
+    }
 }
 
 fn load(options: &Options, says: &(dyn Fn(String) + Sync)) -> Result<Scene, PrepareError> {

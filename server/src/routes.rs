@@ -1,4 +1,4 @@
-//! What one port answers: the web client, the websocket, and what a host asks: `/livez`, `/readyz`, `/healthz`, `/metrics`, `/plan`.
+//! What one port answers: the web client, the websocket, and what a host asks: `/livez`, `/readyz`, `/healthz`, `/metrics`, `/plan`, `/scenes`.
 
 use std::sync::Arc;
 
@@ -77,6 +77,7 @@ pub(crate) fn router(gate: Arc<Gate>, config: &Config) -> Router {
         .route("/healthz", get(health))
         .route("/metrics", get(measures))
         .route("/plan", get(plan))
+        .route("/scenes", get(scenes))
         .route(WEBSOCKET, get(websocket))
         .layer(from_fn_with_state(gate.clone(), lead))
         .layer(from_fn(within_limits))
@@ -158,9 +159,21 @@ async fn plan(
     Ok(plan.map_or_else(|| StatusCode::NOT_FOUND.into_response(), |plan| Json(plan).into_response()))
 }
 
+/// The scenes that sessions may ask for, for who may connect.
+async fn scenes(
+    State(gate): State<Arc<Gate>>,
+    Query(asked): Query<Asked>,
+    headers: HeaderMap,
+) -> Result<Response, Untold> {
+    gate.host_for(&asked, &headers)?;
+    let scenes = tokio::task::spawn_blocking(move || gate.host.scenes()).await.ok().flatten();
+    Ok(scenes.map_or_else(|| StatusCode::NOT_FOUND.into_response(), |scenes| Json(scenes).into_response()))
+}
+
 #[derive(Deserialize)]
 struct Asked {
     token: Option<String>,
+    scene: Option<String>,
 }
 
 async fn websocket(
@@ -204,6 +217,6 @@ async fn websocket(
                 tracing::warn!(%peer, "refused: {refused}");
                 return refuse(socket, &refused.to_string(), false).await;
             }
-            host.run(socket, Guest { peer, doorstep, place, by_token, origin }).await;
+            host.run(socket, Guest { peer, scene: asked.scene, doorstep, place, by_token, origin }).await;
         })
 }

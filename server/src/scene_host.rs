@@ -7,13 +7,13 @@ use axum::extract::ws::WebSocket;
 use crate::host::{Guest, Host, Session};
 use crate::metrics;
 use crate::peers::Peers;
-use crate::serving::Serving;
-use crate::session;
+use crate::serving::{NotOpen, Serving};
 use crate::session::link::refuse;
+use crate::session::{self, Shared};
 
 impl Host for Serving {
     fn ready(&self) -> Result<(), String> {
-        self.open()?.worker.failure().borrow().clone().map_or(Ok(()), Err)
+        self.open(None).map_err(|not_open| not_open.why)?.worker.failure().borrow().clone().map_or(Ok(()), Err)
     }
 
     fn health(&self) -> Result<serde_json::Value, String> {
@@ -30,19 +30,31 @@ impl Host for Serving {
     }
 
     fn metrics(&self, peers: &Peers) -> Result<String, String> {
-        Ok(metrics::text(&*self.shared()?, peers))
+        self.shared()?;
+        Ok(metrics::text(&self.open_ones(), self.has_others(), peers))
     }
 
     fn plan(&self) -> Result<Option<serde_json::Value>, String> {
-        let shared = self.shared()?;
-        Ok(Some(serde_json::json!({ "scene": shared.scene.name, "sessions": shared.plans.json() })))
+        self.shared()?;
+        let plan = |(name, shared): (String, Arc<Shared>)| serde_json::json!({ "scene": name, "sessions": shared.plans.json() });
+        let mut plans: Vec<_> = self.open_ones().into_iter().map(plan).collect();
+        // Where there is but one scene, it alone is told of.
+        Ok(Some(if self.has_others() { plans.into() } else { plans.swap_remove(0) }))
+    }
+
+    fn scenes(&self) -> Option<serde_json::Value> {
+        Some(self.list())
     }
 
     fn run(self: Arc<Self>, socket: WebSocket, guest: Guest) -> Session {
         Box::pin(async move {
-            match self.open() {
-                Ok(shared) => session::run(&shared, socket, guest).await,
-                Err(said) => refuse(socket, &said, true).await,
+            let (serving, scene) = (self, guest.scene.clone());
+            // It may read a folder.
+            let opened = tokio::task::spawn_blocking(move || serving.open(scene.as_deref())).await;
+            match opened {
+                Ok(Ok(shared)) => session::run(&shared, socket, guest).await,
+                Ok(Err(NotOpen { why, again })) => refuse(socket, &why, again).await,
+                Err(fault) => refuse(socket, &fault.to_string(), true).await,
             }
         })
     }

@@ -40,7 +40,20 @@ pub struct Stats {
     pub reload_failed: AtomicBool,
     /// What went to a broker.
     pub published: Published,
+    /// Scenes that were loaded as they were asked for.
+    pub scenes: SceneStats,
     looks: [AtomicU64; Reason::ALL.len()],
+}
+
+/// Scenes that were loaded as they were asked for, see [`crate::serving`].
+#[derive(Debug, Default)]
+pub struct SceneStats {
+    /// Times that one was opened.
+    pub opened: AtomicU64,
+    /// Times that one was put away.
+    pub put_away: AtomicU64,
+    /// Times that one could not be loaded.
+    pub failed: AtomicU64,
 }
 
 /// What went to a broker, see [`crate::publish`].

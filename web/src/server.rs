@@ -3,7 +3,7 @@
 //! A token comes in the page's address, after `#token=` (which no browser sends anywhere) or `?token=`. It is taken out of the address at once, so that no
 //! history, no bookmark and no picture of the screen has it, and is kept for this tab alone, so that a reload works.
 
-use client::receive::address::without_token;
+use client::receive::address::{with_scene, without_token};
 use protocol::message::{SUBPROTOCOL, TOKEN_SUBPROTOCOL};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
@@ -35,7 +35,8 @@ impl Address {
     }
 }
 
-/// Of a page's address: the server that the page came from, wherever a proxy puts it, or the one that `?server=` names.
+/// Of a page's address: the server that the page came from, wherever a proxy puts it, or the one that `?server=` names; and the one of its scenes that
+/// `?scene=` names.
 pub fn address(location: &Location, query: &UrlSearchParams) -> Result<Address, String> {
     let part = |part: Result<String, JsValue>| part.map_err(|_| "the page has no address".to_owned());
     let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
@@ -50,6 +51,7 @@ pub fn address(location: &Location, query: &UrlSearchParams) -> Result<Address, 
     };
     let (url, in_url) = without_token(&url);
     let token = token(location, query, &url).or(in_url);
+    let url = query.get("scene").map_or_else(|| url.clone(), |scene| with_scene(&url, &scene));
     Ok(Address { url, token })
 }
 

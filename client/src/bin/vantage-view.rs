@@ -43,6 +43,9 @@ struct Arguments {
     /// Over TLS: trust the certificates in this PEM file too, of a server without an authority or of an authority
     #[arg(long, value_name = "FILE")]
     tls_ca: Option<PathBuf>,
+    /// Which of the server's scenes, where it has several
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
     /// Width and height of the picture [default: 1280x720; headless: 640x360]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
@@ -266,7 +269,9 @@ impl Arguments {
     }
 
     fn server(&self) -> String {
-        self.token.as_ref().map_or_else(|| self.server.clone(), |token| address::with_token(&self.server, token))
+        let server =
+            self.scene.as_ref().map_or_else(|| self.server.clone(), |scene| address::with_scene(&self.server, scene));
+        self.token.as_ref().map_or_else(|| server.clone(), |token| address::with_token(&server, token))
     }
 
     fn window(&self, role: Role) -> window::Options {

@@ -41,12 +41,21 @@ pub fn shown(typed: &str) -> &str {
 
 /// An address as a person typed it, with a token in its query.
 pub fn with_token(typed: &str, token: &str) -> String {
+    with_value(typed, "token", token)
+}
+
+/// An address that asks for one of the server's scenes.
+pub fn with_scene(address: &str, name: &str) -> String {
+    with_value(address, "scene", name)
+}
+
+fn with_value(address: &str, key: &str, value: &str) -> String {
     let coded = |byte: u8| match byte {
         b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => char::from(byte).to_string(),
         _ => format!("%{byte:02X}"),
     };
-    let mark = if typed.contains('?') { '&' } else { '?' };
-    format!("{typed}{mark}token={}", token.bytes().map(coded).collect::<String>())
+    let mark = if address.contains('?') { '&' } else { '?' };
+    format!("{address}{mark}{key}={}", value.bytes().map(coded).collect::<String>())
 }
 
 /// An address that [`websocket_url`] made without the token of its query, and that token.
@@ -132,6 +141,7 @@ mod tests {
         assert_eq!(without_token("ws://host/ws?token=a+b%2"), ("ws://host/ws".to_owned(), Some("a b%2".to_owned())));
         assert_eq!(without_token("ws://host/ws"), ("ws://host/ws".to_owned(), None));
         assert_eq!(shown("ws://host?token=x"), "ws://host");
+        assert_eq!(with_scene("ws://host/ws", "a room/1 & 2"), "ws://host/ws?scene=a%20room%2F1%20%26%202");
     }
 
     #[test]

@@ -86,6 +86,11 @@ pub fn load_chosen(
     }
 }
 
+/// Whether a file is called as scene files are.
+pub fn is_scene_file(path: &Path) -> bool {
+    format_of(path, &[]).is_some()
+}
+
 /// The content decides where it has a signature (GLB, PLY); the extension elsewhere.
 fn format_of(path: &Path, bytes: &[u8]) -> Option<Format> {
     if bytes.starts_with(gltf::GLB_MAGIC) {

@@ -1,7 +1,8 @@
 //! Sessions that were cut off, kept for a while for the clients that come back.
 //!
 //! A session is known by a secret that only its client was told. While it runs, whoever names it takes it over: the connection that it had may be dead without
-//! the server knowing, and so may the one that took it over. After that it stays for [`ResumeLimits::time`], as long as all that are kept fit into [`ResumeLimits::bytes`].
+//! the server knowing, and so may the one that took it over. After that it stays for [`ResumeLimits::time`], as long as all that are kept, of all scenes, fit into [`ResumeLimits::bytes`].
+//! Who comes for another scene finds nothing of it.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -34,9 +35,16 @@ impl Left {
     }
 }
 
+/// Which scene of the server, among all that it ever opened.
+pub type SceneNumber = u64;
+
+/// What a session is found by.
+type Key = (SceneNumber, u128);
+
 /// How a session that runs is known.
 #[derive(Debug, Default)]
 pub struct Name {
+    scene: SceneNumber,
     /// Its own for ever, known to nobody else.
     own: u128,
     /// The one that its client is told: that of the session that it goes on with, if any.
@@ -55,7 +63,7 @@ enum Entry {
 #[derive(Clone)]
 pub struct KeptSessions {
     limits: ResumeLimits,
-    by_secret: Arc<Mutex<HashMap<u128, Entry>>>,
+    by_secret: Arc<Mutex<HashMap<Key, Entry>>>,
     /// Told when something that was kept is dropped.
     dropped: Arc<Notify>,
 }
@@ -66,14 +74,14 @@ impl KeptSessions {
         KeptSessions { limits, by_secret: Arc::default(), dropped }
     }
 
-    /// A session begins: its name, and what tells it to give way.
-    pub fn begin(&self) -> Result<(Name, oneshot::Receiver<GiveWay>), getrandom::Error> {
+    /// A session of a scene begins: its name, and what tells it to give way.
+    pub fn begin(&self, scene: SceneNumber) -> Result<(Name, oneshot::Receiver<GiveWay>), getrandom::Error> {
         let mut bytes = [0; 16];
         getrandom::fill(&mut bytes)?;
         let own = u128::from_le_bytes(bytes);
         let (asks, asked) = oneshot::channel();
-        self.lock().insert(own, Entry::Running { own, asks });
-        Ok((Name { own, secret: own }, asked))
+        self.lock().insert((scene, own), Entry::Running { own, asks });
+        Ok((Name { scene, own, secret: own }, asked))
     }
 
     /// What is left of the session that a client names, which is over. From now on the one that asks has its secret, as its client may be cut off again before
@@ -81,9 +89,9 @@ impl KeptSessions {
     pub async fn take_over(&self, name: &mut Name, secret: u128) -> Option<Left> {
         let earlier = {
             let mut entries = self.lock();
-            let earlier = entries.remove(&secret)?;
-            if let Some(own) = entries.remove(&name.secret) {
-                entries.insert(secret, own);
+            let earlier = entries.remove(&(name.scene, secret))?;
+            if let Some(own) = entries.remove(&name.key()) {
+                entries.insert((name.scene, secret), own);
             }
             name.secret = secret;
             earlier
@@ -101,23 +109,22 @@ impl KeptSessions {
     /// A session was cut off. Gives back what is left where a connection has just asked for it: it waits to be given that.
     pub fn keep(&self, name: &Name, left: Left) -> Option<Left> {
         let mut entries = self.lock();
-        if !name.is_of(entries.get(&name.secret)) {
+        let key = name.key();
+        if !name.is_of(entries.get(&key)) {
             return Some(left);
         }
-        let secret = name.secret;
-        entries.insert(secret, Entry::Kept { left, since: Instant::now() });
+        entries.insert(key, Entry::Kept { left, since: Instant::now() });
         while kept_bytes(&entries) > self.limits.bytes {
-            let oldest =
-                entries.iter().filter_map(|(secret, entry)| entry.kept_since().map(|since| (since, *secret))).min();
-            let Some((_, secret)) = oldest else { break };
-            entries.remove(&secret);
+            let oldest = entries.iter().filter_map(|(key, entry)| entry.kept_since().map(|since| (since, *key))).min();
+            let Some((_, key)) = oldest else { break };
+            entries.remove(&key);
             self.dropped.notify_one();
         }
         drop(entries);
         let (kept, time) = (self.clone(), self.limits.time);
         tokio::spawn(async move {
             tokio::time::sleep(time).await;
-            kept.forget_old(secret);
+            kept.forget_old(key);
         });
         None
     }
@@ -125,23 +132,23 @@ impl KeptSessions {
     /// A session is over that nobody will come back to.
     pub fn forget(&self, name: &Name) {
         let mut entries = self.lock();
-        if name.is_of(entries.get(&name.secret)) {
-            entries.remove(&name.secret);
+        if name.is_of(entries.get(&name.key())) {
+            entries.remove(&name.key());
         }
     }
 
-    /// Nobody will come back to any that is kept.
-    pub fn forget_all(&self) {
-        self.lock().retain(|_, entry| entry.kept_since().is_none());
+    /// Nobody will come back to any that is kept of a scene.
+    pub fn forget_all(&self, scene: SceneNumber) {
+        self.lock().retain(|(of, _), entry| *of != scene || entry.kept_since().is_none());
         self.dropped.notify_one();
     }
 
     /// What was kept for too long; a session that goes on by now, or was cut off again since, stays.
-    fn forget_old(&self, secret: u128) {
+    fn forget_old(&self, key: Key) {
         let is_old = |entry: &Entry| entry.kept_since().is_some_and(|since| since.elapsed() >= self.limits.time);
         let mut entries = self.lock();
-        if entries.get(&secret).is_some_and(is_old) {
-            entries.remove(&secret);
+        if entries.get(&key).is_some_and(is_old) {
+            entries.remove(&key);
             self.dropped.notify_one();
         }
     }
@@ -151,12 +158,21 @@ impl KeptSessions {
         self.lock().values().filter(|entry| entry.kept_since().is_some()).count()
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<u128, Entry>> {
+    /// Whether some are kept of a scene.
+    pub fn has_some_of(&self, scene: SceneNumber) -> bool {
+        self.lock().iter().any(|((of, _), entry)| *of == scene && entry.kept_since().is_some())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<Key, Entry>> {
         self.by_secret.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Name {
+    fn key(&self) -> Key {
+        (self.scene, self.secret)
+    }
+
     /// Whether this entry is of its session.
     fn is_of(&self, entry: Option<&Entry>) -> bool {
         matches!(entry, Some(Entry::Running { own, .. }) if *own == self.own)
@@ -172,7 +188,7 @@ impl Entry {
     }
 }
 
-fn kept_bytes(entries: &HashMap<u128, Entry>) -> u64 {
+fn kept_bytes(entries: &HashMap<Key, Entry>) -> u64 {
     let bytes = |entry: &Entry| match entry {
         Entry::Running { .. } => 0,
         Entry::Kept { left, .. } => left.bytes(),
@@ -184,6 +200,8 @@ fn kept_bytes(entries: &HashMap<u128, Entry>) -> u64 {
 mod tests {
     use super::*;
 
+    const SCENE: SceneNumber = 3;
+
     fn left() -> Left {
         Left { client: Box::default(), trail: Trail::default() }
     }
@@ -194,7 +212,7 @@ mod tests {
 
     /// A session that has begun: its name, and where it is told to give way.
     fn begun(kept: &KeptSessions) -> (Name, oneshot::Receiver<GiveWay>) {
-        kept.begin().expect("random bytes")
+        kept.begin(SCENE).expect("random bytes")
     }
 
     #[tokio::test]
@@ -209,6 +227,20 @@ mod tests {
         assert_eq!(second.secret, first.secret, "its client may be cut off before it is told another");
         assert_eq!(kept.count(), 0);
         assert!(kept.take_over(&mut third, first.secret ^ 1).await.is_none());
+    }
+
+    #[tokio::test]
+    async fn is_of_its_scene_alone() {
+        let kept = kept(Duration::from_secs(60));
+        let (first, _asked) = begun(&kept);
+        let (mut elsewhere, _asked_too) = kept.begin(SCENE + 1).expect("random bytes");
+        assert!(kept.keep(&first, left()).is_none());
+        assert!(kept.take_over(&mut elsewhere, first.secret).await.is_none());
+        assert!(kept.has_some_of(SCENE) && !kept.has_some_of(SCENE + 1));
+        kept.forget_all(SCENE + 1);
+        assert_eq!(kept.count(), 1);
+        kept.forget_all(SCENE);
+        assert_eq!(kept.count(), 0);
     }
 
     #[tokio::test]

@@ -150,7 +150,7 @@ impl<'a> Link<'a> {
     ) -> Link<'a> {
         let (outgoing, incoming) = socket.split();
         let session = ServerSession::new(config, clock.now_s());
-        let Guest { peer, doorstep, place, by_token, origin } = guest;
+        let Guest { peer, doorstep, place, by_token, origin, .. } = guest;
         tracing::info!(%peer, "connected");
         Link {
             number,

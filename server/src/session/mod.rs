@@ -1,6 +1,6 @@
 //! One client's connection: the socket, the sans-IO session, and the turns it takes at the worker.
 //!
-//! What all sessions of a scene share is [`Shared`]; each runs as one task until it ends for one of the reasons of `End`, which
+//! What all sessions of a scene share is [`Shared`], and what all scenes of a server share is [`House`]; each runs as one task until it ends for one of the reasons of `End`, which
 //! makes one log line that names the client. A session that ends takes nothing else with it.
 
 mod audit;
@@ -9,6 +9,7 @@ pub mod kept;
 pub(crate) mod link;
 mod outlet;
 mod resume;
+mod shared;
 mod virtual_clock;
 mod wall_clock;
 
@@ -18,187 +19,27 @@ use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::extract::ws::WebSocket;
-use glam::DVec3;
-use protocol::message::{Clock, Role, VERSION, Welcome};
+use protocol::message::{Clock, Role, Welcome};
 use protocol::session::{ServerConfig, ServerEvent, SessionError};
-use scene::Scene;
-use tokio::sync::{Notify, Semaphore, oneshot, watch};
+use tokio::sync::oneshot;
 
 use crate::account::Account;
 use crate::asked::Asked;
-use crate::audience::{Audiences, Following, Presenting};
+use crate::audience::{Following, Presenting};
 use crate::client::Client;
-use crate::config::Config;
-use crate::frame::Stage;
 use crate::host::Guest;
-use crate::imager::Imager;
-use crate::impostors::relief::Judged;
-use crate::inventories::Inventories;
-use crate::plan::{self, Rules};
-use crate::pool::Pool;
-use crate::stats::Stats;
+use crate::plan;
 use crate::viewer::Viewer;
-use crate::worker::{Made, NotServed, Served, Wish, Worker};
-use crate::{anticipate, rest, start};
+use crate::worker::{Made, NotServed, Served, Wish};
+use crate::{anticipate, rest};
 use end::End;
 pub(crate) use end::Over;
-use kept::{GiveWay, KeptSessions, Name};
-use link::{Counted, Link, SessionClock, ended, refuse};
+use kept::{GiveWay, Name};
+use link::{Counted, Link, ended, refuse};
+pub use shared::{House, Shared};
 
-/// How many threads look for what clients lack.
-struct Looking {
-    /// At most: each keeps its own targets on the GPU, some 60 MB with images of 512 pixels.
-    most: usize,
-    /// Cores for each of them.
-    cores: usize,
-}
-
-/// Where the processor compares: that takes several cores at a time, and so does a software renderer. On two cores a second thread made 7 % more updates for a
-/// third more processor time.
-const COMPARING_HERE: Looking = Looking { most: 4, cores: 2 };
-/// Where the GPU does, and a thread waits for it for a part of its time.
-const COMPARING_ON_GPU: Looking = Looking { most: 16, cores: 1 };
 /// A virtual session hears nothing while its client works through a step of its own time.
 const VIRTUAL_SILENCE_S: f64 = 300.0;
-
-/// What all scenes of a server share.
-#[derive(Clone)]
-pub struct House {
-    /// What it counts.
-    pub stats: Arc<Stats>,
-    /// One permit a session.
-    pub places: Arc<Semaphore>,
-    /// Told when a session has ended, and when what was kept of one is dropped.
-    pub ended: Arc<Notify>,
-}
-
-impl House {
-    /// Empty, with so many places.
-    pub fn new(clients: usize) -> House {
-        House { stats: Arc::default(), places: Arc::new(Semaphore::new(clients)), ended: Arc::default() }
-    }
-}
-
-/// What all sessions of a scene share.
-pub struct Shared {
-    /// The server's options.
-    pub config: Config,
-    /// What it shows.
-    pub scene: Arc<Scene>,
-    /// What draws it, for people.
-    pub adapter: String,
-    /// What it shares with other scenes.
-    pub house: House,
-    /// What was drawn of it.
-    pub pool: Arc<Pool>,
-    /// What makes updates.
-    pub worker: Worker,
-    /// Who follows whom.
-    pub audiences: Arc<Audiences>,
-    /// Sessions that were cut off.
-    pub kept: KeptSessions,
-    /// What is made for each session.
-    pub(crate) plans: Inventories,
-    rules: Rules,
-    camera_names: Arc<[String]>,
-    welcome: Welcome,
-    over: watch::Sender<Option<Over>>,
-    clock: SessionClock,
-}
-
-impl Shared {
-    /// Starts the worker for a scene.
-    pub fn new(config: Config, scene: Arc<Scene>, imager: Box<dyn Imager>, house: House) -> std::io::Result<Shared> {
-        let rules = Rules {
-            images: config.images,
-            image_size_px: config.image_size_px,
-            update_interval_s: 1.0 / config.update_hz,
-            near_m: start::near_m(&scene),
-            margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
-            animated: scene.is_animated(),
-            rests: config.rest && !scene.is_animated(),
-            anticipates: config.anticipation && !scene.is_animated(),
-            parallax_error_px: plan::PARALLAX_ERROR_PX,
-        };
-        let pool = Arc::<Pool>::default();
-        let adapter = imager.adapter();
-        // On the virtual clock drawing and coding take no time, and a trace begins with the first picture: the set.
-        let stage = Stage::new(scene.clone(), rules, config.discretization, imager)
-            .coded_by(config.coding)
-            .placed(config.placement)
-            .coarse_first(config.clock == Clock::Wall)
-            .shed_load(config.clock == Clock::Wall);
-        let judged = if config.clock == Clock::Wall { Judged::Aside } else { Judged::AtOnce };
-        let stage = if config.relief { stage.with_reliefs(judged) } else { stage };
-        let stage = if config.bodies { stage.with_bodies() } else { stage };
-        // Nor does it matter there what was drawn before.
-        let mut stage = if config.clock == Clock::Wall { stage.sharing(pool.clone()) } else { stage };
-        // On the virtual clock every run is the same, whatever the machine.
-        let threads = if stage.compares_on_hardware() { COMPARING_ON_GPU } else { COMPARING_HERE };
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let looking = if config.clock == Clock::Wall { (cores / threads.cores).clamp(1, threads.most) } else { 1 };
-        let twins = std::iter::from_fn(|| stage.twin()).take(looking - 1).collect::<Vec<_>>();
-        let worker = Worker::start(std::iter::once(stage).chain(twins).collect(), house.stats.clone())?;
-        let welcome = welcome(&scene, &config, &rules);
-        let camera_names = scene.named_cameras.iter().map(|named| named.name.clone()).collect();
-        let kept = KeptSessions::new(config.limits.resume, house.ended.clone());
-        Ok(Shared {
-            config,
-            scene,
-            adapter,
-            house,
-            pool,
-            worker,
-            audiences: Arc::default(),
-            kept,
-            plans: Inventories::default(),
-            rules,
-            camera_names,
-            welcome,
-            over: watch::Sender::default(),
-            clock: SessionClock::at(0.0),
-        })
-    }
-
-    /// Tells all sessions that they are over, now and of those to come. Nobody comes back to what was kept of others.
-    pub(crate) fn end(&self, over: Over) {
-        self.over.send_replace(Some(over));
-        self.kept.forget_all();
-    }
-
-    /// Said to every client, but for the time.
-    pub fn welcome(&self) -> &Welcome {
-        &self.welcome
-    }
-
-    /// Tells when all sessions are over.
-    pub(crate) fn over(&self) -> watch::Receiver<Option<Over>> {
-        self.over.subscribe()
-    }
-
-    /// Seconds since the server started: scene time and session time under the wall clock.
-    pub fn now_s(&self) -> f64 {
-        self.clock.now_s()
-    }
-}
-
-fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
-    let bounds = if scene.bounds.is_empty() { [DVec3::ZERO; 2] } else { [scene.bounds.min, scene.bounds.max] };
-    Welcome {
-        version: VERSION,
-        scene_name: scene.name.clone(),
-        bounds_min_world: bounds[0].to_array(),
-        bounds_max_world: bounds[1].to_array(),
-        start_world_from_eye: start::start_pose(scene),
-        walk: scene.walk,
-        near_m: rules.near_m,
-        look: config.look,
-        update_interval_s: rules.update_interval_s,
-        scene_time_s: 0.0,
-        secret: 0,
-        resumed: false,
-    }
-}
 
 /// One session while it runs.
 struct Connection<'a> {
@@ -225,10 +66,11 @@ type Turn<'a> = Pin<Box<dyn Future<Output = Result<Served, NotServed>> + Send + 
 
 /// Runs a session until it ends. A fault of its own ends it, and nothing else.
 pub(crate) async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
+    let _present = shared.enter();
     let counted = Counted::new(&shared.house.stats, &shared.house.ended);
     // On the virtual clock every run is the same, and nobody is cut off.
     let begun = match shared.config.clock {
-        Clock::Wall => shared.kept.begin(),
+        Clock::Wall => shared.house.kept.begin(shared.number),
         Clock::Virtual => Ok((Name::default(), oneshot::channel().1)),
     };
     let (name, give_way) = match begun {
@@ -243,14 +85,14 @@ pub(crate) async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
         silence_s: if clock == Clock::Wall { limits.silence.as_secs_f64() } else { VIRTUAL_SILENCE_S },
         stall_s: limits.stall.as_secs_f64(),
         cameras: shared.camera_names.clone(),
-        ..ServerConfig::new(clock, Welcome { scene_time_s, secret: name.secret, ..shared.welcome.clone() })
+        ..ServerConfig::new(clock, Welcome { scene_time_s, secret: name.secret, ..shared.welcome().clone() })
     };
     let view = protocol::message::ViewSize { width_px: 1, height_px: 1, fov_y_rad: 1.0 };
     let (terms, stats, number) = ((shared.clock, limits.stall), &shared.house.stats, counted.number);
     let mut connection = Connection {
         shared,
-        link: Link::new(socket, (number, guest), config, terms, shared.over.subscribe(), stats),
-        viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome.start_world_from_eye, scene_time_s))),
+        link: Link::new(socket, (number, guest), config, terms, shared.over(), stats),
+        viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome().start_world_from_eye, scene_time_s))),
         client: Some(Box::default()),
         start_anew: false,
         presenting: None,
@@ -263,7 +105,7 @@ pub(crate) async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
     shared.plans.end(number);
     let end = ended(async { Err(connection.leave(end).await) }, stats).await;
     if matches!(end, End::Fault) {
-        shared.kept.forget(&connection.name);
+        shared.house.kept.forget(&connection.name);
     }
     connection.link.farewell(end).await;
 }

@@ -10,7 +10,7 @@ use crate::worker::Served;
 impl Connection<'_> {
     /// Goes on with the session that a client was cut off from, or begins anew where nothing is left of it.
     pub(super) async fn resume(&mut self, held: Resume) {
-        let left = self.shared.kept.take_over(&mut self.name, held.secret).await;
+        let left = self.shared.house.kept.take_over(&mut self.name, held.secret).await;
         let (now_s, secret) = (self.shared.now_s(), self.name.secret);
         // What a presenter was sent his followers hold too: he begins anew, as soon as the session that was cut off has let his name go.
         let Some(Left { client, trail }) = left.filter(|_| *self.link.session.role() == Role::Viewer) else {
@@ -47,7 +47,7 @@ impl Connection<'_> {
                 End::Closed
             }
             (end, Some(left)) => {
-                if let Some(left) = shared.kept.keep(&self.name, left)
+                if let Some(left) = shared.house.kept.keep(&self.name, left)
                     && let Ok(Ok(gives)) = tokio::time::timeout(GIVES_WAY_WITHIN, &mut self.give_way).await
                 {
                     drop(gives.send(left));
@@ -55,7 +55,7 @@ impl Connection<'_> {
                 end
             }
             (end, None) => {
-                shared.kept.forget(&self.name);
+                shared.house.kept.forget(&self.name);
                 end
             }
         }

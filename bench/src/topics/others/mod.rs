@@ -7,6 +7,7 @@
 mod hostile;
 
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -167,7 +168,7 @@ fn shown(
         duration,
         tells_progress: false,
         ramp: Duration::from_secs(1),
-        traces: Vec::new(),
+        traces: run.trace_file().map(Path::to_owned).into_iter().collect(),
         script: Script::all(Behaviour::Walk),
         clock: Clock::Wall,
         audience: false,

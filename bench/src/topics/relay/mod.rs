@@ -6,6 +6,7 @@
 mod broker;
 mod wall;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -76,7 +77,7 @@ impl Topic for Relay {
             for &count in followers {
                 let method = method(at, count);
                 progress.say(&method);
-                let row = followed(run.quick, (at, count));
+                let row = followed(run, (at, count));
                 report.rows.push(row.unwrap_or_else(|error| Row::failed(SCENE, &method, &error)));
                 progress.step();
             }
@@ -150,7 +151,7 @@ impl Relays {
 }
 
 /// Serves one presenter and those who follow him for a time.
-fn followed(quick: bool, (at, followers): (At, usize)) -> anyhow::Result<Row> {
+fn followed(run: &Run, (at, followers): (At, usize)) -> anyhow::Result<Row> {
     // Both ends of each connection are here.
     load::allow_files(2 * followers + 64)?;
     let (broker, named) = RunningBroker::start()?;
@@ -165,10 +166,10 @@ fn followed(quick: bool, (at, followers): (At, usize)) -> anyhow::Result<Row> {
     let options = Load {
         server: format!("ws://{}", running.addr),
         clients: followers + 1,
-        duration: if quick { QUICK_RUN } else { RUN },
+        duration: if run.quick { QUICK_RUN } else { RUN },
         tells_progress: false,
         ramp: Duration::ZERO,
-        traces: Vec::new(),
+        traces: run.trace_file().map(Path::to_owned).into_iter().collect(),
         script: Script::all(Behaviour::Walk),
         clock: Clock::Wall,
         audience: true,
@@ -267,11 +268,13 @@ mod tests {
         if RunningBroker::start().is_err() {
             return println!("skipped: there is no nats-server on the PATH");
         }
-        let row = followed(true, (At::Relays, 4)).expect("a run");
+        let mut run = Run::new(Vec::new(), std::env::temp_dir());
+        run.quick = true;
+        let row = followed(&run, (At::Relays, 4)).expect("a run");
         let figure = |path: &str| row.figure(path).unwrap_or(f64::NAN);
         assert!(figure("counts.received_per_follower") > 2.0 && figure("bytes.published") > 100.0, "{row:?}");
         assert_eq!((figure("counts.gaps"), figure("counts.strays")), (0.0, 0.0), "{row:?}");
-        let idle = followed(true, (At::Relays, 0)).expect("a run");
+        let idle = followed(&run, (At::Relays, 0)).expect("a run");
         assert_eq!(idle.figure("bytes.published"), Some(0.0), "nobody follows");
     }
 }

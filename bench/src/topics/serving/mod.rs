@@ -5,6 +5,7 @@
 mod host;
 mod plain;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -157,7 +158,7 @@ fn served(
         duration,
         tells_progress: false,
         ramp: Duration::ZERO,
-        traces: run.trace.iter().filter(|path| path.as_os_str() != "auto").cloned().collect(),
+        traces: run.trace_file().map(Path::to_owned).into_iter().collect(),
         script: Script::all(Behaviour::Walk),
         clock: Clock::Wall,
         audience: is_audience,

@@ -74,7 +74,7 @@ impl Topic for Soak {
         let (duration, every) = (Duration::from_secs_f64(minutes * 60.0), if run.quick { QUICK_EVERY } else { EVERY });
         describe(report, duration, every);
         let scene = run.scenes.first().context("no scene")?;
-        let traces = run.trace.iter().filter(|path| path.as_os_str() != "auto").cloned().collect();
+        let traces = run.trace_file().map(Path::to_owned).into_iter().collect();
         let found = soaked(scene, traces, (duration, every), &run.out.join("server.log"))?;
         let path = run.out.join("samples.csv");
         std::fs::write(&path, table(&found.samples).csv()).with_context(|| path.display().to_string())?;

@@ -1,60 +1,47 @@
-//! What a server shows: nothing while its first scene is loaded, then that, later perhaps another one in its place, and nothing new once it is to stop.
+//! The scene that who names none gets: nothing while it is loaded, then that, later perhaps another one in its place.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use tokio::sync::watch;
 
+use super::not_open::loading;
 use crate::session::{Over, Shared};
 
 /// See the module.
 #[derive(Default)]
-pub(crate) struct Serving {
+pub(super) struct Slot {
     /// What sessions of the scene share; `None` before there is one.
     shown: watch::Sender<Option<Arc<Shared>>>,
     /// How far loading the first one is.
     said: Mutex<String>,
-    drains: AtomicBool,
 }
 
-impl Serving {
+impl Slot {
     /// Says how far loading is.
-    pub(crate) fn says(&self, said: String) {
+    pub fn says(&self, said: String) {
         *self.said.lock().unwrap_or_else(PoisonError::into_inner) = said;
     }
 
     /// New sessions are of this scene. Those of the one before are told to come again.
-    pub(crate) fn show(&self, shared: Arc<Shared>) {
+    pub fn show(&self, shared: Arc<Shared>) {
         if let Some(before) = self.shown.send_replace(Some(shared)) {
             before.end(Over::Replaced);
         }
     }
 
-    /// Lets nobody in any more, and tells all sessions that they are over.
-    pub(crate) fn drain(&self) {
-        self.drains.store(true, Ordering::SeqCst);
-        self.shown.borrow().iter().for_each(|shared| shared.end(Over::Stops));
+    /// Tells all sessions that they are over.
+    pub fn end(&self, over: Over) {
+        self.shown.borrow().iter().for_each(|shared| shared.end(over));
     }
 
     /// The scene, or what to tell who comes too early.
-    pub(crate) fn shared(&self) -> Result<Arc<Shared>, String> {
-        self.shown.borrow().clone().ok_or_else(|| {
-            let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
-            if said.is_empty() {
-                "the scene is being loaded".to_owned()
-            } else {
-                format!("the scene is being loaded: {said}")
-            }
-        })
-    }
-
-    /// The scene for a new session, or what to tell who comes too early, or too late.
-    pub(crate) fn open(&self) -> Result<Arc<Shared>, String> {
-        if self.drains.load(Ordering::SeqCst) { Err(DRAINING.to_owned()) } else { self.shared() }
+    pub fn shared(&self) -> Result<Arc<Shared>, String> {
+        let said = || loading(&self.said.lock().unwrap_or_else(PoisonError::into_inner));
+        self.shown.borrow().clone().ok_or_else(said)
     }
 
     /// Waits until the scene that is shown can be drawn no more, and says why.
-    pub(crate) async fn failed(&self) -> String {
+    pub async fn failed(&self) -> String {
         let mut shown = self.shown.subscribe();
         loop {
             let Some(mut failure) = shown.borrow_and_update().as_ref().map(|shared| shared.worker.failure()) else {
@@ -71,6 +58,3 @@ impl Serving {
         }
     }
 }
-
-/// What is said once nobody is let in any more.
-pub(crate) const DRAINING: &str = "draining: the server stops";

@@ -1,0 +1,138 @@
+//! What a server shows: nothing while its first scene is loaded, then that, later perhaps another one in its place, and nothing new once it is to stop. Beside
+//! it, where there is a folder of scenes, each of those to who asks for it by its name.
+//!
+//! - `slot`: the first scene; `shelf`: those of a folder; `folder`: which there are; `not_open`: what is said of one that is not open; [`options`]: the command line; `tend`: the task that loads them and puts them away.
+
+mod folder;
+mod not_open;
+pub mod options;
+mod shelf;
+mod slot;
+mod tend;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+
+pub use folder::{Folder, FolderError};
+pub(crate) use not_open::NotOpen;
+use shelf::Shelf;
+use slot::Slot;
+pub use tend::Load;
+
+use crate::limits::SceneLimits;
+use crate::session::{House, Over, Shared};
+
+/// See the module.
+#[derive(Default)]
+pub(crate) struct Serving {
+    first: Slot,
+    /// What the first scene is called in the folder, where it is of it.
+    first_name: OnceLock<String>,
+    shelf: OnceLock<Arc<Shelf>>,
+    drains: AtomicBool,
+}
+
+impl Serving {
+    /// Says how far loading the first scene is.
+    pub fn says(&self, said: String) {
+        self.first.says(said);
+    }
+
+    /// New sessions that name no scene get this one. Those of the one before are told to come again.
+    pub fn show(&self, shared: Arc<Shared>) {
+        self.first.show(shared);
+    }
+
+    /// Offers the scenes of a folder too, and loads them as they are asked for. `first`: what the first scene is called there. Ends where that was done before.
+    pub async fn offer(
+        self: Arc<Self>,
+        folder: Folder,
+        first: Option<String>,
+        load: Load,
+        terms: (SceneLimits, House),
+    ) {
+        let (limits, house) = terms;
+        first.into_iter().for_each(|name| drop(self.first_name.set(name)));
+        let shelf = Arc::new(Shelf::new(folder, limits, house));
+        if self.shelf.set(shelf.clone()).is_ok() {
+            tend::tend(&shelf, &load, || self.shared().map_or(0, |first| first.scene.bytes())).await;
+        }
+    }
+
+    /// All scenes of the folder that are open are loaded anew.
+    pub fn reload_others(&self) {
+        self.shelf.get().into_iter().for_each(|shelf| shelf.reload());
+    }
+
+    /// Lets nobody in any more, and tells all sessions that they are over.
+    pub fn drain(&self) {
+        self.drains.store(true, Ordering::SeqCst);
+        self.first.end(Over::Stops);
+        self.shelf.get().into_iter().for_each(|shelf| shelf.end(Over::Stops));
+    }
+
+    /// The first scene, or what to tell who comes too early.
+    pub fn shared(&self) -> Result<Arc<Shared>, String> {
+        self.first.shared()
+    }
+
+    /// The scene for a new session, or what to tell who comes too early, or too late. May read the folder where a scene is named.
+    pub fn open(&self, name: Option<&str>) -> Result<Arc<Shared>, NotOpen> {
+        if self.drains.load(Ordering::SeqCst) {
+            return Err(NotOpen::for_now(DRAINING.to_owned()));
+        }
+        let Some(name) = name.filter(|name| !self.is_first(name)) else {
+            return self.shared().map_err(NotOpen::for_now);
+        };
+        match self.shelf.get() {
+            Some(shelf) => shelf.open(name),
+            None => Err(NotOpen::for_ever(format!("there is one scene here, and it is not called {name:?}"))),
+        }
+    }
+
+    fn is_first(&self, name: &str) -> bool {
+        match self.first_name.get() {
+            Some(first) => first == name,
+            None => self.shared().is_ok_and(|shared| shared.scene.name == name),
+        }
+    }
+
+    /// Whether there is a folder of scenes.
+    pub fn has_others(&self) -> bool {
+        self.shelf.get().is_some()
+    }
+
+    /// Every scene that is open, the first one first, by the name that it is asked for by.
+    pub fn open_ones(&self) -> Vec<(String, Arc<Shared>)> {
+        let first = self.shared().ok().map(|shared| (self.name_of_first(&shared), shared));
+        let others = self.shelf.get().into_iter().flat_map(|shelf| shelf.open_ones());
+        first.into_iter().chain(others).collect()
+    }
+
+    fn name_of_first(&self, shared: &Shared) -> String {
+        self.first_name.get().unwrap_or(&shared.scene.name).clone()
+    }
+
+    /// All scenes, as JSON: the first one first, then those of the folder. Reads it.
+    pub fn list(&self) -> serde_json::Value {
+        let open = self.open_ones();
+        let first = self.shared().ok().map(|shared| self.name_of_first(&shared));
+        let of_folder = self.shelf.get().map(|shelf| shelf.names()).unwrap_or_default();
+        let others = of_folder.into_iter().filter(|name| Some(name) != first.as_ref());
+        let listed = |name: &String| {
+            let shared = open.iter().find(|(of, _)| of == name).map(|(_, shared)| shared);
+            let (sessions, bytes) =
+                shared.map_or((0, None), |shared| (shared.session_count(), Some(shared.scene.bytes())));
+            serde_json::json!({ "name": name, "open": shared.is_some(), "sessions": sessions, "bytes": bytes })
+        };
+        first.iter().cloned().chain(others).map(|name| listed(&name)).collect()
+    }
+
+    /// Waits until the first scene can be drawn no more, and says why.
+    pub async fn failed(&self) -> String {
+        self.first.failed().await
+    }
+}
+
+/// What is said once nobody is let in any more.
+pub(crate) const DRAINING: &str = "draining: the server stops";
