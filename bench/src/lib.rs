@@ -25,6 +25,7 @@ pub mod motion;
 pub mod options;
 pub mod poses;
 pub mod prediction;
+mod programs;
 pub mod raytrace;
 pub mod render;
 pub mod report;

@@ -11,7 +11,7 @@ use protocol::inventory::Part;
 use protocol::message::{Clock, Draws, Hello, Resume, Role, Shadows, VERSION, ViewSize, Welcome};
 use protocol::{
     Body, ClientMessage, DepthImage, DepthScale, Edit, Instance, Inventory, Lighting, Look, Mask, Material, ObjectPose,
-    Patch, PatchId, Purpose, ServerMessage,
+    ObjectShift, Patch, PatchId, Purpose, ServerMessage, Steps,
 };
 
 /// Numbers that code forgets.
@@ -205,6 +205,21 @@ impl<'a> Source<'a> {
         self.many(count, next)
     }
 
+    /// Ids ascend, but for some.
+    fn shifts(&mut self) -> Vec<ObjectShift> {
+        let mut object = 0;
+        let count = self.below(5);
+        let next = |source: &mut Source| {
+            object += u16::from(source.below(4));
+            let exponent = i16::from(source.byte()) - 128;
+            let mut number = || source.word() as i32 >> source.below(32);
+            let (matrix, translation) = ([0; 9].map(|_: i32| number()), [0; 3].map(|_: i32| number()));
+            let steps = (Steps { exponent, counts: matrix }, Steps { exponent, counts: translation });
+            ObjectShift { object, matrix: steps.0, translation: steps.1 }
+        };
+        self.many(count, next)
+    }
+
     fn many<T>(&mut self, count: u8, make: impl FnMut(&mut Source<'a>) -> T) -> Vec<T> {
         let mut make = make;
         (0..count).map(|_| make(self)).collect()
@@ -266,6 +281,7 @@ impl<'a> Source<'a> {
                 let addresses = self.addresses();
                 Edit::Trim(id, addresses.into_iter().map(|(x, y)| (x, y, self.below(6))).collect())
             }
+            8 if self.flag() => Edit::Shift(self.shifts()),
             8 => Edit::Move(self.object_poses()),
             9 | 10 => Edit::Body(id, Arc::new(self.body())),
             11 => {

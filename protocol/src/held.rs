@@ -5,6 +5,7 @@
 
 mod apply;
 mod digest;
+pub(crate) mod shift;
 mod whole;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,7 @@ use crate::body::Body;
 use crate::image::DepthImage;
 use crate::look::{Lighting, Material};
 use crate::sky::Sky;
+pub use shift::{ObjectShift, Steps};
 
 /// Names a patch until everything is forgotten. Ids ascend from one added patch to the next, so none is used twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -148,6 +150,8 @@ pub enum Edit {
     Trim(PatchId, Vec<(u16, u16, u8)>),
     /// Moves rigid objects to where they are now; ids ascend.
     Move(Vec<ObjectPose>),
+    /// The same of objects whose poses are known, by how far they went; ids ascend.
+    Shift(Vec<ObjectShift>),
     /// Gives a held patch of [`Purpose::Body`] its triangles, once.
     Body(PatchId, Arc<Body>),
     /// Shows objects by a held relief or body from now on, beside others: of several the nearest surface shows. Ids ascend.
@@ -317,6 +321,9 @@ pub enum HeldError {
     /// An object is to be withdrawn that no relief shows.
     #[error("object {0} is shown by no relief and no body")]
     NoInstance(u16),
+    /// Of an object that goes on from a pose that nobody told.
+    #[error("object {0} has no pose to go on from")]
+    UnknownPose(u16),
     /// A number that is infinite, not a number, or out of its range.
     #[error("{0} is not finite or out of range")]
     NotFinite(&'static str),

@@ -31,8 +31,8 @@ pub mod wire;
 
 pub use body::Body;
 pub use held::{
-    Edit, Held, HeldError, HeldInstance, Instance, NextSteps, ObjectPose, ObjectSteps, Patch, PatchId, Purpose, Step,
-    Update,
+    Edit, Held, HeldError, HeldInstance, Instance, NextSteps, ObjectPose, ObjectShift, ObjectSteps, Patch, PatchId,
+    Purpose, Step, Steps, Update,
 };
 pub use image::{DepthImage, DepthScale, Mask};
 pub use inventory::Inventory;

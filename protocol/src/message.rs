@@ -12,7 +12,7 @@ use crate::inventory::Inventory;
 use crate::look::Look;
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 25;
+pub const VERSION: u16 = 26;
 
 /// The websocket protocol that is spoken. A page that gives a token offers it beside [`TOKEN_SUBPROTOCOL`], as it can set no header.
 pub const SUBPROTOCOL: &str = "vantage";

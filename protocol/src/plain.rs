@@ -28,6 +28,7 @@ const WITHDRAW: u8 = 9;
 const SKY: u8 = 10;
 const JOIN: u8 = 11;
 const BODY: u8 = 12;
+const SHIFT: u8 = 13;
 
 /// Appends an update whose masks have the size of their cameras, as those that were decoded do.
 pub fn write_update(update: &Update, out: &mut Vec<u8>) {
@@ -38,7 +39,7 @@ pub fn write_update(update: &Update, out: &mut Vec<u8>) {
     writer.u64(update.digest);
     writer.u32(count(update.edits.len()));
     update.edits.iter().for_each(|edit| write_edit(edit, &mut writer));
-    codec::write_next(&update.next, &mut writer);
+    writer.block(&codec::next_bytes(&update.next));
     *out = writer.bytes;
 }
 
@@ -52,7 +53,7 @@ pub fn read_update(bytes: &[u8]) -> Result<Update, WireError> {
         return Err(EndsEarly.into());
     }
     let edits = (0..edit_count).map(|_| read_edit(&mut reader)).collect::<Result<_, _>>()?;
-    let next = codec::read_next(&mut reader)?;
+    let next = codec::next_steps(reader.block()?)?;
     if reader.remaining() > 0 {
         return Err(CodecError::Damaged("bytes after the last step").into());
     }
@@ -90,6 +91,10 @@ fn write_edit(edit: &Edit, out: &mut Writer) {
         Edit::Move(poses) => {
             out.u8(MOVE);
             codec::write_objects(poses, out);
+        }
+        Edit::Shift(shifts) => {
+            out.u8(SHIFT);
+            out.block(&codec::shift_bytes(shifts));
         }
         Edit::Place(relief, instances) => {
             out.u8(PLACE);
@@ -140,6 +145,7 @@ fn read_edit(reader: &mut Reader) -> Result<Edit, WireError> {
             Edit::Trim(id, addresses.into_iter().zip(extents).map(|([x, y], extent)| (x, y, extent)).collect())
         }
         MOVE => Edit::Move(codec::read_objects(reader)?),
+        SHIFT => Edit::Shift(codec::shifts(reader.block()?)?),
         PLACE => {
             let (relief, instances) = codec::read_instances(reader)?;
             Edit::Place(relief, instances)

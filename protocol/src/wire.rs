@@ -343,6 +343,7 @@ const WITHDRAW: u8 = 9;
 const SKY: u8 = 10;
 const JOIN: u8 = 11;
 const BODY: u8 = 12;
+const SHIFT: u8 = 13;
 
 /// The bytes of an update, before they are split; colours must be settled by `coding`. Pure: it may run on any thread.
 pub fn encode_update(update: &Update, coding: Coding) -> EncodedUpdate {
@@ -374,7 +375,7 @@ pub fn encode_update_with(update: &Update, samples: &CodedSamples) -> EncodedUpd
         }
         ends.push(out.bytes.len());
     }
-    codec::write_next(&update.next, &mut out);
+    write_section(&codec::next_bytes(&update.next), &mut packer, &mut out);
     EncodedUpdate { bytes: out.bytes, number: update.number, digest: update.digest, clears, ends }
 }
 
@@ -397,7 +398,7 @@ pub fn decode_update(bytes: &[u8], limits: &Limits) -> Result<Update, WireError>
     for _ in 0..count {
         edits.push(read_edit(&mut reader, &mut unpacker, &mut left)?);
     }
-    let next = codec::read_next(&mut reader)?;
+    let next = codec::next_steps(&read_section(&mut reader, &mut unpacker)?)?;
     if reader.remaining() > 0 {
         return Err(CodecError::Damaged("bytes after the last step").into());
     }
@@ -432,6 +433,10 @@ fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {
             out.u8(MOVE);
             codec::write_objects(poses, out);
         }
+        Edit::Shift(shifts) => {
+            out.u8(SHIFT);
+            write_section(&codec::shift_bytes(shifts), packer, out);
+        }
         Edit::Place(relief, instances) => {
             out.u8(PLACE);
             codec::write_instances(*relief, instances, out);
@@ -456,6 +461,22 @@ fn write_edit(edit: &Edit, packer: &mut Packer, out: &mut Writer) {
             out.u8(JOIN);
             out.u64(*bits);
         }
+    }
+}
+
+/// Appends bytes of poses, and how many they are, packed where that is less.
+fn write_section(bytes: &[u8], packer: &mut Packer, out: &mut Writer) {
+    out.varint(u32::try_from(bytes.len()).expect("poses stay under 4 GiB"));
+    if !bytes.is_empty() {
+        packer.pack(bytes, out);
+    }
+}
+
+fn read_section(reader: &mut Reader, unpacker: &mut Unpacker) -> Result<Vec<u8>, WireError> {
+    match reader.varint()? as usize {
+        0 => Ok(Vec::new()),
+        length if length > codec::MOST_POSE_BYTES => Err(CodecError::TooMuch("bytes of poses").into()),
+        length => Ok(unpacker.unpack(reader, length)?),
     }
 }
 
@@ -491,6 +512,7 @@ fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) ->
             Edit::Trim(id, addresses.iter().zip(extents).map(|(&(x, y), extent)| (x, y, extent)).collect())
         }
         MOVE => Edit::Move(codec::read_objects(reader)?),
+        SHIFT => Edit::Shift(codec::shifts(&read_section(reader, unpacker)?)?),
         PLACE => {
             let (relief, instances) = codec::read_instances(reader)?;
             Edit::Place(relief, instances)

@@ -13,7 +13,7 @@ use vantage_protocol::codec::Coding;
 use vantage_protocol::wire::{decode_update, encode_update};
 use vantage_protocol::{
     DepthImage, DepthScale, Edit, Held, HeldError, Instance, Limits, Mask, Material, NextSteps, ObjectPose,
-    ObjectSteps, Patch, PatchId, Purpose, Step, Update,
+    ObjectShift, ObjectSteps, Patch, PatchId, Purpose, Step, Update,
 };
 
 fn image() -> DepthImage {
@@ -30,6 +30,12 @@ fn addresses(image: &DepthImage) -> Vec<(u16, u16)> {
 
 fn moved(object: u16, x_m: f64) -> ObjectPose {
     ObjectPose { object, world_from_object: DAffine3::from_translation(DVec3::new(x_m, 0.0, 0.0)) }
+}
+
+/// From where [`moved`] puts an object to where it would put it next.
+fn shifted(object: u16, from_m: f64, to_m: f64) -> ObjectShift {
+    let [from, to] = [from_m, to_m].map(|x_m| moved(object, x_m).world_from_object);
+    ObjectShift::between(object, &from, &to).expect("whole steps")
 }
 
 fn relief(id: u32) -> Edit {
@@ -91,6 +97,11 @@ fn both_ends_agree_after_every_kind_of_edit() {
         vec![Edit::Delete(PatchId(1), held.iter().copied().step_by(2).collect())],
         vec![Edit::Trim(PatchId(1), held.iter().skip(1).step_by(2).map(|&(x, y)| (x, y, 3)).collect())],
         vec![Edit::Move(vec![moved(2, 1.0), moved(7, 2.0)]), Edit::Remove(PatchId(2)), add(5)],
+        vec![
+            Edit::Shift(vec![shifted(2, 1.0, -0.5)]),
+            Edit::Move(vec![moved(8, 0.25)]),
+            Edit::Shift(vec![shifted(8, 0.25, 4.0)]),
+        ],
         vec![relief(6), Edit::Place(PatchId(6), vec![instance(3), instance(9)])],
         vec![relief(7), Edit::Place(PatchId(7), vec![instance(9)]), Edit::Withdraw(vec![9]), Edit::Remove(PatchId(7))],
         vec![Edit::Remove(PatchId(6))],
@@ -123,6 +134,21 @@ fn both_ends_agree_after_every_kind_of_edit() {
     }
     assert_eq!(client.patches.keys().copied().collect::<Vec<_>>(), [PatchId(8)]);
     assert!(client.materials.is_empty() && client.poses_now.is_empty() && client.instances.is_empty(), "cleared");
+}
+
+#[test]
+fn an_object_goes_on_from_where_the_edits_before_put_it() {
+    let mut held = Held::default();
+    let x_m = |held: &Held| held.poses_now[&2].translation.x;
+    held.commit(vec![Edit::Move(vec![moved(2, 1.0)])], 0.0, 0).unwrap();
+    held.commit(vec![Edit::Shift(vec![shifted(2, 1.0, 4.0)]), Edit::Shift(vec![shifted(2, 4.0, 4.5)])], 1.0, 0)
+        .unwrap();
+    assert_eq!(x_m(&held), 4.5);
+    held.commit(vec![Edit::Move(vec![moved(2, 8.0)]), Edit::Shift(vec![shifted(2, 8.0, 7.0)])], 2.0, 0).unwrap();
+    assert_eq!(x_m(&held), 7.0);
+    let forgotten = held.commit(vec![Edit::Clear, Edit::Shift(vec![shifted(2, 1.0, 4.0)])], 3.0, 0);
+    assert_eq!(forgotten.err(), Some(HeldError::UnknownPose(2)));
+    assert_eq!(x_m(&held), 7.0);
 }
 
 #[test]
@@ -191,6 +217,8 @@ fn a_refused_update_changes_nothing() {
         (vec![Edit::Trim(id, vec![(first.0, first.1, 5)])], HeldError::TrimTooFar { patch: id, extent: 5 }),
         (vec![Edit::Move(vec![moved(2, 0.0), moved(2, 0.0)])], HeldError::ObjectsNotAscending),
         (vec![Edit::Move(vec![nan])], HeldError::NotFinite("object pose")),
+        (vec![Edit::Shift(vec![shifted(9, 1.0, 2.0)])], HeldError::UnknownPose(9)),
+        (vec![Edit::Shift(vec![shifted(1, 9.0, 2.0); 2])], HeldError::ObjectsNotAscending),
         (vec![Edit::Add(Box::new(patch(5, short)))], HeldError::PlanesDiffer(PatchId(5))),
         (vec![Edit::Add(Box::new(patch(5, broken_camera)))], HeldError::NotFinite("camera")),
         (vec![Edit::Add(Box::new(patch(5, pushed)))], HeldError::CameraUnfit(PatchId(5))),

@@ -19,7 +19,7 @@ use vantage_protocol::wire::{
 };
 use vantage_protocol::{
     Area, AreaShape, ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, NextSteps,
-    ObjectPose, ObjectSteps, PatchId, Step, Update,
+    ObjectPose, ObjectShift, ObjectSteps, PatchId, Step, Steps, Update,
 };
 
 const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
@@ -88,6 +88,11 @@ fn update_of(size_px: (u32, u32)) -> Update {
         ..Lighting::default()
     };
     let pose = ObjectPose { object: 7, world_from_object: glam::DAffine3::from_translation(DVec3::new(1e7, 0.0, 0.5)) };
+    let shift = |object| ObjectShift {
+        object,
+        matrix: Steps { exponent: -24, counts: [1, 0, -1, 0, i32::MIN, 0, 0, 0, i32::MAX] },
+        translation: Steps { exponent: -900, counts: [0, 0, 5] },
+    };
     let edits = vec![
         Edit::Clear,
         Edit::Materials(vec![Material::default(); 256]),
@@ -97,6 +102,7 @@ fn update_of(size_px: (u32, u32)) -> Update {
         Edit::Delete(PatchId(1), vec![(0, 0), (65535, 0), (0, 65535), (3, 65535)]),
         Edit::Trim(PatchId(2), vec![(4, 4, 1), (5, 4, 4)]),
         Edit::Move(vec![]),
+        Edit::Shift(vec![shift(65535), shift(7)]),
         Edit::Place(PatchId(9), vec![Instance { pose, tint: [1, 2, 255] }]),
         Edit::Withdraw(vec![7, 65535]),
         Edit::Join(0x0123_4567_89ab_cdef),

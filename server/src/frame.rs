@@ -33,6 +33,7 @@ use crate::discretize::placement::Placement;
 use crate::imager::{Imager, ImagerError, Occasion};
 use crate::impostors::Needs;
 use crate::impostors::relief::{Judged, Reliefs};
+use crate::lattice::Lattice;
 use crate::look_times::{Part, timed};
 use crate::made::Came;
 pub use crate::made::{LightWork, Made};
@@ -82,6 +83,8 @@ pub struct Stage {
     material_codes: Arc<[Option<u8>]>,
     /// How many of their shapes were judged, to be read while another thread judges one.
     judged_shapes: Arc<AtomicUsize>,
+    /// Where what is rigid and moves is put.
+    lattice: Lattice,
     /// The one snapshot of a scene that never changes.
     still: Option<Arc<Snapshot>>,
     /// Of all stages of a server, where they share what they do.
@@ -106,6 +109,7 @@ impl Stage {
         let deforms = scene.instances.iter().any(|instance| instance.deforms);
         let densest = if deforms { density::DENSEST_DEFORMING } else { density::DENSEST };
         let (account_rules, coding) = (AccountRules::default(), CodingRule::default());
+        let lattice = Lattice::new(&scene, rules.near_m);
         Stage {
             first_triangles: if deforms { triangle_bases(&scene).into() } else { Arc::default() },
             needs: if imager.sky().is_some() { Needs::under_sky(&scene) } else { Needs::new(&scene) },
@@ -125,6 +129,7 @@ impl Stage {
             is_lit: materials.iter().any(|material| !material.unlit),
             materials,
             densest,
+            lattice,
             still,
             pool: None,
         }
@@ -174,6 +179,7 @@ impl Stage {
             bodies: self.bodies.clone(),
             material_codes: self.material_codes.clone(),
             judged_shapes: self.judged_shapes.clone(),
+            lattice: self.lattice.clone(),
             still: self.still.clone(),
             pool: self.pool.clone(),
         }
@@ -414,10 +420,13 @@ impl Stage {
         } else if in_portions {
             self.look_in_portions(plan, snapshot, now, client, viewer)?
         } else {
-            if self.may_lack(plan, snapshot, &client.account) {
-                self.look_at_all(plan, snapshot, now, anew, client)?;
-            } else {
+            let mut is_whole = true;
+            if !self.may_lack(plan, snapshot, &client.account) {
                 pixels = 0;
+            } else if is_passing && !anew && !plan.allowance.is_all() {
+                is_whole = self.look_in_passing(plan, snapshot, now, client)?;
+            } else {
+                self.look_at_all(plan, snapshot, now, anew, client)?;
             }
             // What is shown beside comes while nothing waits for it, one after the other.
             let most = match () {
@@ -426,7 +435,7 @@ impl Stage {
                 () => 0,
             };
             let lights = self.send_beside(plan, snapshot, now, client, viewer, most)?;
-            Came { lights, has_ended: most == portions::ALL }
+            Came { lights, has_ended: is_whole && most == portions::ALL }
         };
         let budget_samples = (self.budget_bytes(client) / BYTES_PER_SAMPLE) as usize;
         client.account.settle_facts(budget_samples).map_err(|error| ImagerError::from(RenderError::from(error)))?;
@@ -536,7 +545,11 @@ impl Stage {
     }
 
     fn snapshot(&self, time_s: f64) -> Arc<Snapshot> {
-        self.still.clone().unwrap_or_else(|| Arc::new(self.scene.at(time_s)))
+        self.still.clone().unwrap_or_else(|| {
+            let mut snapshot = self.scene.at(time_s);
+            self.lattice.settle(&mut snapshot.world_from_mesh);
+            Arc::new(snapshot)
+        })
     }
 
     /// The scene's time at the end of the time for which what is made now is shown: it is on its way for half a round trip, and then shown for

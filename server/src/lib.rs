@@ -47,6 +47,7 @@ mod http;
 pub mod imager;
 pub mod impostors;
 mod inventories;
+mod lattice;
 pub mod lights;
 pub mod limits;
 pub mod log;

@@ -48,9 +48,11 @@ impl Host for Serving {
 
     fn run(self: Arc<Self>, socket: WebSocket, guest: Guest) -> Session {
         Box::pin(async move {
-            let (serving, scene) = (self, guest.scene.clone());
-            // It may read a folder.
-            let opened = tokio::task::spawn_blocking(move || serving.open(scene.as_deref())).await;
+            let opened = match guest.scene.clone() {
+                None => Ok(self.open(None)),
+                // It may read a folder.
+                Some(scene) => tokio::task::spawn_blocking(move || self.open(Some(&scene))).await,
+            };
             match opened {
                 Ok(Ok(shared)) => session::run(&shared, socket, guest).await,
                 Ok(Err(NotOpen { why, again })) => refuse(socket, &why, again).await,

@@ -134,12 +134,18 @@ async fn frames_that_keep_the_rules_are_taken() {
         part.bytes(CONTINUATION, b""),
         SOUND.bytes(PONG, b"unasked"),
         SOUND.bytes(CONTINUATION, second),
-        SOUND.bytes(CLOSE, &1000_u16.to_be_bytes()),
     ] {
         stream.write_all(&bytes).await.expect("taken");
     }
-    let heard = frames(&read_all(&mut stream).await);
-    assert!(heard.contains(&(PONG, b"between".to_vec())), "{heard:?}");
+    // Only then: who is told goodbye may leave a ping unanswered (RFC 6455, 5.5.3).
+    let mut bytes = Vec::new();
+    while !frames(&bytes).contains(&(PONG, b"between".to_vec())) {
+        let read = tokio::time::timeout(Duration::from_secs(20), stream.read_buf(&mut bytes)).await;
+        assert!(read.expect("in time").expect("read") > 0, "{:?}", frames(&bytes));
+    }
+    stream.write_all(&SOUND.bytes(CLOSE, &1000_u16.to_be_bytes())).await.expect("taken");
+    bytes.extend(read_all(&mut stream).await);
+    let heard = frames(&bytes);
     assert!(heard.iter().any(|(opcode, _)| *opcode == CLOSE), "{heard:?}");
     is_as_it_was(&running).await;
     assert_eq!(running.stats.cut_off.load(Ordering::Relaxed), 0);

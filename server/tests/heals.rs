@@ -166,9 +166,10 @@ impl Pair {
             let mut decoded = decode_update(&bytes, &Limits::default()).ok();
             let adds = |update: &Update| update.edits.iter().any(|edit| matches!(edit, Edit::Add(_)));
             if self.fault == Some(Fault::Damage) && decoded.as_ref().is_some_and(adds) {
-                // More than one: a coder's last byte may say nothing, nor a pose's last bit. In the middle, where samples are.
-                let middle = bytes.len() / 2;
-                bytes[middle..middle + 16].iter_mut().for_each(|byte| *byte ^= 0x55);
+                // More than one: a coder's last byte may say nothing. Towards the end, where samples are: before them are the numbers of cameras, and behind
+                // them the next steps of what moves, of which nobody is told whether they came whole.
+                let place = bytes.len() - 56;
+                bytes[place..place + 16].iter_mut().for_each(|byte| *byte ^= 0x55);
                 decoded = decode_update(&bytes, &Limits::default()).ok();
                 self.fault = None;
             }

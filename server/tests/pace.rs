@@ -85,3 +85,22 @@ fn who_moves_on_a_slow_path_gets_smaller_images_and_whole_ones_when_standing() {
     let reasons: Vec<_> = (0..20).filter_map(|_| session.tick()).map(|made| (made.reason, made.pixels)).collect();
     assert!(reasons.contains(&(Reason::Settling, whole_px)), "{reasons:?}");
 }
+
+#[test]
+fn what_comes_into_view_on_a_slow_path_comes_view_by_view() {
+    let jumps = |bytes_per_s: f64| {
+        let mut session = Session::built_in("pillars");
+        session.stage = session.stage.coarse_first(true);
+        session.settle();
+        // Images are as large as ever, as updates cost hardly anything so far.
+        (0..40).for_each(|_| session.client.pace.made(1, 3 * 64 * 64));
+        (session.viewer.bytes_per_s, session.viewer.queue_s) = (Some(bytes_per_s), 0.1);
+        let made = [1.0, 0.01].map(|x_m| step_m(&mut session, x_m));
+        made.map(|made| made.counts.added)
+    };
+    let [whole, _] = jumps(1e9);
+    // Of three views the first one, which brings more than the 4 KiB that are carried in half a second.
+    let [first, second] = jumps(10e3);
+    assert!(first * 4 < whole * 3 && first > 0, "{first} of {whole}");
+    assert!(second > 0, "what was left out comes next");
+}

@@ -110,6 +110,7 @@ impl HeldSurfaces {
                 Edit::Clear => self.clear(),
                 // Instances are drawn by rays or as bodies.
                 Edit::Move(_)
+                | Edit::Shift(_)
                 | Edit::Body(..)
                 | Edit::Place(..)
                 | Edit::Withdraw(_)

@@ -7,8 +7,8 @@
 //
 // Prints a line a test, then "N passed, N failed, N skipped", and exits with 1 where one failed.
 import assert from 'node:assert/strict';
-import { mkdir } from 'node:fs/promises';
-import { networkInterfaces } from 'node:os';
+import { mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
+import { networkInterfaces, tmpdir } from 'node:os';
 import { basename, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
@@ -308,6 +308,31 @@ function tests(renderer) {
       assert.ok(urls.some((url) => url.startsWith('ws://')), 'the socket was seen');
       await page.close();
       await server.stop();
+    }],
+    ['is shown the scene that its address names', async () => {
+      const folder = await mkdtemp(join(tmpdir(), 'vantage-scenes-'));
+      await writeFile(join(folder, 'a square.obj'), 'v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n');
+      await writeFile(join(folder, 'broken.glb'), 'glTF and no more');
+      const more = ['--image-size', '64', '--images', '1', '--scenes', folder, '--token', 'open'];
+      const server = await startServer({ bin, web, port: await freePort(), scene: SCENE, log: at.log, more });
+      const address = (name) => `${server.origin}/?renderer=${renderer}${name && `&scene=${encodeURIComponent(name)}`}`;
+      const page = await smallPage(at, `${address('a square')}#token=open`);
+      await until(page, 'a picture', (now) => now.picture);
+      await sleep(600);
+      assert.equal(await panel(page, 'scene'), 'a square');
+      await page.screenshot({ caret: 'initial', path: join(shots, `${renderer}-6-scene.png`) });
+      // The tab's token is the server's, whichever scene is asked for.
+      for (const [name, words] of [['broken', /broken cannot be shown/], ['other', /there is no scene "other" here; there are: a square, broken/]]) {
+        await page.goto(address(name), { waitUntil: 'load', timeout: PATIENCE_MS });
+        await until(page, 'a word', (now) => words.test(now.status));
+      }
+      await page.goto(address(''), { waitUntil: 'load', timeout: PATIENCE_MS });
+      await until(page, 'a picture', (now) => now.picture);
+      await sleep(600);
+      assert.equal(await panel(page, 'scene'), SCENE);
+      await page.close();
+      await server.stop();
+      await rm(folder, { recursive: true });
     }],
     ['says why a page from another machine has no WebGPU', async () => {
       // This machine by its name in the network, as colleagues open it; without one there is nothing to see.

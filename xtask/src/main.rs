@@ -8,6 +8,7 @@ mod circles;
 mod fuzz;
 mod package;
 mod packaging;
+mod pages;
 mod run;
 mod scripts;
 mod setup;
@@ -130,8 +131,15 @@ fn report(arguments: &[OsString]) -> anyhow::Result<()> {
     {
         println!("the report goes on without video: {error:#}");
     }
+    if arguments.first().is_some_and(|topic| topic == "relay" || topic == "all")
+        && let Err(error) = setup::install(&[Need::Nats])
+    {
+        println!("the report goes on without a broker: {error:#}");
+    }
     // It runs the server as a process of its own, which stands beside it.
-    if arguments.first().is_some_and(|topic| topic == "soak" || topic == "all") {
+    let takes_server =
+        |topic: &OsString| topic == "soak" || topic == "all" || arguments.iter().any(|part| part == "--kernel");
+    if arguments.first().is_some_and(takes_server) {
         step("Building vantage-server (release)");
         cargo().args(["build", "--release", "--package", "vantage-server", "--bin", "vantage-server"]).check()?;
     }

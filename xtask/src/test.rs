@@ -7,7 +7,7 @@ use anyhow::bail;
 
 use crate::run::{Tool, cargo, step, target_dir};
 use crate::setup::{self, Need};
-use crate::{architecture, packaging, web};
+use crate::{architecture, packaging, pages, web};
 
 /// How many checks passed, failed and were skipped.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,7 @@ type Step = (&'static str, fn() -> anyhow::Result<Tally>);
 const STEPS: &[Step] = &[
     ("format", format),
     ("architecture", architecture),
+    ("pages", pages),
     ("lints, native", lint_native),
     ("lints, wasm32", lint_wasm),
     ("documentation", document),
@@ -80,6 +81,11 @@ fn format() -> anyhow::Result<Tally> {
 
 fn architecture() -> anyhow::Result<Tally> {
     architecture::check()?;
+    Ok(Tally::PASSED)
+}
+
+fn pages() -> anyhow::Result<Tally> {
+    pages::check()?;
     Ok(Tally::PASSED)
 }
 

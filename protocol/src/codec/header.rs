@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use camera::{Camera, GraphCamera, Pinhole, Rigid, Spoc};
-use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec3};
+use glam::{DQuat, DVec2, DVec3};
 
 use super::CodecError;
 use super::pack::{Packer, Unpacker};
+use super::poses::{read_objects, write_objects};
 use crate::bytes::{EndsEarly, Reader, Writer};
-use crate::held::{Instance, NextSteps, ObjectPose, ObjectSteps, Patch, PatchId, Purpose, Step};
+use crate::held::{Instance, ObjectPose, Patch, PatchId, Purpose};
 use crate::image::DepthScale;
 use crate::limits::Limits;
 use crate::wire::graph;
@@ -150,68 +151,6 @@ fn floats<const N: usize>(bytes: &mut Reader) -> Result<[f64; N], EndsEarly> {
         *value = bytes.f64()?;
     }
     Ok(values)
-}
-
-/// Bytes of one object's pose: id and the columns of the affine map.
-const OBJECT_BYTES: usize = 2 + 12 * 8;
-
-/// Appends a count and the poses.
-pub(crate) fn write_objects(objects: &[ObjectPose], out: &mut Writer) {
-    out.u32(u32::try_from(objects.len()).expect("at most one pose an object id"));
-    for ObjectPose { object, world_from_object } in objects {
-        out.u16(*object);
-        for value in world_from_object.to_cols_array() {
-            out.f64(value);
-        }
-    }
-}
-
-/// Reads what [`write_objects`] wrote.
-pub(crate) fn read_objects(bytes: &mut Reader) -> Result<Vec<ObjectPose>, CodecError> {
-    let count = bytes.u32()? as usize;
-    if count > bytes.remaining() / OBJECT_BYTES {
-        return Err(EndsEarly.into());
-    }
-    let pose = |bytes: &mut Reader| {
-        let object = bytes.u16()?;
-        let columns: [f64; 9] = floats(bytes)?;
-        let translation = DVec3::from_array(floats(bytes)?);
-        let world_from_object = DAffine3 { matrix3: DMat3::from_cols_array(&columns), translation };
-        Ok(ObjectPose { object, world_from_object })
-    };
-    (0..count).map(|_| pose(bytes)).collect()
-}
-
-/// Bytes of an object's steps: id, and ways and turns.
-const STEPS_BYTES: usize = 2 + 3 * 6 * 4;
-
-/// Appends a count and the steps, and how long one takes where there are any.
-pub(crate) fn write_next(next: &NextSteps, out: &mut Writer) {
-    out.varint(u32::try_from(next.objects.len()).expect("at most one entry an object id"));
-    if !next.objects.is_empty() {
-        out.f32(next.step_s);
-    }
-    for ObjectSteps { object, steps } in &next.objects {
-        out.u16(*object);
-        let numbers =
-            steps.iter().flat_map(|step| [step.way_world, step.turn_world]).flat_map(|vector| vector.to_array());
-        numbers.for_each(|number| out.f32(number));
-    }
-}
-
-/// Reads what [`write_next`] wrote.
-pub(crate) fn read_next(bytes: &mut Reader) -> Result<NextSteps, EndsEarly> {
-    let count = bytes.varint()? as usize;
-    if count > bytes.remaining() / STEPS_BYTES {
-        return Err(EndsEarly);
-    }
-    let step_s = if count > 0 { bytes.f32()? } else { 0.0 };
-    let vector = |bytes: &mut Reader| Ok(Vec3::new(bytes.f32()?, bytes.f32()?, bytes.f32()?));
-    let step = |bytes: &mut Reader| Ok(Step { way_world: vector(bytes)?, turn_world: vector(bytes)? });
-    let object = |bytes: &mut Reader| {
-        Ok(ObjectSteps { object: bytes.u16()?, steps: [step(bytes)?, step(bytes)?, step(bytes)?] })
-    };
-    Ok(NextSteps { step_s, objects: (0..count).map(|_| object(bytes)).collect::<Result<_, _>>()? })
 }
 
 /// Appends what objects a relief shows: its id, their poses, and a tint each.

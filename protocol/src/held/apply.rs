@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use camera::Camera;
+use glam::DAffine3;
 
 use super::digest::{Digest, EMPTY};
 use super::{
-    Draft, Edit, Held, HeldError, HeldInstance, HeldPatch, Instance, NextSteps, ObjectPose, Patch, PatchId, Purpose,
-    Update,
+    Draft, Edit, Held, HeldError, HeldInstance, HeldPatch, Instance, NextSteps, ObjectPose, ObjectShift, Patch,
+    PatchId, Purpose, Update,
 };
 use crate::body::Body;
 use crate::image::{DepthImage, Mask, Ranks, retain};
@@ -24,7 +25,7 @@ struct Staged<'a> {
     cleared: bool,
     /// Patches that differ from `base`; `None` where one was removed.
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
-    poses: Vec<ObjectPose>,
+    poses: BTreeMap<u16, DAffine3>,
     /// Bodies that are new.
     bodies: BTreeMap<PatchId, Arc<Body>>,
     /// Instances that differ from `base`; `None` where one was withdrawn.
@@ -135,7 +136,7 @@ impl Held {
         self.bodies.extend(changes.bodies);
         let patches = &self.patches;
         self.bodies.retain(|id, _| patches.contains_key(id));
-        self.poses_now.extend(changes.poses.iter().map(|pose| (pose.object, pose.world_from_object)));
+        self.poses_now.extend(changes.poses);
         for (key, instance) in changes.instances {
             match instance {
                 Some(instance) => self.instances.insert(key, instance),
@@ -185,7 +186,7 @@ fn sealed(digest: u64, number: u64) -> u64 {
 struct Changes {
     cleared: bool,
     patches: BTreeMap<PatchId, Option<HeldPatch>>,
-    poses: Vec<ObjectPose>,
+    poses: BTreeMap<u16, DAffine3>,
     bodies: BTreeMap<PatchId, Arc<Body>>,
     instances: BTreeMap<(u16, PatchId), Option<HeldInstance>>,
     materials: Option<Vec<crate::look::Material>>,
@@ -204,7 +205,7 @@ impl<'a> Staged<'a> {
             limits,
             cleared: false,
             patches: BTreeMap::new(),
-            poses: Vec::new(),
+            poses: BTreeMap::new(),
             bodies: BTreeMap::new(),
             instances: BTreeMap::new(),
             materials: None,
@@ -247,8 +248,15 @@ impl<'a> Staged<'a> {
                 self.held_mut(*id)?.trim(trims)?;
             }
             Edit::Move(poses) => {
-                check_poses(poses)?;
-                self.poses.extend_from_slice(poses);
+                self.place_objects(poses)?;
+            }
+            Edit::Shift(shifts) => {
+                let pose = |shift: &ObjectShift| {
+                    let from = self.pose(shift.object).ok_or(HeldError::UnknownPose(shift.object))?;
+                    Ok(ObjectPose { object: shift.object, world_from_object: shift.from(&from) })
+                };
+                let poses: Vec<ObjectPose> = shifts.iter().map(pose).collect::<Result<_, _>>()?;
+                self.place_objects(&poses)?;
             }
             Edit::Body(id, body) => self.body(*id, body)?,
             Edit::Place(relief, instances) => self.place(*relief, instances)?,
@@ -283,6 +291,18 @@ impl<'a> Staged<'a> {
             Edit::Join(_) => {}
         }
         self.digest.edit(edit);
+        Ok(())
+    }
+
+    /// Where an object is after the edits so far.
+    fn pose(&self, object: u16) -> Option<DAffine3> {
+        let before = || self.base.poses_now.get(&object).filter(|_| !self.cleared);
+        self.poses.get(&object).or_else(before).copied()
+    }
+
+    fn place_objects(&mut self, poses: &[ObjectPose]) -> Result<(), HeldError> {
+        check_poses(poses)?;
+        self.poses.extend(poses.iter().map(|pose| (pose.object, pose.world_from_object)));
         Ok(())
     }
 

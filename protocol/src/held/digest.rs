@@ -2,12 +2,12 @@
 //!
 //! Both ends fold every edit into 64 bits and compare the result, so a client whose copy went wrong is found at its next
 //! ack. It guards against faults, not against forgery. Only integers enter - numbers, ids, addresses, sizes, codes - never
-//! floats, which two machines may print, parse or round differently.
+//! floats, which two machines may print, parse or round differently; but for poses that objects go on from, of which each bit is told.
 //!
 //! Mixing: `state = (state ^ value) * K`, then the high half is folded onto the low one; `K` is odd (the golden ratio in 64
 //! bits, Knuth, TAOCP 3, 6.4), so every step is a bijection of the state and a single different value can never cancel out.
 
-use super::{Edit, Instance, ObjectPose, Patch, Purpose};
+use super::{Edit, Instance, ObjectPose, ObjectShift, Patch, Purpose};
 use crate::body::Body;
 
 /// The digest of an empty copy.
@@ -77,9 +77,22 @@ impl Digest {
                     self.number(u64::from(x) | u64::from(y) << 16 | u64::from(extent) << 32);
                 }
             }
+            // An object goes on from there for as long as it is held: each bit counts.
             Edit::Move(poses) => {
                 self.number(5);
                 self.objects(poses);
+                let numbers = poses.iter().flat_map(|pose| pose.world_from_object.to_cols_array());
+                numbers.for_each(|number| self.number(number.to_bits()));
+            }
+            Edit::Shift(shifts) => {
+                self.number(12);
+                self.number(shifts.len() as u64);
+                for ObjectShift { object, matrix, translation } in shifts {
+                    let exponents = [matrix.exponent, translation.exponent].map(|exponent| u64::from(exponent as u16));
+                    self.number(u64::from(*object) | exponents[0] << 16 | exponents[1] << 32);
+                    let counts = matrix.counts.iter().chain(&translation.counts);
+                    counts.for_each(|&count| self.number(u64::from(count as u32)));
+                }
             }
             Edit::Place(relief, instances) => {
                 self.number(8 | u64::from(relief.0) << 8);

@@ -8,6 +8,9 @@
 //!
 //! On a path that is always full every update waits for those before it, and the smallest delay of the last seconds is that of the queue. So now and then nothing is sent until
 //! all is acknowledged, as BBR does (its ProbeRTT): the next update waits for nothing, and tells what the path itself takes.
+//!
+//! Many paths let some bytes through at once and only then keep to their rate (token buckets, of shapers and of radios). Small updates then tell of a bandwidth that there is not,
+//! and a large one would take seconds. So where an update took long lately, bandwidth is what came in half a second at least.
 
 use std::collections::VecDeque;
 
@@ -26,6 +29,9 @@ const REMEMBER_ROUND_TRIPS: f64 = 10.0;
 const REMEMBER_RATES_S: std::ops::RangeInclusive<f64> = 2.0..=10.0;
 /// The path is let run empty when it was not for so many seconds: at a round trip of 0.3 s it stands idle for a twenty-fifth of the time. Less than delays are remembered for.
 const DRAIN_AFTER_S: f64 = 8.0;
+/// An update that took longer says that the path is slow, for so many seconds. Its bandwidth is then taken over such a time at least: about what an update may take.
+const SPELL_S: f64 = 0.5;
+const SLOW_FOR_S: f64 = 60.0;
 /// Share of a new delay in the smoothed one (RFC 6298).
 const SMOOTHING: f64 = 0.125;
 /// The same of an update's size.
@@ -76,6 +82,10 @@ pub(super) struct Flow {
     /// With the sizes of their updates.
     delays_s: VecDeque<(f64, (f64, usize))>,
     rates: VecDeque<(f64, f64)>,
+    /// Bytes that were acknowledged by then, for [`SPELL_S`] and the update before that.
+    acks: VecDeque<(f64, u64)>,
+    /// When the path was slow last.
+    slow_at_s: Option<f64>,
     /// Of an update, smoothed.
     size_bytes: Option<f64>,
     /// When an update was sent last that waited for none before it.
@@ -128,14 +138,31 @@ impl Flow {
         let delays_s = self.delays_s.iter().map(|&(_, (delay_s, _))| delay_s);
         let least_s = delays_s.reduce(f64::min).unwrap_or(delay_s);
         self.drains = now_s - self.alone_at_s > DRAIN_AFTER_S;
-        // Never divides by 0: what is read at once is acknowledged at one time. Chosen: no update goes there, is decoded and is answered in less than 0.1 ms. With a tenth of
-        // it 64 KiB might count as 50 Gbit/s for as long as rates are remembered; with ten times it paths that answer within a millisecond count as too slow.
-        let rate = (self.acked_bytes - update.acked_bytes) as f64 / (now_s - update.acked_at_s).max(1e-4);
+        if delay_s > SPELL_S {
+            self.slow_at_s = Some(now_s);
+        }
+        let rate = self.rate(&update, now_s);
+        remember(&mut self.acks, now_s, self.acked_bytes, 2.0 * SPELL_S);
         if !update.source_limited || self.bytes_per_s().is_none_or(|known| rate > known) {
             let remember_s = (REMEMBER_ROUND_TRIPS * least_s).clamp(*REMEMBER_RATES_S.start(), *REMEMBER_RATES_S.end());
             remember(&mut self.rates, now_s, rate, remember_s);
         }
         Acked::Update { delay_s }
+    }
+
+    /// What the path carried a second while an update was on its way that was acknowledged now.
+    fn rate(&self, update: &InFlight, now_s: f64) -> f64 {
+        let (mut since_s, mut before_bytes) = (update.acked_at_s, update.acked_bytes);
+        // Never divides by 0: what is read at once is acknowledged at one time. Chosen: no update goes there, is decoded and is answered in less than 0.1 ms. With a tenth of
+        // it 64 KiB might count as 50 Gbit/s for as long as rates are remembered; with ten times it paths that answer within a millisecond count as too slow.
+        let mut least_s = 1e-4;
+        let is_slow = self.slow_at_s.is_some_and(|at_s| now_s - at_s < SLOW_FOR_S);
+        if is_slow && now_s - since_s < SPELL_S {
+            least_s = SPELL_S;
+            let long_ago = self.acks.iter().rev().find(|(at_s, _)| now_s - at_s >= SPELL_S);
+            long_ago.into_iter().for_each(|&(at_s, bytes)| (since_s, before_bytes) = (at_s, bytes));
+        }
+        (self.acked_bytes - before_bytes) as f64 / (now_s - since_s).max(least_s)
     }
 
     /// Nothing was sent yet, and the client holds the updates up to this one.
@@ -146,6 +173,7 @@ impl Flow {
     /// Gives up what is in flight: the client begins anew.
     pub fn forget(&mut self) {
         self.in_flight.clear();
+        self.acks.clear();
         self.acked_bytes = self.sent_bytes;
     }
 
@@ -217,6 +245,8 @@ mod tests {
         flow: Flow,
         bytes_per_s: f64,
         rtt_s: f64,
+        /// What it lets through at once after it stood idle.
+        burst_bytes: f64,
         /// When the path is free, and what is acknowledged when.
         free_at_s: f64,
         acks: VecDeque<(f64, u64)>,
@@ -243,20 +273,35 @@ mod tests {
                     }
                 }
                 if self.flow.has_credit() && self.flow.frees_in_s(self.now_s) <= AHEAD_S {
-                    self.number += 1;
-                    let bytes = bytes_of(self.number);
-                    self.flow.sent(self.number, 0, bytes, self.now_s);
-                    self.free_at_s = self.free_at_s.max(self.now_s) + bytes as f64 / self.bytes_per_s;
-                    self.acks.push_back((self.free_at_s + self.rtt_s, self.number));
+                    self.send(bytes_of(self.number + 1));
                 }
             }
             (delays_s, acked_bytes as f64 / for_s)
+        }
+
+        fn send(&mut self, bytes: usize) {
+            self.number += 1;
+            self.flow.sent(self.number, 0, bytes, self.now_s);
+            // A bucket that is full is as if the path had been free for a while.
+            let free_at_s = self.free_at_s.max(self.now_s - self.burst_bytes / self.bytes_per_s);
+            self.free_at_s = free_at_s + bytes as f64 / self.bytes_per_s;
+            self.acks.push_back((self.free_at_s.max(self.now_s) + self.rtt_s, self.number));
+        }
+
+        /// Sends an update at a time, each when the one before is acknowledged and some time has passed.
+        fn send_every(&mut self, interval_s: f64, updates: usize, bytes: usize) {
+            for _ in 0..updates {
+                self.send(bytes);
+                let (at_s, number) = self.acks.pop_front().expect("sent");
+                self.flow.acked(number, 0, self.flow.sent_bytes, at_s);
+                self.now_s = at_s.max(self.now_s + interval_s);
+            }
         }
     }
 
     fn path(bytes_per_s: f64, rtt_s: f64) -> Path {
         let (flow, acks) = (Flow::default(), VecDeque::new());
-        Path { flow, bytes_per_s, rtt_s, free_at_s: 0.0, acks, number: 0, now_s: 0.0 }
+        Path { flow, bytes_per_s, rtt_s, burst_bytes: 0.0, free_at_s: 0.0, acks, number: 0, now_s: 0.0 }
     }
 
     /// What at least so many of a hundred are below.
@@ -312,6 +357,28 @@ mod tests {
         let (delays_s, _) = path.run(20.0, 6_000);
         let (least_s, p99_s) = (0.3 + 6.0 / 26.0, percentile(delays_s, 0.99));
         assert!(p99_s <= 2.0 * least_s + LEAST_WINDOW_BYTES / 26e3, "{p99_s}");
+    }
+
+    #[test]
+    fn what_a_bucket_lets_through_at_once_is_no_bandwidth() {
+        let mut bucket = path(31e3, 0.001);
+        bucket.burst_bytes = 16e3;
+        bucket.send_every(0.1, 1, 48_000);
+        bucket.send_every(0.1, 20, 16_000);
+        bucket.send_every(0.25, 80, 6_000);
+        let known = bucket.flow.bytes_per_s().expect("updates came");
+        assert!(known < 2.5 * 31e3, "{known}");
+        // Where nothing ever took long, small updates tell what there is.
+        let mut fast = path(12e6, 0.02);
+        fast.send_every(0.1, 20, 200_000);
+        assert!(fast.flow.bytes_per_s().is_some_and(|known| known > 4e6));
+        // And a path that was slow is found out when it is not.
+        bucket.bytes_per_s = 3e6;
+        for _ in 0..12 {
+            let bytes = bucket.flow.bytes_per_s().expect("updates came");
+            bucket.send_every(0.1, 1, bytes as usize);
+        }
+        assert!(bucket.flow.bytes_per_s().is_some_and(|known| known > 1e6), "{:?}", bucket.flow.bytes_per_s());
     }
 
     #[test]

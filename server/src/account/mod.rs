@@ -39,7 +39,7 @@ use glam::DVec3;
 use gpu::Gpu;
 use protocol::codec::ColourSteps;
 use protocol::held::{Draft, Edit, Held, HeldError, ObjectPose, Patch, PatchId, Purpose, Update};
-use protocol::{DepthImage, Lighting, Mask, Material, Sky};
+use protocol::{DepthImage, Lighting, Mask, Material, ObjectShift, Sky};
 use surface::{AddressView, HeldSurfaces};
 
 use crate::discretize::{Capture, DepthPrecision};
@@ -173,9 +173,20 @@ impl Account {
         let differs = |pose: &&ObjectPose| self.held.poses_now.get(&pose.object) != Some(&pose.world_from_object);
         let by_clip = self.moved_by_clips();
         let moved = now.moving.iter().filter(differs).filter(|pose| !by_clip.contains(&pose.object));
-        let moved: Vec<ObjectPose> = moved.copied().collect();
-        if !moved.is_empty() {
-            self.held.edit(Edit::Move(moved), &mut self.draft)?;
+        let way = |pose: &ObjectPose| {
+            let from = self.held.poses_now.get(&pose.object)?;
+            ObjectShift::between(pose.object, from, &pose.world_from_object)
+        };
+        let (mut poses, mut shifts) = (Vec::new(), Vec::new());
+        moved.for_each(|pose| way(pose).map_or_else(|| poses.push(*pose), |shift| shifts.push(shift)));
+        let has_moved = !poses.is_empty() || !shifts.is_empty();
+        if !poses.is_empty() {
+            self.held.edit(Edit::Move(poses), &mut self.draft)?;
+        }
+        if !shifts.is_empty() {
+            self.held.edit(Edit::Shift(shifts), &mut self.draft)?;
+        }
+        if has_moved {
             self.drawn.set_poses(&self.held.poses_now);
         }
         self.delete_moved(Purpose::Eye, now)?;

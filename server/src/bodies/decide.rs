@@ -12,8 +12,6 @@ use crate::discretize::Capture;
 use crate::portions::BYTES_PER_SAMPLE;
 use crate::whereabouts::bounds_of;
 
-/// A body is not sent that takes so many times what an update may bring: two seconds.
-const MOST_ALLOWANCES: f64 = 4.0;
 /// Of the disc of a ball around an object, about what the object fills.
 const FILLED: f64 = 0.2;
 /// How often what is seen of an object that is rigid is sampled: what it hides of itself comes into view, or is looked at more closely.
@@ -43,15 +41,14 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// Whether a look that sent so many bytes of bodies sends another one of so many: one that alone takes a little longer too, as it cannot be cut.
+    /// Whether a look that sent so many bytes of bodies sends another one of so many.
     pub(super) fn takes(&self, bytes: f64, sent_bytes: f64) -> bool {
-        let most_bytes = if sent_bytes == 0.0 { MOST_ALLOWANCES } else { 1.0 } * self.allowance.bytes();
-        self.allowance.is_all() || self.begins && sent_bytes + bytes <= most_bytes
+        self.allowance.is_all() || self.begins && sent_bytes + bytes <= self.allowance.bytes()
     }
 
-    /// Whether a body of so many bytes is too much for the path at any time: its object is sampled.
+    /// Whether a body of so many bytes is more than an update may bring, so that its object is sampled: it goes in one piece, and holds up all that follows.
     pub(super) fn is_too_slow_for(&self, bytes: f64) -> bool {
-        bytes > MOST_ALLOWANCES * self.allowance.bytes()
+        bytes > self.allowance.bytes()
     }
 
     /// What a look takes for as many pixels of the output, in bytes.

@@ -39,7 +39,7 @@ impl Sent {
     pub const NOTHING: Sent = Sent { bytes: 0.0, are_all: true };
 }
 
-/// Sends a client bodies of objects that it is better sent so, as many as an update may bring, but one at least. `probe` draws what is seen, in a small image, where that must be known.
+/// Sends a client bodies of objects that it is better sent so, as many as an update may bring. `probe` draws what is seen, in a small image, where that must be known.
 pub fn serve(
     bodies: &Bodies,
     (scene, snapshot): (&Scene, &Snapshot),

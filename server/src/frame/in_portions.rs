@@ -1,4 +1,4 @@
-//! A look at what a viewer who stands lacks, by a path that carries little: see [`crate::portions`].
+//! Looks at what a viewer lacks, by a path that carries little: of who stands see [`crate::portions`]; of who moves view by view.
 
 use std::sync::Arc;
 
@@ -9,9 +9,11 @@ use super::views::revision;
 use super::{Client, Plan, Stage, StageError};
 use crate::account::Surroundings;
 use crate::made::Came;
-use crate::portions::{Portion, rows_of};
+use crate::portions::{BYTES_PER_SAMPLE, Portion, rows_of};
 use crate::viewer::Viewer;
 
+/// What an update of a viewer who moves brings at most, of what one may bring: what the path carries in a fifth of a second. He is elsewhere soon.
+const PASSING_SHARE: f64 = 0.4;
 /// Portions in a turn at most, while none of them finds anything: other sessions may be waiting by then.
 const MOST_PORTIONS: usize = 4;
 
@@ -47,6 +49,26 @@ impl Stage {
             }
         }
         Ok(came)
+    }
+
+    /// Looks for a viewer who moves, view by view, the one first from where he is expected, until what is found is as much as his path carries soon. The next
+    /// look finds the rest. Whether it came to the last view.
+    pub(super) fn look_in_passing(
+        &mut self,
+        plan: &Plan,
+        snapshot: &Arc<Snapshot>,
+        now: &Surroundings<'_>,
+        client: &mut Client,
+    ) -> Result<bool, StageError> {
+        let most = (PASSING_SHARE * plan.allowance.bytes() / BYTES_PER_SAMPLE) as usize;
+        let before = client.account.counts().added;
+        for (view, camera) in plan.views.iter().enumerate() {
+            if client.account.counts().added - before >= most {
+                return Ok(false);
+            }
+            self.look_at_rows(plan, (view, 0, camera.height_px), snapshot, now, client)?;
+        }
+        Ok(true)
     }
 
     /// Brings rows of a view of the plan up to date; how many samples that changed.

@@ -29,13 +29,16 @@ impl Stage {
             return NextSteps::default();
         }
         let step_s = self.rules.update_interval_s * INTERVALS;
-        let places = [-1.0, 1.0, 2.0, 3.0, 4.0].map(|steps| self.scene.places(update.scene_time_s + steps * step_s));
+        // On the lattice, so that what stands goes nowhere.
+        let places = [-1.0, 1.0, 2.0, 3.0, 4.0]
+            .map(|steps| self.lattice.settled(self.scene.places(update.scene_time_s + steps * step_s)));
         let moved: BTreeSet<u16> = update.edits.iter().flat_map(moved_by).collect();
         let is_told = |pose: &&ObjectPose| !by_clip.contains(&pose.object);
         let of = |pose: &ObjectPose| {
             let [before, first, second, third, after] =
                 places.each_ref().map(|places| places[usize::from(pose.object)]);
             let steps = steps(&[before, pose.world_from_object, first, second, third, after])?;
+            let steps = self.lattice.settled_steps(pose.object, steps);
             let goes = steps != [Step::default(); 3] || moved.contains(&pose.object);
             goes.then_some(ObjectSteps { object: pose.object, steps })
         };
@@ -43,9 +46,12 @@ impl Stage {
     }
 }
 
-fn moved_by(edit: &Edit) -> impl Iterator<Item = u16> {
-    let poses: &[ObjectPose] = if let Edit::Move(poses) = edit { poses } else { &[] };
-    poses.iter().map(|pose| pose.object)
+fn moved_by(edit: &Edit) -> Vec<u16> {
+    match edit {
+        Edit::Move(poses) => poses.iter().map(|pose| pose.object).collect(),
+        Edit::Shift(shifts) => shifts.iter().map(|shift| shift.object).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// The inner ones of the five steps between six poses; `None` where they stretch the object, too.

@@ -71,6 +71,11 @@ impl Folder {
         named(found)
     }
 
+    /// A message that may name its files, with their paths in the folder.
+    pub fn without_its_path(&self, message: &str) -> String {
+        message.replace(&format!("{}{}", self.path.display(), std::path::MAIN_SEPARATOR), "")
+    }
+
     /// With its path in the folder; `None` where it is no scene, or its name is no text.
     fn scene(&self, path: PathBuf) -> Option<(String, PathBuf)> {
         if !scene::load::is_scene_file(&path) || !path.is_file() {
@@ -122,6 +127,8 @@ mod tests {
         let names: Vec<_> = files.keys().map(String::as_str).collect();
         assert_eq!(names, ["a/b/c/deep", "bunny.obj", "bunny.ply", "engine/engine.v2", "room"]);
         assert_eq!(files["room"], path.join("room.GLB"));
+        let folder = Folder::open(&path).expect("scenes");
+        assert_eq!(folder.without_its_path(&format!("{}: bad", files["room"].display())), "room.GLB: bad");
         std::fs::remove_dir_all(path).expect("removed");
     }
 }

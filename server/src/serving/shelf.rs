@@ -37,8 +37,8 @@ pub(super) struct Shelf {
 
 /// A scene that somebody asked for.
 enum Book {
-    /// It is to be loaded.
-    Asked,
+    /// It is to be loaded, from this file.
+    Asked(PathBuf),
     /// It is being loaded, and so far it is.
     Loading(String),
     Open(Open),
@@ -51,6 +51,7 @@ enum Book {
 
 struct Open {
     shared: Arc<Shared>,
+    path: PathBuf,
     /// When somebody was last here.
     wanted_at: Instant,
     /// It is to be loaded anew.
@@ -68,13 +69,11 @@ impl Shelf {
         if let Some(known) = self.known(name) {
             return known;
         }
-        let files = self.folder.files();
-        if !files.contains_key(name) {
-            return Err(NotOpen::for_ever(unknown(name, files.keys())));
-        }
+        let mut files = self.folder.files();
+        let Some(path) = files.remove(name) else { return Err(NotOpen::for_ever(unknown(name, files.keys()))) };
         // Somebody else may have asked meanwhile.
         self.known(name).unwrap_or_else(|| {
-            self.books().insert(name.to_owned(), Book::Asked);
+            self.books().insert(name.to_owned(), Book::Asked(path));
             self.asked.notify_one();
             Err(NotOpen::for_now(loading("")))
         })
@@ -85,7 +84,7 @@ impl Shelf {
         Some(match self.books().get_mut(name)? {
             Book::Shut { until, .. } if *until <= Instant::now() => return None,
             Book::Shut { why, .. } => Err(why.clone()),
-            Book::Asked => Err(NotOpen::for_now("the scene is being loaded, after another one".to_owned())),
+            Book::Asked(_) => Err(NotOpen::for_now("the scene is being loaded, after another one".to_owned())),
             Book::Loading(said) => Err(NotOpen::for_now(loading(said))),
             Book::Open(open) => {
                 open.wanted_at = Instant::now();
@@ -94,18 +93,16 @@ impl Shelf {
         })
     }
 
-    /// What is to be loaded next, and its file; `None` where nothing is.
+    /// What is to be loaded next, and its file: what nobody can see yet before what is to be loaded anew. `None` where nothing is.
     pub fn next_asked(&self) -> Option<(String, PathBuf)> {
-        let first =
-            |is: fn(&Book) -> bool| self.books().iter().find(|(_, book)| is(book)).map(|(name, _)| name.clone());
-        loop {
-            let name = first(|book| matches!(book, Book::Asked))
-                .or_else(|| first(|book| matches!(book, Book::Open(open) if open.is_old)))?;
-            match self.folder.files().remove(&name) {
-                Some(path) => return Some((name, path)),
-                None => self.shut(&name, NotOpen::for_ever(format!("the file of {name} is gone")), FAILED_FOR),
-            }
-        }
+        let asked = |book: &Book| match book {
+            Book::Asked(path) => Some((false, path.clone())),
+            Book::Open(Open { path, is_old: true, .. }) => Some((true, path.clone())),
+            _ => None,
+        };
+        let books = self.books();
+        let all = books.iter().filter_map(|(name, book)| asked(book).map(|(is_old, path)| (is_old, name, path)));
+        all.min_by_key(|(is_old, ..)| *is_old).map(|(_, name, path)| (name.clone(), path))
     }
 
     /// Loading has begun, or is so far. One that is loaded anew is open meanwhile.
@@ -118,7 +115,7 @@ impl Shelf {
     }
 
     /// A scene was loaded: it is open from now on, if it fits beside what others take outside of the shelf. Sessions of the one before are told to come again.
-    pub fn show(&self, name: &str, shared: Arc<Shared>, others_bytes: u64) {
+    pub fn show(&self, (name, path): (&str, PathBuf), shared: Arc<Shared>, others_bytes: u64) {
         let needed = shared.scene.bytes();
         let room = self.limits.bytes.saturating_sub(others_bytes);
         if needed > room {
@@ -131,7 +128,7 @@ impl Shelf {
                 format!("{name} needs {} of memory, which other scenes take now that have viewers", mebibytes(needed));
             return self.shut(name, NotOpen::for_now(why), CROWDED_FOR);
         }
-        let open = Open { shared, wanted_at: Instant::now(), is_old: false };
+        let open = Open { shared, path, wanted_at: Instant::now(), is_old: false };
         self.house.stats.scenes.opened.fetch_add(1, Ordering::Relaxed);
         if let Some(Book::Open(before)) = self.books().insert(name.to_owned(), Book::Open(open)) {
             self.put_away(&before);
@@ -149,9 +146,10 @@ impl Shelf {
         }
     }
 
-    /// A scene could not be loaded.
+    /// A scene could not be loaded. Where the folder is stands in the log alone.
     pub fn failed(&self, name: &str, why: &str) {
         tracing::error!("{name} cannot be shown: {why}");
+        let why = self.folder.without_its_path(why);
         self.house.stats.scenes.failed.fetch_add(1, Ordering::Relaxed);
         self.shut(name, NotOpen::for_ever(format!("{name} cannot be shown: {why}")), FAILED_FOR);
     }
@@ -198,7 +196,7 @@ impl Shelf {
                 false
             }
             Book::Shut { until, .. } => *until > now,
-            Book::Asked | Book::Loading(_) => true,
+            Book::Asked(_) | Book::Loading(_) => true,
         });
     }
 

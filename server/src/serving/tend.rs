@@ -24,8 +24,8 @@ pub(super) async fn tend(shelf: &Arc<Shelf>, load: &Load, others_bytes: impl Fn(
         shelf.tidy(Instant::now());
         while let Some((name, path)) = shelf.next_asked() {
             if shelf.has_place(&name) {
-                match made(shelf, &name, path, load).await {
-                    Ok(shared) => shelf.show(&name, shared, others_bytes()),
+                match made(shelf, &name, path.clone(), load).await {
+                    Ok(shared) => shelf.show((&name, path), shared, others_bytes()),
                     Err(why) => shelf.failed(&name, &why),
                 }
             }

@@ -273,6 +273,7 @@ fn assert_finite(update: &Update, near_m: f64) {
                 patch.capture_time_s.is_finite() && finite(&patch.objects) && has_sound_depths(&patch.image, near_m)
             }
             Edit::Move(poses) => finite(poses),
+            Edit::Shift(_) => true,
             Edit::Materials(_) | Edit::Light(_) | Edit::Sky(_) => {
                 // A light may reach without end.
                 let text = format!("{edit:?}").replace("range_m: inf", "");

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
 
+use crate::programs;
+
 /// The two ends; of a range for private networks.
 const HERE: &str = "10.213.77.1";
 const THERE: &str = "10.213.77.2";
@@ -43,9 +45,7 @@ impl KernelPath {
                 "{prefix}tc qdisc add dev {device} root tbf rate {kbit}kbit burst 16kb latency {queue_ms}ms"
             ))?;
         }
-        let server = std::env::current_exe()?.with_file_name("vantage-server");
-        ensure!(server.is_file(), "{} is not built", server.display());
-        path.server = Some(path.spawn(&server, scene, image_px)?);
+        path.server = Some(path.spawn(&programs::server()?, scene, image_px)?);
         path.wait_until_ready()?;
         Ok(path)
     }

@@ -49,12 +49,12 @@ const PATHS: [Path; 13] = [
     path("5 % lost", "rtt=100,mbit=20,loss=5", SMALL_PX),
     path("5 % lost, far", "rtt=300,mbit=20,loss=5", SMALL_PX),
     path("a queue of 1 s", "rtt=40,mbit=2,queue=1000", SMALL_PX),
-    path(FULL, "rtt=40,mbit=0.25,queue=1000", LARGE_PX),
+    path(FULL, "rtt=40,mbit=0.1,queue=1000", LARGE_PX),
     path("LTE, driving", "rtt=60,jitter=20,mbit=6,queue=1000,fading=1.2@5000", LARGE_PX),
     path("3G, driving", "rtt=120,jitter=40,mbit=1.9,queue=1000,fading=1.3@6000", LARGE_PX),
 ];
 /// The one that the kernel makes; a round trip takes it less than a millisecond.
-const KERNEL: Path = path("the kernel's queue of 1 s", "rtt=1,mbit=0.25,queue=1000", LARGE_PX);
+const KERNEL: Path = path("the kernel's queue of 1 s", "rtt=1,mbit=0.1,queue=1000", LARGE_PX);
 const QUICK_PATHS: [Path; 2] = [PATHS[0], PATHS[9]];
 /// The path that carries less than the scene takes.
 const FULL: &str = "a full queue of 1 s";
@@ -86,7 +86,7 @@ struct Arguments {
     /// Only the path of this name, and no blackouts; may be given several times.
     #[arg(long, value_name = "NAME")]
     path: Vec<String>,
-    /// Also a path that the kernel makes, of 250 kbit/s with a queue of a second: takes Linux and root.
+    /// Also a path that the kernel makes, of 100 kbit/s with a queue of a second: takes Linux and root.
     #[arg(long)]
     kernel: bool,
 }
@@ -216,7 +216,7 @@ fn visited(
 }
 
 fn visited_through_kernel(run: &Run, name: &str) -> anyhow::Result<Visit> {
-    let path = KernelPath::start(name, KERNEL.image_px, (250, 1000))?;
+    let path = KernelPath::start(name, KERNEL.image_px, (100, 1000))?;
     let trace = run.read_trace()?;
     let way = Way { trace: trace.as_ref(), walks_s: WALKS_S.start..f64::INFINITY };
     visit(&path.url(), None, &way, duration_s(run.quick))

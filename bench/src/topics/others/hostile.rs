@@ -175,9 +175,9 @@ impl Peer {
             self.done.messages.fetch_add(1, Ordering::Relaxed);
             socket.send(Message::Binary(bytes.into())).await?;
         }
-        // What it is told, until it is hung up on.
-        let told = async { while let Some(Ok(_)) = socket.next().await {} };
-        drop(tokio::time::timeout(Duration::from_millis(200), told).await);
+        // What it is told, until it is hung up on. The next connection need not wait for that.
+        let told = async move { while let Some(Ok(_)) = socket.next().await {} };
+        tokio::spawn(tokio::time::timeout(STAYS, told));
         Ok(())
     }
 

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
 
+use crate::programs;
+
 /// A server has so long to load its scene.
 const STARTS_WITHIN: Duration = Duration::from_secs(300);
 /// A server that is asked to stop has so long.
@@ -34,8 +36,7 @@ pub(super) struct Server {
 impl Server {
     /// Starts the one beside this program, whose log goes to a file, and waits until it serves.
     pub fn start(arguments: &[&str], log: &Path) -> anyhow::Result<Server> {
-        let program = std::env::current_exe()?.with_file_name("vantage-server");
-        ensure!(program.is_file(), "{} is not built: cargo xtask report soak builds it", program.display());
+        let program = programs::server()?;
         let mut process = Command::new(&program)
             .args(arguments)
             .stdout(Stdio::piped())

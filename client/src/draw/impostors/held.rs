@@ -103,6 +103,7 @@ impl Follow for Impostors {
                 Edit::Remove(id) => self.remove(id.0),
                 // Where objects are, and which are shown by reliefs, is read as they are drawn.
                 Edit::Move(_)
+                | Edit::Shift(_)
                 | Edit::Body(..)
                 | Edit::Place(..)
                 | Edit::Withdraw(_)
