@@ -135,7 +135,7 @@ mod tests {
         ] {
             let exponents = Exponents::new(near_m, reach, (scale, scale)).expect("a lattice");
             let lattice = Lattice { of: [Some(exponents)].into() };
-            let poses = [0.0, 0.1].map(|angle_rad| at(angle_rad, scale, far_m + angle_rad));
+            let poses = [0.0, 0.1].map(|angle_rad| at(angle_rad, scale, far_m + 10.0 * angle_rad * near_m));
             let [from, to] = poses.map(|pose| lattice.settled(vec![pose])[0]);
             let corner = DVec3::new(0.0, reach, 0.0);
             let off_m = from.transform_point3(corner).distance(poses[0].transform_point3(corner));

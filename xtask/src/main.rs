@@ -38,6 +38,9 @@ enum Command {
     Serve {
         /// A scene file (glTF, GLB, OBJ, PLY, STL) or a built-in scene; without it, a built-in moving one.
         scene: Option<OsString>,
+        /// A folder of scene files, each at `?scene=NAME`.
+        #[arg(long, value_name = "FOLDER")]
+        scenes: Option<OsString>,
         /// The port to listen on.
         #[arg(long, default_value_t = 8080)]
         port: u16,
@@ -94,7 +97,10 @@ fn main() -> anyhow::Result<()> {
     let root = root()?;
     std::env::set_current_dir(&root).with_context(|| format!("entering {}", root.display()))?;
     match Arguments::parse().command {
-        Command::Serve { scene, port, server_arguments } => serve(scene, port, &server_arguments),
+        Command::Serve { scene, scenes, port, server_arguments } => {
+            let scenes = scenes.into_iter().flat_map(|folder| ["--scenes".into(), folder]);
+            serve(scene, port, &scenes.chain(server_arguments).collect::<Vec<_>>())
+        }
         Command::Test { only } => test::run_all(&only),
         Command::Report { arguments } => report(&arguments),
         Command::Beside(arguments) => beside::beside(&arguments),

@@ -72,6 +72,7 @@ impl Topic for Relay {
     fn run(&self, run: &Run, report: &mut Report) -> anyhow::Result<()> {
         let followers: &[usize] = if run.quick { &QUICK_FOLLOWERS } else { &FOLLOWERS };
         describe(report, run.quick);
+        run.read_trace()?;
         let progress = Progress::new("relay", 2 * followers.len() as u64);
         for at in [At::Server, At::Relays] {
             for &count in followers {

@@ -74,6 +74,8 @@ impl Topic for Soak {
         let (duration, every) = (Duration::from_secs_f64(minutes * 60.0), if run.quick { QUICK_EVERY } else { EVERY });
         describe(report, duration, every);
         let scene = run.scenes.first().context("no scene")?;
+        // What is wrong with it is said before a server runs for half an hour.
+        run.read_trace()?;
         let traces = run.trace_file().map(Path::to_owned).into_iter().collect();
         let found = soaked(scene, traces, (duration, every), &run.out.join("server.log"))?;
         let path = run.out.join("samples.csv");
