@@ -17,6 +17,8 @@ pub struct Limits {
     pub update_pixels: usize,
     /// Samples of all patches of one update, also addresses of deletes and trims.
     pub update_samples: usize,
+    /// Ways of objects of one update ([`crate::Edit::Shift`]), all together.
+    pub update_shifts: usize,
     /// Samples of the whole held copy; one costs ten bytes, one more in images with reflectors, two where surfaces end, and one when trimmed.
     pub held_samples: usize,
     /// Pixels of all masks of the held copy.
@@ -44,6 +46,8 @@ impl Default for Limits {
             image_side_px: 8192,
             update_pixels: 1 << 26,
             update_samples: 1 << 24,
+            // One for each id.
+            update_shifts: 1 << 16,
             held_samples: 1 << 26,
             held_pixels: 1 << 31,
             held_patches: 1 << 17,

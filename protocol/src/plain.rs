@@ -145,7 +145,7 @@ fn read_edit(reader: &mut Reader) -> Result<Edit, WireError> {
             Edit::Trim(id, addresses.into_iter().zip(extents).map(|([x, y], extent)| (x, y, extent)).collect())
         }
         MOVE => Edit::Move(codec::read_objects(reader)?),
-        SHIFT => Edit::Shift(codec::shifts(reader.block()?)?),
+        SHIFT => Edit::Shift(codec::shifts(reader.block()?, codec::MOST_OBJECTS)?),
         PLACE => {
             let (relief, instances) = codec::read_instances(reader)?;
             Edit::Place(relief, instances)

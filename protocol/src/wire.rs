@@ -398,7 +398,7 @@ pub fn decode_update(bytes: &[u8], limits: &Limits) -> Result<Update, WireError>
     for _ in 0..count {
         edits.push(read_edit(&mut reader, &mut unpacker, &mut left)?);
     }
-    let next = codec::next_steps(&read_section(&mut reader, &mut unpacker)?)?;
+    let next = codec::next_steps(&read_section(&mut reader, &mut unpacker, codec::MOST_OBJECTS)?)?;
     if reader.remaining() > 0 {
         return Err(CodecError::Damaged("bytes after the last step").into());
     }
@@ -472,10 +472,11 @@ fn write_section(bytes: &[u8], packer: &mut Packer, out: &mut Writer) {
     }
 }
 
-fn read_section(reader: &mut Reader, unpacker: &mut Unpacker) -> Result<Vec<u8>, WireError> {
+/// Of so many objects at most.
+fn read_section(reader: &mut Reader, unpacker: &mut Unpacker, most: usize) -> Result<Vec<u8>, WireError> {
     match reader.varint()? as usize {
         0 => Ok(Vec::new()),
-        length if length > codec::MOST_POSE_BYTES => Err(CodecError::TooMuch("bytes of poses").into()),
+        length if length > codec::most_bytes(most) => Err(CodecError::TooMuch("bytes of poses").into()),
         length => Ok(unpacker.unpack(reader, length)?),
     }
 }
@@ -487,7 +488,7 @@ pub fn edit_bytes(edit: &Edit) -> Vec<u8> {
     out.bytes
 }
 
-/// Reads an edit and takes its samples and pixels off `left`.
+/// Reads an edit and takes its samples, pixels and ways off `left`.
 fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) -> Result<Edit, WireError> {
     let edit = match reader.u8()? {
         ADD => {
@@ -512,7 +513,11 @@ fn read_edit(reader: &mut Reader, unpacker: &mut Unpacker, left: &mut Limits) ->
             Edit::Trim(id, addresses.iter().zip(extents).map(|(&(x, y), extent)| (x, y, extent)).collect())
         }
         MOVE => Edit::Move(codec::read_objects(reader)?),
-        SHIFT => Edit::Shift(codec::shifts(&read_section(reader, unpacker)?)?),
+        SHIFT => {
+            let shifts = codec::shifts(&read_section(reader, unpacker, left.update_shifts)?, left.update_shifts)?;
+            left.update_shifts -= shifts.len();
+            Edit::Shift(shifts)
+        }
         PLACE => {
             let (relief, instances) = codec::read_instances(reader)?;
             Edit::Place(relief, instances)

@@ -232,6 +232,16 @@ fn an_update_that_claims_much_is_refused() {
         decode_update(&encode_update(&update(), Coding::default()).bytes, &limits),
         Err(WireError::TooLarge { .. })
     ));
+    // Ways pack well: what they take once they are read is capped over all edits.
+    let shift = |object| {
+        let steps = (Steps { exponent: 0, counts: [0; 9] }, Steps { exponent: 0, counts: [1, 0, 0] });
+        ObjectShift { object, matrix: steps.0, translation: steps.1 }
+    };
+    let half = Edit::Shift((0..40_000).map(shift).collect());
+    for (edits, is_sound) in [(vec![half.clone()], true), (vec![half; 2], false)] {
+        let bytes = encode_update(&Update { edits, ..update() }, Coding::default()).bytes;
+        assert_eq!(decode_update(&bytes, &Limits::default()).is_ok(), is_sound);
+    }
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub use error::CodecError;
 pub(crate) use header::{Header, read as read_header, read_ids, read_instances};
 pub(crate) use header::{write as write_header, write_ids, write_instances};
 pub(crate) use pack::{Packer, Unpacker};
-pub(crate) use poses::{MOST_BYTES as MOST_POSE_BYTES, next_bytes, next_steps, shift_bytes, shifts};
+pub(crate) use poses::{MOST as MOST_OBJECTS, most_bytes, next_bytes, next_steps, shift_bytes, shifts};
 pub(crate) use poses::{read_objects, write_objects};
 pub(crate) use sky::{read_sky, write_sky};
 

@@ -24,10 +24,16 @@ const NEW_STEPS: [u16; 2] = [1 << NUMBERS, 1 << (NUMBERS + 1)];
 const OF_STEPS: usize = 9;
 /// Bytes of an object's steps at least: id, and a head for ways and turns.
 const LEAST_STEPS_BYTES: usize = 2;
-/// Objects at most: as many as there are ids.
-const MOST: usize = 1 << 16;
-/// Bytes of ways, and of what objects do next, at most: none takes more than 80 of an object.
-pub(crate) const MOST_BYTES: usize = 80 * MOST;
+/// Objects that go on at most: as many as there are ids.
+pub(crate) const MOST: usize = 1 << 16;
+/// Bytes of an object at most, of ways and of what it does next, and of their count.
+const MOST_OBJECT_BYTES: usize = 80;
+const COUNT_BYTES: usize = 8;
+
+/// Bytes of so many ways, or of what so many objects do next, at most.
+pub(crate) fn most_bytes(objects: usize) -> usize {
+    objects.saturating_mul(MOST_OBJECT_BYTES) + COUNT_BYTES
+}
 /// Heads of three ways or turns: none goes anywhere; in steps of the object's before; in others; as they are.
 const NOWHERE: u8 = 0;
 const SAME_STEP: u8 = 1;
@@ -92,11 +98,11 @@ pub(crate) fn shift_bytes(shifts: &[ObjectShift]) -> Vec<u8> {
     out.bytes
 }
 
-/// The ways of [`shift_bytes`].
-pub(crate) fn shifts(bytes: &[u8]) -> Result<Vec<ObjectShift>, CodecError> {
+/// The ways of [`shift_bytes`], so many at most.
+pub(crate) fn shifts(bytes: &[u8], most: usize) -> Result<Vec<ObjectShift>, CodecError> {
     let mut bytes = Reader::new(bytes);
     let count = bytes.varint()? as usize;
-    if count > MOST || count > bytes.remaining() / LEAST_SHIFT_BYTES {
+    if count > most || count > bytes.remaining() / LEAST_SHIFT_BYTES {
         return Err(CodecError::TooMuch("ways of objects"));
     }
     let (mut last, mut exponents) = (0_u16, [0; 2]);
@@ -278,17 +284,18 @@ mod tests {
     fn ways_come_back_and_take_few_bytes() {
         let many: Vec<_> = (0..60).map(|object| shift(3 * object, 1 << 19, 200_000)).collect();
         let bytes = shift_bytes(&many);
-        assert_eq!(shifts(&bytes), Ok(many));
+        assert_eq!(shifts(&bytes, MOST), Ok(many));
         assert!(bytes.len() < 60 * 21, "{}", bytes.len());
+        assert_eq!(shifts(&bytes, 59), Err(CodecError::TooMuch("ways of objects")));
         let strange = [
             shift(9, -i32::MAX, i32::MAX),
             shift(2, 0, 0),
             ObjectShift { translation: Steps { exponent: 900, counts: [1; 3] }, ..shift(65535, 1, 1) },
         ];
-        assert_eq!(shifts(&shift_bytes(&strange)), Ok(strange.to_vec()));
-        assert_eq!(shifts(&shift_bytes(&[])), Ok(Vec::new()));
+        assert_eq!(shifts(&shift_bytes(&strange), MOST), Ok(strange.to_vec()));
+        assert_eq!(shifts(&shift_bytes(&[]), 0), Ok(Vec::new()));
         for cut in 0..bytes.len() {
-            assert!(shifts(&bytes[..cut]).is_err(), "{cut}");
+            assert!(shifts(&bytes[..cut], MOST).is_err(), "{cut}");
         }
     }
 

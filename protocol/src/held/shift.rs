@@ -17,7 +17,7 @@ pub struct ObjectShift {
 /// Changes of some numbers, in steps of a power of two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Steps<const N: usize> {
-    /// Of the step; within [`EXPONENTS`]. 0 where nothing changes.
+    /// Of the step, -1000 to 900. 0 where nothing changes.
     pub exponent: i16,
     /// Steps of each number.
     pub counts: [i32; N],
