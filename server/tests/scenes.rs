@@ -40,6 +40,7 @@ impl Drop for Served {
 fn load(path: &Path, says: &(dyn Fn(String) + Sync), config: &Config) -> Result<Prepared, PrepareError> {
     let text = std::fs::read_to_string(path).expect("a file");
     says("reading files, 50 %".to_owned());
+    assert!(text != "fault", "a mistake");
     let Ok(mebibytes) = text.trim().parse::<u32>() else {
         let source = vantage_server::source::load("no such scene", 1.0, &|_| {});
         return Err(source.err().expect("there is none").into());
@@ -170,6 +171,16 @@ async fn each_gets_the_scene_that_he_asks_for() {
     }
     let plans = request(&served.running, "/plan", "").await;
     assert!(plans.contains("\"scene\":\"a\"") && plans.contains("\"scene\":\"room\""), "{plans}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_fault_ends_no_other_scene_and_what_many_ask_for_is_loaded_once() {
+    let served = served("fault", SceneLimits::default(), &[("a.obj", "1"), ("fault.obj", "fault")]).await;
+    let why = served.visited("?scene=fault").await.err().expect("it cannot be loaded");
+    assert!(why.contains("fault cannot be shown"), "{why}");
+    let visits = futures_util::future::join_all((0..20).map(|_| served.visited("?scene=a"))).await;
+    assert!(visits.iter().all(|visit| visit.as_ref().is_ok_and(|client| scene_of(client) == "a")));
+    assert_eq!(served.running.stats.scenes.opened.load(Ordering::Relaxed), 1);
 }
 
 #[tokio::test(flavor = "multi_thread")]

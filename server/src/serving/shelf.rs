@@ -66,30 +66,17 @@ impl Shelf {
 
     /// A scene by its name, or what to tell who comes too early. Reads the folder.
     pub fn open(&self, name: &str) -> Result<Arc<Shared>, NotOpen> {
-        if let Some(known) = self.known(name) {
+        if let Some(known) = known(&mut self.books(), name) {
             return known;
         }
         let mut files = self.folder.files();
         let Some(path) = files.remove(name) else { return Err(NotOpen::for_ever(unknown(name, files.keys()))) };
-        // Somebody else may have asked meanwhile.
-        self.known(name).unwrap_or_else(|| {
-            self.books().insert(name.to_owned(), Book::Asked(path));
+        // Somebody else may have asked meanwhile: looking and writing are one.
+        let mut books = self.books();
+        known(&mut books, name).unwrap_or_else(|| {
+            books.insert(name.to_owned(), Book::Asked(path));
             self.asked.notify_one();
             Err(NotOpen::for_now(loading("")))
-        })
-    }
-
-    /// What the books say of a scene.
-    fn known(&self, name: &str) -> Option<Result<Arc<Shared>, NotOpen>> {
-        Some(match self.books().get_mut(name)? {
-            Book::Shut { until, .. } if *until <= Instant::now() => return None,
-            Book::Shut { why, .. } => Err(why.clone()),
-            Book::Asked(_) => Err(NotOpen::for_now("the scene is being loaded, after another one".to_owned())),
-            Book::Loading(said) => Err(NotOpen::for_now(loading(said))),
-            Book::Open(open) => {
-                open.wanted_at = Instant::now();
-                Ok(open.shared.clone())
-            }
         })
     }
 
@@ -270,6 +257,20 @@ impl Shelf {
     fn books(&self) -> MutexGuard<'_, BTreeMap<String, Book>> {
         self.books.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// What the books say of a scene.
+fn known(books: &mut BTreeMap<String, Book>, name: &str) -> Option<Result<Arc<Shared>, NotOpen>> {
+    Some(match books.get_mut(name)? {
+        Book::Shut { until, .. } if *until <= Instant::now() => return None,
+        Book::Shut { why, .. } => Err(why.clone()),
+        Book::Asked(_) => Err(NotOpen::for_now("the scene is being loaded, after another one".to_owned())),
+        Book::Loading(said) => Err(NotOpen::for_now(loading(said))),
+        Book::Open(open) => {
+            open.wanted_at = Instant::now();
+            Ok(open.shared.clone())
+        }
+    })
 }
 
 fn mebibytes(bytes: u64) -> String {

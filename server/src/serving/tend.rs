@@ -33,12 +33,14 @@ pub(super) async fn tend(shelf: &Arc<Shelf>, load: &Load, others_bytes: impl Fn(
     }
 }
 
-/// Loads a scene. A fault of that ends nothing else.
+/// Loads a scene and opens it, on a thread that may take its time. A fault of that ends nothing else.
 async fn made(shelf: &Arc<Shelf>, name: &str, path: PathBuf, load: &Load) -> Result<Arc<Shared>, String> {
     shelf.says(name, String::new());
-    let (says, load, named) = (shelf.clone(), load.clone(), name.to_owned());
-    let loaded = tokio::task::spawn_blocking(move || load(&path, &|said| says.says(&named, said)));
-    let prepared = loaded.await.map_err(|fault| fault.to_string())?.map_err(|error| error.to_string())?;
-    let Prepared { config, scene, imager } = prepared;
-    Shared::open(config, scene, imager, shelf.house.clone()).map_err(|error| error.to_string())
+    let (shelf, load, name) = (shelf.clone(), load.clone(), name.to_owned());
+    let opened = tokio::task::spawn_blocking(move || {
+        let prepared = load(&path, &|said| shelf.says(&name, said)).map_err(|error| error.to_string())?;
+        let Prepared { config, scene, imager } = prepared;
+        Shared::open(config, scene, imager, shelf.house.clone()).map_err(|error| error.to_string())
+    });
+    opened.await.map_err(|fault| fault.to_string())?
 }
