@@ -1,4 +1,4 @@
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, EulerRot};
 use thiserror::Error;
 
 use crate::Rigid;
@@ -53,6 +53,17 @@ impl Trace {
             poses.push(pose);
         }
         if poses.is_empty() { Err(TraceError::Empty) } else { Ok(Trace { poses }) }
+    }
+
+    /// The same lines, to the digits that bring back a place to a micrometre, an angle to a millionth of a degree, and a time to a microsecond.
+    pub fn to_text(&self) -> String {
+        let line = |TracePose { t_s, world_from_eye }: &TracePose| {
+            let (ry, rx, rz) = world_from_eye.gl_rotation().to_euler(EulerRot::YXZ);
+            let DVec3 { x, y, z } = world_from_eye.translation;
+            let [rx, ry, rz] = [rx, ry, rz].map(f64::to_degrees);
+            format!("{x:.6} {y:.6} {z:.6} {rx:.6} {ry:.6} {rz:.6} {:.3}\n", t_s * 1000.0)
+        };
+        self.poses.iter().map(line).collect()
     }
 
     /// One turn around bounds within `duration_s`, sampled 60 times a second: the eye looks at their middle from 20 degrees
@@ -114,6 +125,24 @@ fn parse_line(line: &str) -> Option<TracePose> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let orbit = Trace::orbit(DVec3::splat(-1.0), DVec3::new(1.0, 3.0, 2.0), 1.0, 0.5);
+        let steep = [DVec3::Y, DVec3::NEG_Y, DVec3::new(1e-3, 1.0, 0.0)].map(|forward| TracePose {
+            t_s: 0.5,
+            world_from_eye: Rigid::look_along(DVec3::new(1e5, -2.0, 0.25), forward),
+        });
+        let trace = Trace { poses: orbit.poses.into_iter().chain(steep).collect() };
+        let again = Trace::parse(&trace.to_text()).expect("a trace");
+        assert_eq!(again.poses.len(), trace.poses.len());
+        for (a, b) in trace.poses.iter().zip(&again.poses) {
+            assert!((a.t_s - b.t_s).abs() < 1e-6);
+            assert!(a.world_from_eye.translation.distance(b.world_from_eye.translation) < 1e-6);
+            let turned = crate::turn_between(a.world_from_eye.rotation, b.world_from_eye.rotation).length();
+            assert!(turned < 1e-7, "{turned}");
+        }
+    }
 
     #[test]
     fn an_orbit_frames_the_bounds() {

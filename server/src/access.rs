@@ -23,14 +23,18 @@ pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 8] = [
 pub const TLS_ONLY: (HeaderName, HeaderValue) =
     (header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static("max-age=31536000"));
 
-/// Content Security Policy, level 3. Scripts and styles are files of this server, of which WebAssembly is compiled; the icon is in the page. Websockets lead to any server, as
+/// Content Security Policy, level 3. Scripts and styles are files of this server, of which WebAssembly is compiled; the icon is in the page,
+/// and small pictures of scenes are blobs that the page asked for. Websockets lead to any server, as
 /// `?server=` may name another one: what is said there is data, and that server lets in whom it will.
-const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; \
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:; \
     worker-src 'self'; connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// Nothing of this is used, so nothing that gets into the page can ask for it.
 const PERMISSIONS_POLICY: &str = "accelerometer=(), camera=(), display-capture=(), geolocation=(), gyroscope=(), \
     hid=(), microphone=(), midi=(), payment=(), serial=(), usb=()";
+
+/// How pages give a token beside their websocket: in hexadecimal, as headers hold no letters of most languages.
+const HEX_SCHEME: &str = "Vantage-Hex ";
 
 /// Who may connect.
 #[derive(Debug, Clone, Default)]
@@ -85,14 +89,18 @@ pub fn check_reader(headers: &HeaderMap, in_address: Option<&str>, access: &Acce
     if is_here { Ok(()) } else { Err(Refused::Origin) }
 }
 
-/// The token of a request's headers: that of a bearer, or one of the offered protocols.
+/// The token of a request's headers: that of a bearer, of a page, or one of the offered protocols.
 fn token_of(headers: &HeaderMap) -> Option<String> {
     let value = |name| headers.get(name).and_then(|value: &HeaderValue| value.to_str().ok());
     if let Some(bearer) = value(header::AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer ")) {
         return Some(bearer.trim().to_owned());
     }
-    let mut offered = value(header::SEC_WEBSOCKET_PROTOCOL)?.split(',').map(str::trim);
-    let hex = offered.find_map(|protocol| protocol.strip_prefix(TOKEN_SUBPROTOCOL))?;
+    let by_page = value(header::AUTHORIZATION).and_then(|value| value.strip_prefix(HEX_SCHEME));
+    let offered = || {
+        let mut offered = value(header::SEC_WEBSOCKET_PROTOCOL)?.split(',').map(str::trim);
+        offered.find_map(|protocol| protocol.strip_prefix(TOKEN_SUBPROTOCOL))
+    };
+    let hex = by_page.or_else(offered)?;
     let byte = |index: usize| hex.get(index..index + 2).and_then(|digits| u8::from_str_radix(digits, 16).ok());
     String::from_utf8((0..hex.len()).step_by(2).map(byte).collect::<Option<_>>()?).ok()
 }

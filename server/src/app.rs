@@ -17,7 +17,7 @@ use crate::limits::SceneLimits;
 use crate::peers::{Door, Peers};
 use crate::pool::Pool;
 use crate::routes::{self, Gate};
-use crate::serving::{Folder, Load, Serving};
+use crate::serving::{Load, Serving, Stock};
 use crate::session::{House, Shared};
 use crate::stats::Stats;
 use crate::{http, memory, publish};
@@ -146,9 +146,9 @@ impl Listening {
         move |said| serving.says(said)
     }
 
-    /// Offers the scenes of a folder beside it, each to who names it. `load` makes one ready; `first`: what the scene that is served is called there.
-    pub fn offer(&self, folder: Folder, first: Option<String>, load: Load) {
-        tokio::spawn(self.serving.clone().offer(folder, first, load, (self.limits, self.house.clone())));
+    /// Offers further scenes beside it, each to who names it. `load` makes one ready; `first`: what the scene that is served is called in their folder.
+    pub fn offer(&self, stock: impl Into<Stock>, first: Option<String>, load: Load) {
+        tokio::spawn(self.serving.clone().offer(stock.into(), first, load, (self.limits, self.house.clone())));
     }
 
     /// Serves a scene from now on. The imager must have been made for it, and `config` must be that which it listens by.

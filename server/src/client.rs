@@ -45,6 +45,8 @@ pub struct Client {
     pub ahead: anticipate::Kept,
     /// How far a look has come that is taken in portions.
     pub portions: Portions,
+    /// Where in its own view the last look ended that was taken band by band, as a share of its height.
+    pub passing_begin: f64,
     /// Whether its next look is at one coarse image.
     pub begins_coarsely: bool,
     /// What its last look made for it, and what it left out.
@@ -92,6 +94,7 @@ impl Default for Client {
             rest: rest::Kept::default(),
             ahead: anticipate::Kept::default(),
             portions: Portions::default(),
+            passing_begin: 0.0,
             begins_coarsely: false,
             inventory: Arc::default(),
             asked: None,

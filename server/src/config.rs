@@ -73,6 +73,8 @@ pub struct Config {
     pub access: Access,
     /// What https and wss are served by; `None` for http and ws.
     pub tls: Option<Tls>,
+    /// Whether small pictures of scenes are made, for who chooses among several.
+    pub thumbnails: bool,
     /// Where what is presented is published for relays; `None` for nowhere.
     pub publish: Option<Broker>,
     /// Caps and patience.
@@ -110,6 +112,7 @@ impl Default for Config {
             web: None,
             access: Access::default(),
             tls: None,
+            thumbnails: false,
             publish: None,
             limits: ServerLimits::default(),
         }

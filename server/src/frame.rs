@@ -552,8 +552,7 @@ impl Stage {
         })
     }
 
-    /// The scene's time at the end of the time for which what is made now is shown: it is on its way for half a round trip, and then shown for
-    /// an interval, in which clients take rigid objects from where the last update left them to where this one does. What deforms they cannot
+    /// The scene's time at the end of the time for which what is made now is shown: it is on its way, and then shown until the next one is there, in which clients take rigid objects from where the last update left them to where this one does. What deforms they cannot
     /// take so; where something does, it is the middle of that time. What moves by a clip is so seen where it is, not where it was. A round
     /// trip that was shorter than the one before takes no time back; a clock that was set back does.
     fn scene_time_s(&self, viewer: &Viewer, client: &Client, now_s: f64) -> f64 {
@@ -561,7 +560,8 @@ impl Stage {
             return now_s;
         }
         let deforms = !self.first_triangles.is_empty();
-        let ahead_s = viewer.round_trip_s / 2.0 + self.rules.update_interval_s * if deforms { 0.5 } else { 1.0 };
+        let shown_for_s = viewer.taken_s.max(self.rules.update_interval_s);
+        let ahead_s = viewer.one_way_s + shown_for_s * if deforms { 0.5 } else { 1.0 };
         let (time_s, held_s) = (now_s + ahead_s, client.account.held().scene_time_s);
         if held_s - time_s < ahead_s { time_s.max(held_s) } else { time_s }
     }

@@ -5,9 +5,11 @@ use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
 
+use axum::body::Bytes;
 use axum::extract::ws::WebSocket;
 
 use crate::peers::{Doorstep, Peers, Place};
+use crate::uploads::Uploads;
 
 /// See the module.
 pub(crate) trait Host: Send + Sync {
@@ -28,8 +30,18 @@ pub(crate) trait Host: Send + Sync {
         Vec::new()
     }
 
-    /// All scenes that a session may ask for; `None` where nothing is shown but what is relayed. May read a folder.
-    fn scenes(&self) -> Option<serde_json::Value> {
+    /// All scenes that a session may ask for, and how large what people bring may be; none where nothing is shown but what is relayed. May read a folder.
+    fn scenes(&self) -> serde_json::Value {
+        serde_json::json!({ "scenes": [], "uploads": null })
+    }
+
+    /// A small picture of a scene, a JPEG.
+    fn thumbnail(&self, _scene: &str) -> Option<Bytes> {
+        None
+    }
+
+    /// Where people bring scenes of their own; `None` where they may not.
+    fn uploads(&self) -> Option<Arc<Uploads>> {
         None
     }
 

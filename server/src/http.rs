@@ -14,12 +14,13 @@ use hyper_util::service::TowerToHyperService;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
+use tokio::time::Instant;
 
 use crate::peers::Caller;
 
 /// A request's head must be there so long after the connection is, or after the last answer: so a connection that is kept for further requests ends, too.
 const HEAD_WITHIN: Duration = Duration::from_secs(15);
-/// All that one connection asks for and is answered, until it becomes a websocket or ends. At 300 kbit/s that is the largest file of a page three times over.
+/// All that one connection asks for and is answered, until it becomes a websocket or ends, unless it is allowed more. At 300 kbit/s that is the largest file of a page three times over.
 const ALL_WITHIN: Duration = Duration::from_secs(300);
 /// Browsers send some 20 headers of 1 kB together.
 const MOST_HEADERS: usize = 64;
@@ -53,8 +54,10 @@ async fn serve(
     router: TowerToHyperService<Router>,
     mut stopped: watch::Receiver<bool>,
 ) {
+    let (more_time, mut asked) = MoreTime::new();
     let service = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(caller);
+        request.extensions_mut().insert(more_time.clone());
         router.call(request)
     });
     let connection = http1::Builder::new()
@@ -65,7 +68,7 @@ async fn serve(
         .serve_connection(TokioIo::new(io), service)
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);
-    let served = tokio::time::timeout(ALL_WITHIN, async {
+    let served = within(&mut asked, async {
         tokio::select! {
             ended = connection.as_mut() => return ended,
             () = stop_asked(&mut stopped) => {}
@@ -77,7 +80,40 @@ async fn serve(
     match served.await {
         Ok(Ok(())) => {}
         Ok(Err(error)) => tracing::debug!(%peer, "not HTTP: {error}"),
-        Err(_) => tracing::debug!(%peer, "hung up on after {} s", ALL_WITHIN.as_secs()),
+        Err(Elapsed) => tracing::debug!(%peer, "hung up on: it had its time"),
+    }
+}
+
+/// Lets what a request does take longer than connections have.
+#[derive(Debug, Clone)]
+pub(crate) struct MoreTime(watch::Sender<Duration>);
+
+impl MoreTime {
+    fn new() -> (MoreTime, watch::Receiver<Duration>) {
+        let (sender, receiver) = watch::channel(ALL_WITHIN);
+        (MoreTime(sender), receiver)
+    }
+
+    /// The connection may be there for so long, from its beginning on.
+    pub fn allow(&self, time: Duration) {
+        self.0.send_replace(time);
+    }
+}
+
+/// The time is over.
+struct Elapsed;
+
+/// What a connection comes to, if it does within its time.
+async fn within<T>(time: &mut watch::Receiver<Duration>, does: impl Future<Output = T>) -> Result<T, Elapsed> {
+    let begun = Instant::now();
+    let mut does = std::pin::pin!(does);
+    loop {
+        let until = begun + *time.borrow_and_update();
+        tokio::select! {
+            done = does.as_mut() => return Ok(done),
+            () = tokio::time::sleep_until(until) => return Err(Elapsed),
+            Ok(()) = time.changed() => {}
+        }
     }
 }
 

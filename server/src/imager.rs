@@ -20,6 +20,7 @@ use crate::impostors::{Drawn, Shot};
 use crate::look::SceneLook;
 use crate::render::{Blended, Detail, Faces, Kinds, Layer, LeftOut, RenderError, SceneRenderer};
 use crate::rest::parts;
+use crate::truth::TruthRenderer;
 
 /// Why no images could be made.
 #[derive(Debug, Error)]
@@ -184,6 +185,11 @@ pub trait Imager: Send {
 
     /// A picture for rays, of what is there now; `None` where this imager draws none.
     fn impostor(&mut self, _: &Snapshot, _: &Shot<'_>) -> Result<Option<DepthImage>, ImagerError> {
+        Ok(None)
+    }
+
+    /// A picture of a view as clients would show it, of sRGB with alpha; `None` where this imager draws none.
+    fn picture(&mut self, _: &Snapshot, _: &Pinhole) -> Result<Option<Vec<[u8; 4]>>, ImagerError> {
         Ok(None)
     }
 
@@ -439,6 +445,12 @@ impl Imager for GpuImager {
             self.renderer.set_tint(object, tint);
         }
         Ok(Some(capture?.depth_image(DepthPrecision::Finest)))
+    }
+
+    fn picture(&mut self, snapshot: &Snapshot, view: &Pinhole) -> Result<Option<Vec<[u8; 4]>>, ImagerError> {
+        self.place(snapshot, view.world_from_eye.translation)?;
+        let drawn = TruthRenderer::new(&self.renderer)?.with_sky(self.sky());
+        Ok(Some(drawn.render_smooth(&self.renderer, view, &self.lighting(snapshot))?.colour))
     }
 
     fn camera_image(&mut self, snapshot: &Snapshot, camera: &Camera) -> Result<Option<DepthImage>, ImagerError> {

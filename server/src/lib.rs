@@ -10,7 +10,7 @@
 //!   compared with; [`impostors`]: images for mirrors and glass, and which are needed; [`lights`]: what lights see that cast
 //!   soft shadows; [`occluders`]: what occludes that the eye never saw; [`look`]: its lights as both ends shade with them; `sky`:
 //!   light from all around.
-//! - [`operate`]: a server as its operator sees it, by [`signals`]; [`serving`]: which scene new sessions get; [`prepare`]: a scene made ready; [`notify`]: for
+//! - [`operate`]: a server as its operator sees it, by [`signals`]; [`serving`]: which scene new sessions get; [`uploads`]: what people bring; `thumbnail`: small pictures of scenes; [`prepare`]: a scene made ready; [`notify`]: for
 //!   systemd; [`agones`]: for Kubernetes.
 //! - [`start`], [`scale`], [`source`]: which scene, and where one begins in it; [`cameras`]: cameras that people write for it; [`asked`]: one
 //!   whose image a client asked for.
@@ -88,9 +88,11 @@ pub mod stage_error;
 pub mod start;
 pub mod stats;
 mod targets;
+mod thumbnail;
 mod timer;
 pub mod tls;
 pub mod truth;
+pub mod uploads;
 pub mod viewer;
 mod whereabouts;
 pub mod worker;

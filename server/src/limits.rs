@@ -20,6 +20,8 @@ pub struct ServerLimits {
     pub resume: ResumeLimits,
     /// What is loaded as it is asked for.
     pub scenes: SceneLimits,
+    /// What people may bring.
+    pub uploads: UploadLimits,
     /// Connections at one time at most that have not said who they are, or are told why they may not stay.
     pub doorsteps: usize,
     /// What all peers of one address may take together.
@@ -35,6 +37,23 @@ pub struct SceneLimits {
     pub bytes: u64,
     /// One that nobody has wanted for so long is put away.
     pub idle: Duration,
+}
+
+/// What people may bring to be shown, where they may.
+#[derive(Debug, Clone, Copy)]
+pub struct UploadLimits {
+    /// Of what one brings at once, unpacked, in bytes.
+    pub bytes: u64,
+    /// Of all that is kept and all that is being brought, in bytes.
+    pub all_bytes: u64,
+    /// Files of what one brings at once.
+    pub files: usize,
+    /// How many may bring something at one time.
+    pub at_once: usize,
+    /// Between two pieces of it.
+    pub pause: Duration,
+    /// From the first piece to the last.
+    pub time: Duration,
 }
 
 /// What all peers of one address may take together; of IPv6, those of one network of 64 bits.
@@ -71,6 +90,7 @@ impl Default for ServerLimits {
             silence: Duration::from_secs(60),
             resume: ResumeLimits { time: Duration::from_secs(120), bytes: 1 << 30 },
             scenes: SceneLimits::default(),
+            uploads: UploadLimits::default(),
             doorsteps: 1024,
             peers: PeerLimits::default(),
         }
@@ -80,6 +100,20 @@ impl Default for ServerLimits {
 impl Default for SceneLimits {
     fn default() -> Self {
         SceneLimits { open: 8, bytes: 4 << 30, idle: Duration::from_secs(300) }
+    }
+}
+
+impl Default for UploadLimits {
+    fn default() -> Self {
+        // A scan or a building with its images; over 2 Mbit/s, which takes a quarter of an hour.
+        UploadLimits {
+            bytes: 256 << 20,
+            all_bytes: 2 << 30,
+            files: 4096,
+            at_once: 4,
+            pause: Duration::from_secs(20),
+            time: Duration::from_secs(1800),
+        }
     }
 }
 

@@ -17,9 +17,11 @@ use vantage_server::options::{Command, Options};
 use vantage_server::port_options::PortOptions;
 use vantage_server::prepare::{Prepared, Preparer};
 use vantage_server::relay::options::RelayOptions;
-use vantage_server::serving::Folder;
+use vantage_server::serving::{Folder, Stock};
 use vantage_server::settings::{self, SettingsError};
 use vantage_server::signals::Signals;
+use vantage_server::uploads::Uploads;
+use vantage_server::uploads::options::UploadOptions;
 use vantage_server::{Config, agones, app, log, relay};
 
 /// `EX_UNAVAILABLE` of sysexits.h: a service that is needed is not there, here a graphics adapter.
@@ -126,19 +128,31 @@ fn tend_for_agones(options: &Options, attendance: Attendance) {
 }
 
 /// The folder of scenes, if any, and what the one is called there that is shown to who names none.
-fn opened_folder(options: &mut Options) -> anyhow::Result<Option<(Folder, Option<String>)>> {
-    let Some(path) = &options.folder.scenes else { return Ok(None) };
+fn opened_folder(options: &mut Options) -> anyhow::Result<(Option<Folder>, Option<String>)> {
+    let Some(path) = &options.folder.scenes else { return Ok((None, None)) };
     let folder = Folder::open(path)?;
     if options.scene.is_some() {
-        return Ok(Some((folder, None)));
+        return Ok((Some(folder), None));
     }
     let (name, file) = folder.files().pop_first().context("the folder of scenes is empty by now")?;
     options.scene = Some(file.to_string_lossy().into_owned());
-    Ok(Some((folder, Some(name))))
+    Ok((Some(folder), Some(name)))
+}
+
+/// Where people bring files of their own, if they may.
+fn opened_uploads(options: &UploadOptions) -> anyhow::Result<Option<Arc<Uploads>>> {
+    if !options.allow_uploads {
+        return Ok(None);
+    }
+    let within = options.upload_folder.clone().unwrap_or_else(std::env::temp_dir);
+    let opened = Uploads::open(&within, options.limits());
+    let uploads = opened.with_context(|| format!("no folder for uploads can be made in {}", within.display()))?;
+    Ok(Some(Arc::new(uploads)))
 }
 
 async fn serve(mut options: Options, config: Config, gpu: Gpu) -> anyhow::Result<()> {
-    let folder = opened_folder(&mut options)?;
+    let (folder, first_name) = opened_folder(&mut options)?;
+    let stock = Stock::new(folder, opened_uploads(&options.uploads)?);
     let mut signals = Signals::new()?;
     let listening = app::listen(&config).await?;
     log::say(stdout(), listening.url());
@@ -154,8 +168,8 @@ async fn serve(mut options: Options, config: Config, gpu: Gpu) -> anyhow::Result
         () = signals.stop() => return Ok(()),
         loaded = loading => loaded??,
     };
-    if let Some((folder, first)) = folder {
-        listening.offer(folder, first, Arc::new(move |path, says| preparer.file(path, says)));
+    if !stock.is_none() {
+        listening.offer(stock, first_name, Arc::new(move |path, says| preparer.file(path, says)));
     }
     let running = listening.serve(config, scene, imager)?;
     tracing::info!("ready");

@@ -6,6 +6,7 @@ use clap::Parser;
 use protocol::codec::{ColourSteps, Profile};
 use protocol::message::Clock;
 use protocol::{Look, Tone};
+use scene::load::Up;
 
 use crate::coding::CodingRule;
 use crate::config::{ComparesOn, Config};
@@ -17,6 +18,7 @@ use crate::publish::options::PublishOptions;
 use crate::relay::options::RelayOptions;
 use crate::serving::options::FolderOptions;
 use crate::source;
+use crate::uploads::options::UploadOptions;
 
 /// Renders a scene as depth images and streams their samples to viewers.
 #[derive(Debug, Clone, Parser)]
@@ -28,6 +30,9 @@ pub struct Options {
     /// Scenes beside it.
     #[command(flatten)]
     pub folder: FolderOptions,
+    /// Scenes that people bring.
+    #[command(flatten)]
+    pub uploads: UploadOptions,
     /// Which scene of a glTF file is shown, by its name or its number from 0; without it, the one that the file says
     #[arg(long, value_name = "NAME")]
     pub file_scene: Option<String>,
@@ -37,6 +42,9 @@ pub struct Options {
     /// Which camera of a glTF file viewers begin at, by its name, its node's, or its number from 0; without it, the first
     #[arg(long, value_name = "NAME")]
     pub file_camera: Option<String>,
+    /// Which axis is up in OBJ, PLY and STL files, which do not say
+    #[arg(long, value_enum, default_value_t)]
+    pub up: UpName,
     /// A file of cameras that viewers may ask for by their names: bent, split and merged, or past a silhouette; may be given several times
     #[arg(long, value_name = "FILE")]
     pub graph_camera: Vec<PathBuf>,
@@ -135,6 +143,25 @@ pub enum Command {
     /// Pass on what a server publishes
     #[command(about)]
     Relay(RelayOptions),
+}
+
+/// `--up`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum UpName {
+    /// Models.
+    #[default]
+    Y,
+    /// Maps, scans, machine parts.
+    Z,
+}
+
+impl From<UpName> for Up {
+    fn from(name: UpName) -> Up {
+        match name {
+            UpName::Y => Up::Y,
+            UpName::Z => Up::Z,
+        }
+    }
 }
 
 /// `--bodies`.
@@ -313,7 +340,8 @@ impl Options {
             clock: self.clock.into(),
             update_hz: self.update_hz,
             publish: self.publish.broker(),
-            limits: ServerLimits { scenes: self.folder.limits(), ..port.limits },
+            thumbnails: self.folder.scenes.is_some() || self.uploads.allow_uploads,
+            limits: ServerLimits { scenes: self.folder.limits(), uploads: self.uploads.limits(), ..port.limits },
             ..port
         })
     }

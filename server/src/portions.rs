@@ -15,6 +15,9 @@ pub const ALL: usize = usize::MAX;
 /// Rows may lack much more than those above them: at most so many times as many follow at once.
 const GROWTH: f64 = 4.0;
 
+/// Bands of a view at most: each look costs some time whatever it finds.
+const MOST_BANDS: usize = 4;
+
 /// What of a look is done next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Portion {
@@ -89,6 +92,31 @@ impl Portions {
     }
 }
 
+/// Rows of a view that are looked at at once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// The uppermost.
+    pub first: u32,
+    /// How many.
+    pub rows: u32,
+    /// Where the next one begins, as a share of the view's height.
+    pub end: f64,
+}
+
+/// A view as bands of about so many pixels, but no more bands than looks are worth, once around from the one that begins at a share of its height or holds it.
+pub fn bands(view: &Pinhole, most_px: usize, begin: f64) -> impl Iterator<Item = Band> + use<> {
+    let height_px = view.height_px;
+    let pixels = view.width_px as usize * height_px as usize;
+    let count = pixels.div_ceil(most_px.max(1)).clamp(1, MOST_BANDS.min(height_px.max(1) as usize)) as u32;
+    let row = move |band: u32| (u64::from(height_px) * u64::from(band) / u64::from(count)) as u32;
+    // Views may change their size between looks.
+    let begin = (begin * f64::from(count)) as u32 % count;
+    (begin..begin + count).map(move |band| {
+        let (band, next) = (band % count, band % count + 1);
+        Band { first: row(band), rows: row(next) - row(band), end: f64::from(next % count) / f64::from(count) }
+    })
+}
+
 /// Rows of a view.
 pub fn rows_of(view: &Pinhole, first: u32, rows: u32) -> Pinhole {
     let height_px = rows.min(view.height_px.saturating_sub(first));
@@ -144,6 +172,29 @@ mod tests {
         assert!(!portions.end_round(), "much was found");
         assert_eq!(round(&mut portions, &views, 0.0, 0), [one, rows(0, 27, 33), beside, rows(1, 0, 20)]);
         assert!(portions.end_round());
+    }
+
+    #[test]
+    fn bands_go_once_around_a_view() {
+        for (height_px, most_px, count) in
+            [(60, 6000, 1), (60, 3000, 2), (60, 2000, 3), (61, 2000, 4), (61, 1, 4), (2, 0, 2), (1, 1, 1)]
+        {
+            for begin in [0.0, 0.25, 0.5, 0.7, 0.999] {
+                let taken: Vec<Band> = bands(&view(height_px), most_px, begin).collect();
+                assert_eq!(taken.len(), count, "{height_px} rows, {most_px} pixels at most");
+                let mut rows: Vec<u32> = taken.iter().flat_map(|band| band.first..band.first + band.rows).collect();
+                rows.sort_unstable();
+                assert!(rows.into_iter().eq(0..height_px), "{taken:?}");
+                let begins = f64::from(taken[0].first) / f64::from(height_px);
+                assert!(
+                    begins <= begin && begin - begins < 1.01 / count as f64 + 1.0 / f64::from(height_px),
+                    "{taken:?}"
+                );
+                // The next look goes on where this one ended.
+                let on = bands(&view(height_px), most_px, taken[0].end).next().expect("a band");
+                assert_eq!(on.first, taken[1 % count].first);
+            }
+        }
     }
 
     #[test]

@@ -99,7 +99,8 @@ fn load(options: &Options, says: &(dyn Fn(String) + Sync)) -> Result<Scene, Prep
     let bar = ProgressBar::new(BAR_STEPS).with_style(style.progress_chars("=> "));
     bar.set_message(format!("loading {name}"));
     let Options { file_scene, variant, file_camera, .. } = options;
-    let choice = Choice { scene: file_scene.clone(), variant: variant.clone(), camera: file_camera.clone() };
+    let up = options.up.into();
+    let choice = Choice { scene: file_scene.clone(), variant: variant.clone(), camera: file_camera.clone(), up };
     let scene = source::load_chosen(name, &choice, options.scale, &|progress: Progress| {
         let stage = match progress.stage {
             Stage::Read => "reading files",

@@ -1,13 +1,15 @@
-//! What one port answers: the web client, the websocket, and what a host asks: `/livez`, `/readyz`, `/healthz`, `/metrics`, `/plan`, `/scenes`.
+//! What one port answers: the web client, the websocket, and what a host asks: `/livez`, `/readyz`, `/healthz`, `/metrics`, `/plan`,
+//! `/scenes`; and what it takes: `/uploads`.
 
 use std::sync::Arc;
 
 use axum::Router;
+use axum::body::Bytes;
 use axum::extract::{Extension, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Json, Redirect, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use protocol::message::SUBPROTOCOL;
 use serde::Deserialize;
@@ -16,9 +18,10 @@ use tower_http::set_header::SetResponseHeaderLayer;
 use crate::access::{self, Access, Refused, SECURITY_HEADERS, TLS_ONLY};
 use crate::config::Config;
 use crate::host::{Guest, Host};
+use crate::http::MoreTime;
 use crate::peers::{Caller, Crowded, Peers, Place};
 use crate::session::link::refuse;
-use crate::{figures, page};
+use crate::{figures, page, uploads};
 
 /// Where sessions are.
 const WEBSOCKET: &str = "/ws";
@@ -78,6 +81,8 @@ pub(crate) fn router(gate: Arc<Gate>, config: &Config) -> Router {
         .route("/metrics", get(measures))
         .route("/plan", get(plan))
         .route("/scenes", get(scenes))
+        .route("/thumbnail", get(thumbnail))
+        .route("/uploads", post(upload))
         .route(WEBSOCKET, get(websocket))
         .layer(from_fn_with_state(gate.clone(), lead))
         .layer(from_fn(within_limits))
@@ -159,15 +164,48 @@ async fn plan(
     Ok(plan.map_or_else(|| StatusCode::NOT_FOUND.into_response(), |plan| Json(plan).into_response()))
 }
 
-/// The scenes that sessions may ask for, for who may connect.
+/// The scenes that sessions may ask for, and what may be brought, for who may connect.
 async fn scenes(
     State(gate): State<Arc<Gate>>,
     Query(asked): Query<Asked>,
     headers: HeaderMap,
 ) -> Result<Response, Untold> {
     gate.host_for(&asked, &headers)?;
-    let scenes = tokio::task::spawn_blocking(move || gate.host.scenes()).await.ok().flatten();
-    Ok(scenes.map_or_else(|| StatusCode::NOT_FOUND.into_response(), |scenes| Json(scenes).into_response()))
+    // It reads a folder.
+    let scenes = tokio::task::spawn_blocking(move || gate.host.scenes()).await;
+    Ok(scenes.map_or_else(|_| StatusCode::INTERNAL_SERVER_ERROR.into_response(), |scenes| Json(scenes).into_response()))
+}
+
+/// A small picture of a scene, for who may connect.
+async fn thumbnail(
+    State(gate): State<Arc<Gate>>,
+    Query(asked): Query<Asked>,
+    headers: HeaderMap,
+) -> Result<Response, Untold> {
+    let found = gate.host_for(&asked, &headers)?.thumbnail(asked.scene.as_deref().unwrap_or_default());
+    let picture = |bytes: Bytes| ([(header::CONTENT_TYPE, "image/jpeg")], bytes).into_response();
+    Ok(found.map_or_else(|| StatusCode::NOT_FOUND.into_response(), picture))
+}
+
+/// Takes what a person brings, who may connect.
+async fn upload(
+    State(gate): State<Arc<Gate>>,
+    Extension(more_time): Extension<MoreTime>,
+    Query(asked): Query<Asked>,
+    request: Request,
+) -> Result<Response, Untold> {
+    access::check(request.headers(), asked.token.as_deref(), &gate.access).map_err(Untold::Refused)?;
+    let Some(uploads) = gate.host.uploads() else {
+        return Ok((StatusCode::FORBIDDEN, "this server takes no files: --allow-uploads lets it\n").into_response());
+    };
+    more_time.allow(uploads.time());
+    Ok(match uploads::receive(&uploads, request.into_body()).await {
+        Ok(scenes) => Json(serde_json::json!({ "scenes": scenes })).into_response(),
+        Err(not_taken) => {
+            tracing::info!("an upload is not taken: {not_taken}");
+            (not_taken.status(), format!("{not_taken}\n")).into_response()
+        }
+    })
 }
 
 #[derive(Deserialize)]

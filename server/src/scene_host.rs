@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use axum::body::Bytes;
 use axum::extract::ws::WebSocket;
 
 use crate::host::{Guest, Host, Session};
@@ -10,6 +11,7 @@ use crate::peers::Peers;
 use crate::serving::{NotOpen, Serving};
 use crate::session::link::refuse;
 use crate::session::{self, Shared};
+use crate::uploads::Uploads;
 
 impl Host for Serving {
     fn ready(&self) -> Result<(), String> {
@@ -42,8 +44,16 @@ impl Host for Serving {
         Ok(Some(if self.has_others() { plans.into() } else { plans.swap_remove(0) }))
     }
 
-    fn scenes(&self) -> Option<serde_json::Value> {
-        Some(self.list())
+    fn scenes(&self) -> serde_json::Value {
+        self.list()
+    }
+
+    fn thumbnail(&self, scene: &str) -> Option<Bytes> {
+        self.thumbnail(scene)
+    }
+
+    fn uploads(&self) -> Option<Arc<Uploads>> {
+        self.uploads()
     }
 
     fn run(self: Arc<Self>, socket: WebSocket, guest: Guest) -> Session {

@@ -56,6 +56,10 @@ pub struct Viewer {
     pub bytes_per_s: Option<f64>,
     /// How much longer the last acknowledged update took to it than the fastest one; 0 before any.
     pub queue_s: f64,
+    /// How long an update is on its way to it.
+    pub one_way_s: f64,
+    /// How long the path takes for an update: no two come there sooner after each other.
+    pub taken_s: f64,
 }
 
 /// How far a viewer was from where it was expected.
@@ -124,6 +128,8 @@ impl Viewer {
             rested: start_world_from_eye,
             bytes_per_s: None,
             queue_s: 0.0,
+            one_way_s: 0.0,
+            taken_s: 0.0,
         }
     }
 

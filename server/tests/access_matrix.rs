@@ -7,7 +7,7 @@
 //! | asked at | loopback, the machine's own address, a name that somebody pointed here |
 //! | token | none; right or wrong, by header, sub-protocol, address |
 //! | origin | none, loopback, the server's own, allowed, foreign, `null` |
-//! | for | `/`, `/healthz`, `/metrics`, `/plan`, `/scenes`, `/ws` |
+//! | for | `/`, `/healthz`, `/metrics`, `/plan`, `/scenes`, `/thumbnail`, `/ws` |
 //!
 //! And the token stands in no line of the log, no answer, and no header that sends a browser elsewhere.
 
@@ -35,7 +35,7 @@ const TOKEN: &str = "correct-horse-battery-staple";
 const WRONG: &str = "wrong-horse-battery-staple";
 const ALLOWED: &str = "https://allowed.example";
 const FOREIGN_NAME: &str = "rebound.example";
-const PATHS: [&str; 6] = ["/", "/healthz", "/metrics", "/plan", "/scenes", "/ws"];
+const PATHS: [&str; 7] = ["/", "/healthz", "/metrics", "/plan", "/scenes", "/thumbnail", "/ws"];
 /// Requests at one time.
 const AT_ONCE: usize = 64;
 
@@ -208,7 +208,8 @@ async fn told(mut stream: impl AsyncRead + AsyncWrite + Unpin, request: &str, pa
 /// Whether somebody was let in, by what was heard.
 fn was_let_in(path: &str, heard: &[u8]) -> bool {
     if path != "/ws" {
-        return heard.starts_with(b"HTTP/1.1 200");
+        // No thumbnail was made here, which only who is let in is told.
+        return heard.starts_with(b"HTTP/1.1 200") || path == "/thumbnail" && heard.starts_with(b"HTTP/1.1 404");
     }
     assert!(
         heard.starts_with(b"HTTP/1.1 101"),

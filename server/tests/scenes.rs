@@ -1,5 +1,8 @@
 //! Several scenes of one server: each is loaded for who asks for it, within limits, and put away when nobody is there.
 
+// Whether what draws may go from thread to thread is asked through all that it consists of.
+#![recursion_limit = "256"]
+
 mod net;
 
 use std::path::{Path, PathBuf};
@@ -152,6 +155,7 @@ async fn each_gets_the_scene_that_he_asks_for() {
     a.run(1.0, |_| false).await.expect("the session goes on");
 
     let list = request(&served.running, "/scenes", "").await;
+    assert!(list.contains("\"uploads\":null"), "{list}");
     for part in ["\"name\":\"room\"", "\"name\":\"bad\",\"open\":false", "\"name\":\"b\",\"open\":true,\"sessions\":1"]
     {
         let mut keys = list.split('{').map(|object| {

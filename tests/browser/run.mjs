@@ -17,6 +17,7 @@ import { brightness, canvasPixels, colours, contrast, difference } from './lib/p
 import { startRelay } from './lib/relay.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, still, until } from './lib/state.mjs';
+import { newcomerTests } from './newcomer.mjs';
 
 // A closed room with columns: every pixel of the true picture shows a surface.
 const SCENE = 'pillars';
@@ -510,10 +511,13 @@ function tests(renderer) {
       }
       await page.close();
     }],
+    ...newcomerTests({ bin, web, shots, renderer, at }),
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))
         // The browser itself reports the sockets that the restart broke.
         .filter((line) => !/WebSocket connection|ERR_CONNECTION_REFUSED|favicon/.test(line))
+        // What it was refused it says in words, and the browser in its own.
+        .filter((line) => !/Failed to load resource: .* status of (403|413|422)/.test(line))
         // And that a page from another machine without TLS is kept apart from others by nothing.
         .filter((line) => !/Cross-Origin-Opener-Policy header has been ignored/.test(line));
       assert.deepEqual(wrong, []);

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use camera::Rigid;
+use camera::{Rigid, Trace};
 use client::draw::antialiasing::Antialias;
 use client::draw::effects::InTime;
 use client::draw::frame;
@@ -14,8 +14,8 @@ use client::draw::shadow::{self, Shadows};
 use client::draw::soft::{self, Choice, Pace};
 use client::draw::steady::FrameRate;
 use client::receive::viewer::{SocketCommand, Viewer};
-use client::show::begin;
-use client::show::controls::{Controls, Mode};
+use client::show::begin::{self, Start};
+use client::show::controls::{Controls, Input, Mode};
 use glam::DVec2;
 use protocol::message::{Clock, Role, ViewSize};
 use protocol::session::AUDIENCE_BUDGET_BYTES;
@@ -25,8 +25,11 @@ use wasm_bindgen::prelude::*;
 
 use crate::input::{self, Action};
 use crate::page::{self, Dialog, Page};
+use crate::photo::{self, Photo};
+use crate::record::{Recording, Replay};
 use crate::screen::{self, Renderer, Screen};
 use crate::server::{self, Address};
+use crate::share;
 use crate::socket::Socket;
 use crate::worker;
 
@@ -58,7 +61,9 @@ struct Wishes {
     picture: PictureOptions,
     role: Role,
     /// Where to begin instead of where the server says.
-    start: Option<Rigid>,
+    start: Option<Start>,
+    /// How to move instead of as the scene suggests.
+    mode: Option<Mode>,
     fov_y_rad: f64,
 }
 
@@ -74,11 +79,18 @@ struct App {
     screen: Option<Screen>,
     wished: Option<Renderer>,
     picture: PictureOptions,
-    start: Option<Rigid>,
+    start: Option<Start>,
+    mode: Option<Mode>,
     fov_y_rad: f64,
     losses: u32,
     loss_asked: bool,
     drawn: Drawn,
+    /// The path that is written down.
+    recording: Option<Recording>,
+    /// The path that is gone.
+    replay: Option<Replay>,
+    /// A place of the page that is to be gone to, in CSS pixels, as soon as it can be asked what is there.
+    visits: Option<DVec2>,
     panel_at_s: f64,
     /// When the server was asked last what it sends.
     asked_at_s: f64,
@@ -110,7 +122,7 @@ pub async fn start() -> Result<(), String> {
         .with_draws(wishes.picture.draws())
         .with_role(wishes.role);
     if let Some(start) = wishes.start {
-        viewer = viewer.with_eye(start);
+        viewer = viewer.with_eye(start.world_from_eye);
     }
     viewer.set_build(screen.picture.build());
     let app = App {
@@ -125,10 +137,14 @@ pub async fn start() -> Result<(), String> {
         wished: wishes.renderer,
         picture: wishes.picture,
         start: wishes.start,
+        mode: wishes.mode,
         fov_y_rad: wishes.fov_y_rad,
         losses: 0,
         loss_asked: false,
         drawn: Drawn { stale: true, ..Drawn::default() },
+        recording: None,
+        replay: None,
+        visits: None,
         panel_at_s: f64::NEG_INFINITY,
         asked_at_s: f64::NEG_INFINITY,
         advanced_at_s: now_s(),
@@ -198,10 +214,11 @@ fn wishes() -> Result<Wishes, String> {
     let exposure = stops.map_err(|why| format!("?exposure={why}"))?.exp2();
     let frame = frame::Options { antialias, exposure, ..frame::Options::default() };
     let picture = PictureOptions { frame, occlusion, shadow, in_time, frame_rate, ..PictureOptions::default() };
-    let start = begin::pose(query.get("eye").as_deref(), query.get("target").as_deref())?;
+    let start = begin::start(query.get("eye").as_deref(), query.get("target").as_deref())?;
+    let mode = query.get("mode").map(|mode| begin::mode(&mode)).transpose()?;
     let fov_y_rad = query.get("fov").map_or(Ok(FOV_Y_RAD), |degrees| begin::fov_y_rad(&degrees))?;
     let role = begin::role(query.get("camera"), query.get("present"), query.get("follow"))?;
-    Ok(Wishes { server, renderer, picture, role, start, fov_y_rad })
+    Ok(Wishes { server, renderer, picture, role, start, mode, fov_y_rad })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
@@ -292,6 +309,7 @@ impl App {
         this.act();
         let apply_budget_s = APPLY_SHARE * (now_s - this.advanced_at_s);
         this.turn(now_s, apply_budget_s);
+        this.visit();
         this.move_eye(now_s);
         if let Err(why) = this.draw(now_s) {
             this.screen = None;
@@ -310,10 +328,19 @@ impl App {
         let actions = std::mem::take(&mut *self.actions.borrow_mut());
         for action in actions {
             match (action, &mut self.controls) {
-                (Action::Move(input), Some(controls)) => controls.handle(input),
+                (Action::Move(input), Some(controls)) => {
+                    // Where a pointer goes that is not down says nothing.
+                    if !matches!(input, Input::PointerMove { .. } | Input::PointerUp { .. } | Input::FocusLost) {
+                        self.replay = None;
+                    }
+                    controls.handle(input);
+                }
                 (Action::SwitchMode, Some(controls)) => {
                     controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
                 }
+                (Action::Visit(at_px), _) => self.visits = Some(at_px),
+                (Action::GoTo(side), Some(controls)) => controls.go_to(side),
+                (Action::ChangeSpeed(factor), Some(controls)) => controls.change_speed(factor),
                 (Action::Follow, _) => self.follow(),
                 (Action::Restart, _) => self.controls = self.start_controls(),
                 (Action::Shown, _) => {
@@ -376,7 +403,11 @@ impl App {
     fn start_controls(&self) -> Option<Controls> {
         let welcome = self.viewer.welcome()?;
         let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
-        Some(Controls::new(self.start.unwrap_or(welcome.start_world_from_eye), welcome.walk, min, max))
+        let pose = self.start.map_or(welcome.start_world_from_eye, |start| start.world_from_eye);
+        let mut controls = Controls::new(pose, welcome.walk, min, max);
+        self.start.iter().for_each(|start| controls.turn_about(start.distance_m));
+        self.mode.iter().for_each(|&mode| controls.set_mode(mode));
+        Some(controls)
     }
 
     fn move_eye(&mut self, now_s: f64) {
@@ -391,7 +422,28 @@ impl App {
         let size = (screen.canvas.client_width(), screen.canvas.client_height());
         controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), self.fov_y_rad);
         controls.advance(dt_s);
+        if let Some(replay) = &self.replay {
+            let (pose, is_over) = replay.at(now_s);
+            controls.put(pose);
+            self.replay = self.replay.take().filter(|_| !is_over);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.see(controls.pose(), now_s);
+        }
         self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
+    }
+
+    /// Asks what is at a place that is to be gone to, and goes there once that is known. Where nothing is, nothing is done.
+    fn visit(&mut self) {
+        let (Some(screen), Some(pose)) = (&mut self.screen, self.drawn.pose) else { return };
+        if let (Some(Some(picked)), Some(controls)) = (screen.picture.picked(), &mut self.controls) {
+            controls.visit(picked.point_world);
+        }
+        if let Some(at_px) = self.visits
+            && screen.pick(self.viewer.held(), pose, self.fov_y_rad, near_m(&self.viewer), at_px)
+        {
+            self.visits = None;
+        }
     }
 
     /// Draws where something changed.
@@ -523,12 +575,72 @@ pub fn snapshot() -> String {
         "size_px": app.screen.as_ref().map(Screen::size_px),
         "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
         "pose": pose,
+        "replays": app.replay.is_some(),
         "led": app.controls.as_ref().is_some_and(Controls::is_led),
         "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
         "stats": stats,
         "device_losses": app.losses,
     });
     snapshot.to_string()
+}
+
+/// See [`crate::link`].
+pub fn link() -> Option<String> {
+    let app = APP.with_borrow(|app| app.clone())?;
+    let app = app.borrow();
+    share::address(app.controls.as_ref()?, app.viewer.welcome()?.walk)
+}
+
+/// See [`crate::token`].
+pub fn token() -> Option<String> {
+    let app = APP.with_borrow(|app| app.clone())?;
+    let app = app.borrow();
+    app.server.token().map(str::to_owned)
+}
+
+/// See [`crate::record`].
+pub fn record(is_on: bool) -> Option<String> {
+    let app = APP.with_borrow(|app| app.clone())?;
+    let mut app = app.borrow_mut();
+    let mut begun = is_on.then(|| Recording::begin(now_s()));
+    if let (Some(recording), Some(controls)) = (&mut begun, &app.controls) {
+        recording.see(controls.pose(), now_s());
+    }
+    let before = std::mem::replace(&mut app.recording, begun)?;
+    before.end().map(|trace| trace.to_text())
+}
+
+/// See [`crate::replay`].
+pub fn replay(text: &str) -> Result<f64, String> {
+    let trace = Trace::parse(text).map_err(|error| error.to_string())?;
+    let app = APP.with_borrow(|app| app.clone()).ok_or("there is no picture yet")?;
+    let duration_s = trace.duration_s();
+    app.borrow_mut().replay = Some(Replay::begin(trace, now_s()));
+    Ok(duration_s)
+}
+
+/// See [`crate::photo`].
+pub async fn photo(size_px: (u32, u32)) -> Result<Photo, String> {
+    const EARLY: &str = "there is no picture yet";
+    let app = APP.with_borrow(|app| app.clone()).ok_or(EARLY)?;
+    let (view, held) = {
+        let this = app.borrow();
+        let (Some(screen), Some(pose)) = (&this.screen, this.drawn.pose.filter(|_| this.drawn.picture)) else {
+            return Err(EARLY.to_owned());
+        };
+        let view = photo::View {
+            gpu: screen.gpu.clone(),
+            options: this.picture,
+            draws: screen.picture.draws(),
+            moment: this.viewer.moment_at(now_s()),
+            world_from_eye: pose,
+            fov_y_rad: this.fov_y_rad,
+            near_m: near_m(&this.viewer),
+            begins_far: screen.renderer == Renderer::WebGl2,
+        };
+        (view, this.viewer.held().clone())
+    };
+    photo::take(view, held, size_px).await
 }
 
 /// What is held of what lights see.

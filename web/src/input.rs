@@ -1,11 +1,11 @@
 //! The page's events as [`Input`] and [`Action`].
 
-use client::show::controls::{Drag, Input, Key};
+use client::show::controls::{Drag, FASTER, Input, Key, Side};
 use glam::DVec2;
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
 use web_sys::{
-    AddEventListenerOptions, Event, EventTarget, HtmlCanvasElement, KeyboardEvent, PointerEvent, WheelEvent,
+    AddEventListenerOptions, Event, EventTarget, HtmlCanvasElement, KeyboardEvent, MouseEvent, PointerEvent, WheelEvent,
 };
 
 use crate::page::{self, Dialog};
@@ -25,6 +25,12 @@ pub enum Action {
     Follow,
     /// Walk or turn.
     SwitchMode,
+    /// To where all is seen.
+    GoTo(Side),
+    /// To what lies at a place of the page, in CSS pixels.
+    Visit(DVec2),
+    /// So many times as fast as before.
+    ChangeSpeed(f64),
     /// The page is shown again.
     Shown,
 }
@@ -87,12 +93,16 @@ pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
         };
         wheel(Action::Move(Input::Wheel { notches: -event.delta_y() / per_notch }));
     });
+    let visit = std::rc::Rc::clone(sink);
+    listen(canvas, "dblclick", move |event: MouseEvent| {
+        visit(Action::Visit(DVec2::new(f64::from(event.offset_x()), f64::from(event.offset_y()))));
+    });
     listen(canvas, "contextmenu", |event: Event| event.prevent_default());
 }
 
 fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
     // The browser's own shortcuts stay the browser's; a key that goes up is heard in any case.
-    if down && (event.ctrl_key() || event.alt_key() || event.meta_key() || Dialog::any_is_open()) {
+    if down && (event.ctrl_key() || event.alt_key() || event.meta_key() || page::has_open_dialog()) {
         return;
     }
     let code = event.code();
@@ -109,9 +119,17 @@ fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
         "KeyR" => sink(Action::Restart),
         "KeyF" => sink(Action::Follow),
         "KeyM" => sink(Action::SwitchMode),
+        "Home" => sink(Action::GoTo(Side::Same)),
+        "Digit1" => sink(Action::GoTo(Side::Front)),
+        "Digit2" => sink(Action::GoTo(Side::Right)),
+        "Digit3" => sink(Action::GoTo(Side::Top)),
+        "Equal" | "NumpadAdd" => sink(Action::ChangeSpeed(FASTER)),
+        "Minus" | "NumpadSubtract" => sink(Action::ChangeSpeed(1.0 / FASTER)),
         "KeyP" => page::toggle_figures(),
         "KeyH" => page::toggle(Dialog::Help),
         "KeyI" => page::toggle(Dialog::Inventory),
+        "KeyO" => page::press("scenes-open"),
+        "KeyL" => page::press("share-open"),
         _ => {}
     }
 }

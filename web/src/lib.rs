@@ -9,12 +9,16 @@
 mod app;
 mod input;
 mod page;
+mod photo;
+mod record;
 mod screen;
 mod server;
+mod share;
 mod socket;
 mod worker;
 
 use js_sys::{Array, Uint8Array};
+use wasm_bindgen::Clamped;
 use wasm_bindgen::prelude::*;
 
 /// Starts the viewer on the page's elements. Fails with words for a person.
@@ -39,6 +43,39 @@ pub fn decode(bytes: &[u8], build: u8) -> Array {
 #[wasm_bindgen]
 pub fn snapshot() -> String {
     app::snapshot()
+}
+
+/// The address of the view as it is now; `None` before there is one.
+#[wasm_bindgen]
+pub fn link() -> Option<String> {
+    app::link()
+}
+
+/// The token that the page was opened with, for requests beside the websocket.
+#[wasm_bindgen]
+pub fn token() -> Option<String> {
+    app::token()
+}
+
+/// Writes the eye's path down from now on, or ends that: gives what was written so far, as lines `px py pz rx ry rz t_ms` (metres, degrees, milliseconds).
+#[wasm_bindgen]
+pub fn record(is_on: bool) -> Option<String> {
+    app::record(is_on)
+}
+
+/// Goes a path that was written so, until the person moves; its length in seconds. Fails with words for a person.
+#[wasm_bindgen]
+pub fn replay(text: &str) -> Result<f64, JsValue> {
+    app::replay(text).map_err(|error| js_sys::Error::new(&error).into())
+}
+
+/// A picture of the view as it is now, of any size up to 8K. Fails with words for a person.
+#[wasm_bindgen]
+pub async fn photo(width_px: u32, height_px: u32) -> Result<web_sys::ImageData, JsValue> {
+    let words = |error: String| JsValue::from(js_sys::Error::new(&error));
+    let photo = app::photo((width_px, height_px)).await.map_err(words)?;
+    let (width_px, height_px) = photo.size_px;
+    web_sys::ImageData::new_with_u8_clamped_array_and_sh(Clamped(&photo.rgba), width_px, height_px)
 }
 
 /// Loses the graphics device on purpose, as a driver's reset would: for tests.

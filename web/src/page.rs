@@ -189,8 +189,6 @@ pub enum Dialog {
 }
 
 impl Dialog {
-    const ALL: [Dialog; 2] = [Dialog::Help, Dialog::Inventory];
-
     fn element(self) -> Option<Element> {
         document().get_element_by_id(match self {
             Dialog::Help => "help",
@@ -198,14 +196,23 @@ impl Dialog {
         })
     }
 
-    /// Whether it is open, which takes the keys.
+    /// Whether it is open.
     pub fn is_open(self) -> bool {
         self.element().is_some_and(|dialog| dialog.has_attribute("open"))
     }
+}
 
-    /// Whether any is.
-    pub fn any_is_open() -> bool {
-        Dialog::ALL.into_iter().any(Dialog::is_open)
+/// Whether any dialog is open, which takes the keys.
+pub fn has_open_dialog() -> bool {
+    document().query_selector("dialog[open]").is_ok_and(|found| found.is_some())
+}
+
+/// As a click on a button does, where it is shown.
+pub fn press(id: &str) {
+    if let Ok(button) = element(id)
+        && !button.hidden()
+    {
+        button.click();
     }
 }
 

@@ -2,6 +2,7 @@
 
 use camera::{Pinhole, Rigid};
 use client::draw::picture::{Picture, PictureOptions};
+use glam::DVec2;
 use gpu::Gpu;
 use protocol::Held;
 use web_sys::HtmlCanvasElement;
@@ -140,13 +141,23 @@ impl Screen {
             CurrentSurfaceTexture::Validation => return Err("the canvas refused the next picture".to_owned()),
         };
         let view = frame.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let mut camera = Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m);
-        if self.renderer == Renderer::WebGl2 {
-            camera = self.picture.begun_far(held, &camera);
-        }
+        let camera = self.camera(held, pose, fov_y_rad, near_m);
         self.picture.draw(held, &camera, &view);
         self.gpu.queue.present(frame);
         Ok(true)
+    }
+
+    /// Asks what lies at a place of the canvas, in CSS pixels; whether it can be asked now. The other arguments as of [`Screen::show`].
+    pub fn pick(&mut self, held: &Held, pose: Rigid, fov_y_rad: f64, near_m: f64, at_px: DVec2) -> bool {
+        let camera = self.camera(held, pose, fov_y_rad, near_m);
+        let shown_px = DVec2::new(f64::from(self.canvas.client_width()), f64::from(self.canvas.client_height()));
+        let size_px = DVec2::new(f64::from(camera.width_px), f64::from(camera.height_px));
+        self.picture.pick(held, &camera, at_px * size_px / shown_px.max(DVec2::ONE))
+    }
+
+    fn camera(&self, held: &Held, pose: Rigid, fov_y_rad: f64, near_m: f64) -> Pinhole {
+        let camera = Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m);
+        if self.renderer == Renderer::WebGl2 { self.picture.begun_far(held, &camera) } else { camera }
     }
 
     /// Whether the view of an eye at rest is here as a whole; the same arguments as of [`Screen::show`].

@@ -27,6 +27,11 @@ impl Address {
         address.split_once("://").map_or(address, |(_, rest)| rest).trim_end_matches("/ws").to_owned()
     }
 
+    /// What the server must be told, where it was given.
+    pub fn token(&self) -> Option<&str> {
+        self.token.as_deref()
+    }
+
     /// The websocket protocols to offer: one of them is the token, in hexadecimal.
     pub fn protocols(&self) -> Vec<String> {
         let hex = |token: &String| token.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();

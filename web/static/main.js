@@ -1,7 +1,9 @@
-// Starts the viewer, and says in words why it could not. Everything else is in vantage_web.js and its WebAssembly.
+// Starts the viewer, and says in words why it could not. What is seen and how one moves is in vantage_web.js and its WebAssembly; the dialogs of scenes and of
+// sharing have scripts of their own.
 import init, { start, snapshot, lose_device } from './vantage_web.js';
-
-const byId = (id) => document.getElementById(id);
+import { byId } from './elements.js';
+import { offerScenes } from './scenes.js';
+import { offerSharing } from './share.js';
 
 function fail(text, detail) {
   byId('loading').hidden = false;
@@ -44,6 +46,8 @@ try {
 try {
   await start();
   running = true;
+  offerSharing();
+  offerScenes();
 } catch (error) {
   fail('The viewer could not start', String(error?.message ?? error));
   throw error;

@@ -99,7 +99,7 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
         Command::Serve { scene, scenes, port, server_arguments } => {
             let scenes = scenes.into_iter().flat_map(|folder| ["--scenes".into(), folder]);
-            serve(scene, port, &scenes.chain(server_arguments).collect::<Vec<_>>())
+            serve(scene, port, scenes.chain(server_arguments).collect())
         }
         Command::Test { only } => test::run_all(&only),
         Command::Report { arguments } => report(&arguments),
@@ -117,7 +117,11 @@ fn main() -> anyhow::Result<()> {
     }
 }
 
-fn serve(scene: Option<OsString>, port: u16, server_arguments: &[OsString]) -> anyhow::Result<()> {
+fn serve(scene: Option<OsString>, port: u16, mut server_arguments: Vec<OsString>) -> anyhow::Result<()> {
+    // On this machine for whoever sits at it, who may as well drop a model of his own on the page.
+    if !server_arguments.iter().any(|part| part == "--bind" || part == "--publish" || part == "--allow-uploads") {
+        server_arguments.push("--allow-uploads".into());
+    }
     setup::install(&[Need::Vulkan, Need::WasmTarget, Need::Clang])?;
     step("Building the server (release)");
     cargo().args(["build", "--release", "--package", "vantage-server", "--bin", "vantage-server"]).check()?;

@@ -26,7 +26,7 @@ use vantage_client as client;
 /// No adapter: `EX_UNAVAILABLE` of sysexits.h.
 const EXIT_NO_ADAPTER: u8 = 69;
 const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\n\
-    Keys: W A S D or arrows move, Q E down and up, Shift is faster, R back to the start, M walks or turns, P hides the panel, F follows the \
+    Keys: W A S D or arrows move, Q E down and up, Shift is faster, R back to the start, M walks or turns, Home 1 2 3 show all of it, + - change the speed, P hides the panel, F follows the \
     presenter again.";
 
 /// Looks around in the scene of a Vantage server.

@@ -4,6 +4,7 @@ mod buffers;
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
+use glam::DVec2;
 use gpu::Gpu;
 use protocol::{Held, Update};
 use surface::{BuiltSurfaces, GBuffer, HeldSurfaces, Slices, Smoothing, SurfaceError};
@@ -21,6 +22,7 @@ use crate::draw::light::{LightPass, Lighten};
 use crate::draw::lit::Lit;
 use crate::draw::occlusion::{self, OcclusionRenderer};
 use crate::draw::parts::PartsPass;
+use crate::draw::pick::Pick;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::draw::reflect::StepSum;
 use crate::draw::reflect::{ReflectInputs, ReflectPass, Reflectors, Settings};
@@ -228,6 +230,11 @@ impl FrameRenderer {
         let targets = self.targets_of(camera);
         self.held.encode_slice(encoder, (shown, slices, most_quads), camera, options.smoothing, &targets.gbuffer);
         self.targets = Some(targets);
+    }
+
+    /// Asks what a camera sees at a place of its picture; not while slices are drawn.
+    pub(crate) fn pick(&mut self, pick: &mut Pick, shown: Shown<'_>, camera: &Pinhole, at_px: DVec2) {
+        pick.ask(&self.gpu, &mut self.held, shown, camera, at_px);
     }
 
     /// Those of the last picture, where they are of this size.

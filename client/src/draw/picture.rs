@@ -1,7 +1,7 @@
 //! The picture of what is held: surfaces and the frame that is drawn from them, as windows, pages and headless runs use it.
 
 use camera::{Bounds, Pinhole};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use gpu::Gpu;
 use protocol::message::{self, Draws, Welcome};
 use protocol::{Held, Update};
@@ -19,6 +19,7 @@ use crate::draw::impostors::Impostors;
 use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
 use crate::draw::occlusion::{self, Occlusion};
+use crate::draw::pick::{Pick, Picked};
 use crate::draw::rest::RestView;
 use crate::draw::shadow::{self, SoftProgress};
 use crate::draw::shown::Shown;
@@ -111,6 +112,7 @@ pub struct Picture {
     steady: Option<Steady>,
     /// When an object last moved.
     moved: Option<Instant>,
+    pick: Pick,
     build_ms: f64,
 }
 
@@ -143,6 +145,7 @@ impl Picture {
             drawn: InTime::default(),
             steady: (options.frame_rate == FrameRate::Held).then(|| Steady::new(gpu, format)),
             moved: None,
+            pick: Pick::default(),
             options,
             build_ms: 0.0,
         })
@@ -328,6 +331,22 @@ impl Picture {
     /// Whether a camera is that of a viewer at rest, and all that it sees is here.
     pub fn is_at_rest(&self, camera: &Pinhole) -> bool {
         self.rest.shows_all_of(camera)
+    }
+
+    /// Asks what a camera sees at a place of its picture; whether that can be asked now, which is not so while a picture is drawn in parts.
+    pub fn pick(&mut self, held: &Held, camera: &Pinhole, at_px: DVec2) -> bool {
+        if !self.is_ready() {
+            return false;
+        }
+        let (impostors, bodies) = (Some(&self.impostors), Some(&self.bodies));
+        let shown = Shown { impostors, bodies, ..(&self.surfaces, held).into() };
+        self.renderer.pick(&mut self.pick, shown, camera, at_px);
+        true
+    }
+
+    /// What was found there, once: `Some(None)` where nothing is. `None` as long as it is not known.
+    pub fn picked(&mut self) -> Option<Option<Picked>> {
+        self.pick.take()
     }
 
     /// Whether the next picture may show more than the last one, though nothing moves.

@@ -4,14 +4,28 @@ use camera::Rigid;
 use glam::DVec3;
 use protocol::message::Role;
 
+use crate::show::controls::Mode;
+
 /// Vertical fields of view that pictures keep their shapes in, in degrees.
 const FOV_DEG: std::ops::RangeInclusive<f64> = 1.0..=150.0;
 
 /// Exposures that leave something to be seen: from a picture in which white is black to one in which a thousandth is white.
 const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
-/// `world_from_eye` of an eye at the point `eye` that looks at the point `target`; `None` without both.
-pub fn pose(eye: Option<&str>, target: Option<&str>) -> Result<Option<Rigid>, String> {
+/// Places are written down to this share of the distance to what is looked at: a thousandth of a pixel.
+const DIGITS: f64 = 1e-6;
+
+/// Where to begin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// The eye.
+    pub world_from_eye: Rigid,
+    /// How far before it that is which it looks at, and turns about.
+    pub distance_m: f64,
+}
+
+/// An eye at the point `eye` that looks at the point `target`; `None` without both.
+pub fn start(eye: Option<&str>, target: Option<&str>) -> Result<Option<Start>, String> {
     let (eye, target) = match (eye, target) {
         (None, None) => return Ok(None),
         (Some(eye), Some(target)) => (point("eye", eye)?, point("target", target)?),
@@ -20,7 +34,35 @@ pub fn pose(eye: Option<&str>, target: Option<&str>) -> Result<Option<Rigid>, St
     if eye == target {
         return Err("?eye= and ?target= are one point".to_owned());
     }
-    Ok(Some(Rigid::look_at(eye, target)))
+    Ok(Some(Start { world_from_eye: Rigid::look_at(eye, target), distance_m: eye.distance(target) }))
+}
+
+/// The same the other way round, as parts of an address. Roll is left out.
+pub fn parts(world_from_eye: Rigid, distance_m: f64) -> String {
+    let eye = world_from_eye.translation;
+    let target = eye + world_from_eye.transform_vector(DVec3::Z) * distance_m;
+    let decimals = (-(distance_m * DIGITS).log10()).ceil().clamp(0.0, 12.0) as usize;
+    let number = |value: f64| {
+        let text = format!("{value:.decimals$}");
+        let short = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        if short == "-0" { "0".to_owned() } else { short.to_owned() }
+    };
+    let point = |at: DVec3| at.to_array().map(number).join(",");
+    format!("eye={}&target={}", point(eye), point(target))
+}
+
+/// How the eye moves, as addresses name it.
+pub fn mode(name: &str) -> Result<Mode, String> {
+    let modes = [Mode::Walk, Mode::Orbit];
+    modes.into_iter().find(|&mode| mode_name(mode) == name).ok_or_else(|| format!("?mode={name}: use walk or turn"))
+}
+
+/// Its name.
+pub fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Walk => "walk",
+        Mode::Orbit => "turn",
+    }
 }
 
 /// What a viewer is there for, who may have been asked for a camera, or to present or follow, by a name.
@@ -67,10 +109,37 @@ mod tests {
 
     #[test]
     fn an_eye_looks_at_its_target() {
-        let pose = pose(Some("0,1.5,4"), Some("0,1.5,-2e1")).unwrap().unwrap();
+        let start = start(Some("0,1.5,4"), Some("0,1.5,-2e1")).unwrap().unwrap();
+        let pose = start.world_from_eye;
+        assert_eq!(start.distance_m, 24.0);
         assert_eq!(pose.translation, DVec3::new(0.0, 1.5, 4.0));
         assert!(pose.transform_vector(DVec3::Z).abs_diff_eq(DVec3::NEG_Z, 1e-12));
         assert!((fov_y_rad("90").unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_address_leads_back_to_a_view() {
+        for (eye, target) in [
+            (DVec3::new(0.1, 1.7, -3.0), DVec3::new(4.0, 0.0, 1.0 / 3.0)),
+            (DVec3::new(6_378_137.25, -0.4, 1e5), DVec3::new(6_378_100.0, 3.0, 1e5)),
+            (DVec3::new(1e-5, 2e-5, 3e-5), DVec3::ZERO),
+            (DVec3::new(-2e4, 8e3, 0.0), DVec3::new(0.0, 1.0, 9e7)),
+        ] {
+            let distance_m = eye.distance(target);
+            let text = parts(Rigid::look_at(eye, target), distance_m);
+            let (first, second) = text.split_once('&').expect("two parts");
+            let strip = |part: &str, name: &str| part.strip_prefix(name).expect("a name").to_owned();
+            let (first, second) = (strip(first, "eye="), strip(second, "target="));
+            let back = start(Some(&first), Some(&second)).unwrap().unwrap();
+            // A place in f64 has 52 bits of where it is.
+            let most = 2.0 * DIGITS * distance_m + 1e-15 * eye.length();
+            assert!(back.world_from_eye.translation.distance(eye) < most, "{text}");
+            let forward = back.world_from_eye.transform_vector(DVec3::Z);
+            assert!(forward.distance((target - eye).normalize()) < 4.0 * DIGITS, "{text}");
+        }
+        assert_eq!(parts(Rigid::look_at(DVec3::Z * 4.0, DVec3::ZERO), 4.0), "eye=0,0,4&target=0,0,0");
+        assert_eq!((mode("walk"), mode("turn")), (Ok(Mode::Walk), Ok(Mode::Orbit)));
+        assert!(mode("fly").unwrap_err().starts_with("?mode=fly:"));
     }
 
     #[test]
@@ -86,14 +155,14 @@ mod tests {
 
     #[test]
     fn nonsense_is_named() {
-        assert_eq!(pose(None, None), Ok(None));
+        assert_eq!(start(None, None), Ok(None));
         for (eye, target, word) in [
             (Some("1,2,3"), None, "together"),
             (Some("1,2"), Some("0,0,0"), "?eye=1,2:"),
             (Some("1,2,3"), Some("0,NaN,0"), "?target=0,NaN,0:"),
             (Some("1,2,3"), Some("1,2,3"), "one point"),
         ] {
-            let said = pose(eye, target).unwrap_err();
+            let said = start(eye, target).unwrap_err();
             assert!(said.contains(word), "{said}");
         }
         assert_eq!(stops("-1.5"), Ok(-1.5));

@@ -1,7 +1,7 @@
 //! Where pictures are shown, and who looks at them.
 //!
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
-//! - [`panel`]: how the panel writes figures.
+//! - [`panel`]: how the panel writes figures; [`begin`]: where an address says that one begins; [`tiles`]: pictures larger than what is drawn at once.
 //! - Natively: `window`, the viewer's window; `headless`, the viewer along a camera trace.
 
 pub mod begin;
@@ -9,5 +9,6 @@ pub mod controls;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
 pub mod panel;
+pub mod tiles;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod window;

@@ -186,9 +186,29 @@ impl Flow {
         let (Some(bytes_per_s), Some(size_bytes)) = (self.bytes_per_s(), self.size_bytes) else {
             return FIRST_WINDOW_BYTES;
         };
+        (GAIN * (bytes_per_s * self.path_s(bytes_per_s) + size_bytes)).max(LEAST_WINDOW_BYTES)
+    }
+
+    /// A round trip of the path itself, without what updates take of it and wait.
+    fn path_s(&self, bytes_per_s: f64) -> f64 {
         let of_path_s = self.delays_s.iter().map(|&(_, (delay_s, bytes))| delay_s - bytes as f64 / bytes_per_s);
-        let of_path_s = of_path_s.reduce(f64::min).unwrap_or(0.0).max(0.0);
-        (GAIN * (bytes_per_s * of_path_s + size_bytes)).max(LEAST_WINDOW_BYTES)
+        of_path_s.reduce(f64::min).unwrap_or(0.0).max(0.0)
+    }
+
+    /// From the sending of an update to when all of it is there: what most of the last ones took till their acknowledgement, less its way back. No more than half of what the path itself takes,
+    /// the update, and one that it waits for: acknowledgements may be late, too, as on paths that are full both ways or lose packets.
+    pub fn one_way_s(&self) -> Option<f64> {
+        let mut delays_s: Vec<f64> = self.delays_s.iter().map(|&(_, (delay_s, _))| delay_s).collect();
+        let (middle, taken_s) = (delays_s.len() / 2, self.taken_s()?);
+        let (_, &mut median_s, _) =
+            (!delays_s.is_empty()).then(|| delays_s.select_nth_unstable_by(middle, f64::total_cmp))?;
+        let half_s = self.bytes_per_s().map_or(0.0, |bytes_per_s| self.path_s(bytes_per_s)) / 2.0;
+        Some((median_s - half_s).clamp(0.0, half_s + 2.0 * taken_s))
+    }
+
+    /// How long the path takes for an update, so that no two follow each other sooner.
+    pub fn taken_s(&self) -> Option<f64> {
+        Some(self.size_bytes? / self.bytes_per_s()?)
     }
 
     /// Whether another update may be sent. While one is acknowledged the next one is on its way, however large they are.
@@ -308,6 +328,24 @@ mod tests {
     fn percentile(mut delays_s: Vec<f64>, share: f64) -> f64 {
         delays_s.sort_by(f64::total_cmp);
         delays_s[((delays_s.len() - 1) as f64 * share) as usize]
+    }
+
+    #[test]
+    fn an_update_is_on_its_way_for_what_the_path_takes_and_what_it_takes_of_the_path() {
+        let mut flow = Flow::default();
+        assert_eq!((flow.one_way_s(), flow.taken_s()), (None, None));
+        // 10 kB a second after a tenth of a second; one of ten is a second late.
+        let (bytes, mut now_s) = (2_000, 0.0);
+        for number in 1..=100 {
+            flow.sent(number, 0, bytes, now_s);
+            let late_s = if number % 10 == 0 { 1.0 } else { 0.0 };
+            flow.acked(number, 0, number * bytes as u64, now_s + 0.1 + 0.2 + late_s);
+            now_s += 0.3 + late_s;
+        }
+        let (one_way_s, taken_s) = (flow.one_way_s().expect("known"), flow.taken_s().expect("known"));
+        // One at a time the path takes no more of them than one in three tenths of a second.
+        assert!((0.2..0.301).contains(&taken_s), "{taken_s}");
+        assert!((0.25..0.301).contains(&one_way_s), "{one_way_s}");
     }
 
     #[test]

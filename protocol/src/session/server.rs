@@ -621,6 +621,16 @@ impl ServerSession {
         self.flow.queue_s()
     }
 
+    /// From the sending of an update to when all of it is there; `None` before the first acknowledgement.
+    pub fn one_way_s(&self) -> Option<f64> {
+        self.flow.one_way_s()
+    }
+
+    /// How long the path takes for an update; `None` before the first acknowledgement.
+    pub fn taken_s(&self) -> Option<f64> {
+        self.flow.taken_s()
+    }
+
     /// Bytes of updates sent and not acknowledged, and how many may be.
     pub fn in_flight_and_window_bytes(&self) -> (u64, u64) {
         (self.flow.in_flight_bytes(), self.flow.window_bytes() as u64)

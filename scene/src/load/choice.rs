@@ -1,4 +1,6 @@
-//! Which of several things of a file is shown.
+//! Which of several things of a file is shown, and which way up.
+
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::LoadError;
 use super::source::shorten;
@@ -13,6 +15,28 @@ pub struct Choice {
     pub variant: Option<String>,
     /// The perspective camera that viewers begin at, by its own name or its node's.
     pub camera: Option<String>,
+    /// Which axis is up, in a file that does not say.
+    pub up: Up,
+}
+
+/// The axis that is up in OBJ, PLY and STL files, which do not say; in glTF files it is y.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Up {
+    /// As in most files of models.
+    #[default]
+    Y,
+    /// As in most files of maps, scans and machine parts.
+    Z,
+}
+
+impl Up {
+    /// To the world, where y is up: no number changes but in its sign.
+    pub(super) fn world_from_file(self) -> DAffine3 {
+        match self {
+            Up::Y => DAffine3::IDENTITY,
+            Up::Z => DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y)),
+        }
+    }
 }
 
 impl Choice {

@@ -58,7 +58,7 @@ pub(super) fn still_scene(
     let mut still = Still::default();
     let (mut meshes, mut instances) = (Vec::with_capacity(parts.len()), Vec::with_capacity(parts.len()));
     for (index, part) in parts.into_iter().enumerate() {
-        still.world_from_mesh.push(DAffine3::from_translation(part.built.centre));
+        still.world_from_mesh.push(request.choice.up.world_from_file() * DAffine3::from_translation(part.built.centre));
         meshes.push(part.built.mesh);
         instances.push(Instance { mesh: index as u32, name: part.name, moves: false, deforms: false, tint: [255; 3] });
     }

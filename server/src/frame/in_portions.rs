@@ -1,4 +1,4 @@
-//! Looks at what a viewer lacks, by a path that carries little: of who stands see [`crate::portions`]; of who moves view by view.
+//! Looks at what a viewer lacks, by a path that carries little: of who stands see [`crate::portions`]; of who moves view by view, and within views band by band.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::views::revision;
 use super::{Client, Plan, Stage, StageError};
 use crate::account::Surroundings;
 use crate::made::Came;
-use crate::portions::{BYTES_PER_SAMPLE, Portion, rows_of};
+use crate::portions::{BYTES_PER_SAMPLE, Band, Portion, bands, rows_of};
 use crate::viewer::Viewer;
 
 /// What an update of a viewer who moves brings at most, of what one may bring: what the path carries in a fifth of a second. He is elsewhere soon.
@@ -52,7 +52,7 @@ impl Stage {
     }
 
     /// Looks for a viewer who moves, view by view, the one first from where he is expected, until what is found is as much as his path carries soon. The next
-    /// look finds the rest. Whether it came to the last view.
+    /// look finds the rest: of the first view it begins where this one ended. Whether it came to the last view.
     pub(super) fn look_in_passing(
         &mut self,
         plan: &Plan,
@@ -63,10 +63,16 @@ impl Stage {
         let most = (PASSING_SHARE * plan.allowance.bytes() / BYTES_PER_SAMPLE) as usize;
         let before = client.account.counts().added;
         for (view, camera) in plan.views.iter().enumerate() {
-            if client.account.counts().added - before >= most {
-                return Ok(false);
+            let begin = if view == 0 { client.passing_begin } else { 0.0 };
+            for Band { first, rows, end } in bands(camera, most, begin) {
+                if client.account.counts().added - before >= most {
+                    return Ok(false);
+                }
+                self.look_at_rows(plan, (view, first, rows), snapshot, now, client)?;
+                if view == 0 {
+                    client.passing_begin = end;
+                }
             }
-            self.look_at_rows(plan, (view, 0, camera.height_px), snapshot, now, client)?;
         }
         Ok(true)
     }

@@ -1,26 +1,30 @@
 //! What a server shows: nothing while its first scene is loaded, then that, later perhaps another one in its place, and nothing new once it is to stop. Beside
-//! it, where there is a folder of scenes, each of those to who asks for it by its name.
+//! it, where there is a folder of scenes, or people may bring some, each of those to who asks for it by its name.
 //!
-//! - `slot`: the first scene; `shelf`: those of a folder; `folder`: which there are; `not_open`: what is said of one that is not open; [`options`]: the command line; `tend`: the task that loads them and puts them away.
+//! - `slot`: the first scene; `shelf`: the others; `stock` and `folder`: which there are; `not_open`: what is said of one that is not open; [`options`]: the command line; `tend`: the task that loads them and puts them away.
 
 mod folder;
 mod not_open;
 pub mod options;
 mod shelf;
 mod slot;
+mod stock;
 mod tend;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use bytes::Bytes;
 pub use folder::{Folder, FolderError};
 pub(crate) use not_open::NotOpen;
 use shelf::Shelf;
 use slot::Slot;
+pub use stock::Stock;
 pub use tend::Load;
 
 use crate::limits::SceneLimits;
 use crate::session::{House, Over, Shared};
+use crate::uploads::Uploads;
 
 /// See the module.
 #[derive(Default)]
@@ -43,23 +47,17 @@ impl Serving {
         self.first.show(shared);
     }
 
-    /// Offers the scenes of a folder too, and loads them as they are asked for. `first`: what the first scene is called there. Ends where that was done before.
-    pub async fn offer(
-        self: Arc<Self>,
-        folder: Folder,
-        first: Option<String>,
-        load: Load,
-        terms: (SceneLimits, House),
-    ) {
+    /// Offers further scenes too, and loads them as they are asked for. `first`: what the first scene is called there. Ends where that was done before.
+    pub async fn offer(self: Arc<Self>, stock: Stock, first: Option<String>, load: Load, terms: (SceneLimits, House)) {
         let (limits, house) = terms;
         first.into_iter().for_each(|name| drop(self.first_name.set(name)));
-        let shelf = Arc::new(Shelf::new(folder, limits, house));
+        let shelf = Arc::new(Shelf::new(stock, limits, house));
         if self.shelf.set(shelf.clone()).is_ok() {
             tend::tend(&shelf, &load, || self.shared().map_or(0, |first| first.scene.bytes())).await;
         }
     }
 
-    /// All scenes of the folder that are open are loaded anew.
+    /// All further scenes that are open are loaded anew.
     pub fn reload_others(&self) {
         self.shelf.get().into_iter().for_each(|shelf| shelf.reload());
     }
@@ -97,7 +95,7 @@ impl Serving {
         }
     }
 
-    /// Whether there is a folder of scenes.
+    /// Whether there may be scenes beside the first.
     pub fn has_others(&self) -> bool {
         self.shelf.get().is_some()
     }
@@ -113,19 +111,40 @@ impl Serving {
         self.first_name.get().unwrap_or(&shared.scene.name).clone()
     }
 
-    /// All scenes, as JSON: the first one first, then those of the folder. Reads it.
+    /// All scenes that anybody may choose, as JSON: the first one first, then those of the folder, which it reads; and what may be brought.
     pub fn list(&self) -> serde_json::Value {
         let open = self.open_ones();
         let first = self.shared().ok().map(|shared| self.name_of_first(&shared));
-        let of_folder = self.shelf.get().map(|shelf| shelf.names()).unwrap_or_default();
+        let of_folder = self.shelf.get().map(|shelf| shelf.stock().names()).unwrap_or_default();
         let others = of_folder.into_iter().filter(|name| Some(name) != first.as_ref());
         let listed = |name: &String| {
             let shared = open.iter().find(|(of, _)| of == name).map(|(_, shared)| shared);
             let (sessions, bytes) =
                 shared.map_or((0, None), |shared| (shared.session_count(), Some(shared.scene.bytes())));
-            serde_json::json!({ "name": name, "open": shared.is_some(), "sessions": sessions, "bytes": bytes })
+            serde_json::json!({
+                "name": name,
+                "open": shared.is_some(),
+                "sessions": sessions,
+                "bytes": bytes,
+                "thumbnail": self.thumbnail(name).is_some(),
+            })
         };
-        first.iter().cloned().chain(others).map(|name| listed(&name)).collect()
+        let scenes: Vec<_> = first.iter().cloned().chain(others).map(|name| listed(&name)).collect();
+        let uploads = self.uploads().map(|uploads| serde_json::json!({ "bytes": uploads.most_bytes() }));
+        serde_json::json!({ "scenes": scenes, "uploads": uploads })
+    }
+
+    /// A small picture of a scene that is or was open, a JPEG.
+    pub fn thumbnail(&self, name: &str) -> Option<Bytes> {
+        if self.is_first(name) {
+            return self.shared().ok()?.thumbnail.clone();
+        }
+        self.shelf.get()?.thumbnail(name)
+    }
+
+    /// Where people bring files of their own; `None` where they may not.
+    pub fn uploads(&self) -> Option<Arc<Uploads>> {
+        self.shelf.get()?.stock().uploads().cloned()
     }
 
     /// Waits until the first scene can be drawn no more, and says why.

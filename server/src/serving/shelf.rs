@@ -1,4 +1,4 @@
-//! Scenes of a folder: each is loaded when somebody asks for it, one at a time, and put away when nobody has been there for a while, or when there must be
+//! Scenes of a folder, and such as people brought: each is loaded when somebody asks for it, one at a time, and put away when nobody has been there for a while, or when there must be
 //! room for another one.
 //!
 //! Whoever asks is told how far his scene is, and comes again, as clients of a server do whose only scene is being loaded. What he is told stands in the
@@ -10,27 +10,29 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use bytes::Bytes;
 use tokio::sync::Notify;
 
-use super::folder::Folder;
 use super::not_open::{NotOpen, loading};
+use super::stock::Stock;
 use crate::limits::SceneLimits;
 use crate::session::{House, Over, Shared};
+use crate::uploads;
 
 /// Who asks for a scene that could not be loaded is told so for so long; then it is tried again.
 const FAILED_FOR: Duration = Duration::from_secs(10);
 /// The same where there was no room: that changes as soon as somebody leaves.
 const CROWDED_FOR: Duration = Duration::from_secs(2);
-/// Names that a refusal lists.
-const LISTED: usize = 20;
 
 /// See the module.
 pub(super) struct Shelf {
-    folder: Folder,
+    stock: Stock,
     limits: SceneLimits,
     /// What its scenes share with all others.
     pub house: House,
     books: Mutex<BTreeMap<String, Book>>,
+    /// Of all that are open or were, of those that all may know of.
+    thumbnails: Mutex<BTreeMap<String, Bytes>>,
     /// Told when something is to be loaded.
     pub asked: Notify,
 }
@@ -60,8 +62,8 @@ struct Open {
 
 impl Shelf {
     /// With nothing loaded.
-    pub fn new(folder: Folder, limits: SceneLimits, house: House) -> Shelf {
-        Shelf { folder, limits, house, books: Mutex::default(), asked: Notify::new() }
+    pub fn new(stock: Stock, limits: SceneLimits, house: House) -> Shelf {
+        Shelf { stock, limits, house, books: Mutex::default(), thumbnails: Mutex::default(), asked: Notify::new() }
     }
 
     /// A scene by its name, or what to tell who comes too early. Reads the folder.
@@ -69,8 +71,7 @@ impl Shelf {
         if let Some(known) = known(&mut self.books(), name) {
             return known;
         }
-        let mut files = self.folder.files();
-        let Some(path) = files.remove(name) else { return Err(NotOpen::for_ever(unknown(name, files.keys()))) };
+        let path = self.stock.file(name).map_err(NotOpen::for_ever)?;
         // Somebody else may have asked meanwhile: looking and writing are one.
         let mut books = self.books();
         known(&mut books, name).unwrap_or_else(|| {
@@ -115,6 +116,9 @@ impl Shelf {
                 format!("{name} needs {} of memory, which other scenes take now that have viewers", mebibytes(needed));
             return self.shut(name, NotOpen::for_now(why), CROWDED_FOR);
         }
+        if let Some(thumbnail) = shared.thumbnail.clone().filter(|_| !uploads::is_brought(name)) {
+            self.thumbnails().insert(name.to_owned(), thumbnail);
+        }
         let open = Open { shared, path, wanted_at: Instant::now(), is_old: false };
         self.house.stats.scenes.opened.fetch_add(1, Ordering::Relaxed);
         if let Some(Book::Open(before)) = self.books().insert(name.to_owned(), Book::Open(open)) {
@@ -136,7 +140,7 @@ impl Shelf {
     /// A scene could not be loaded. Where the folder is stands in the log alone.
     pub fn failed(&self, name: &str, why: &str) {
         tracing::error!("{name} cannot be shown: {why}");
-        let why = self.folder.without_its_path(why);
+        let why = self.stock.without_paths(why);
         self.house.stats.scenes.failed.fetch_add(1, Ordering::Relaxed);
         self.shut(name, NotOpen::for_ever(format!("{name} cannot be shown: {why}")), FAILED_FOR);
     }
@@ -185,16 +189,19 @@ impl Shelf {
             Book::Shut { until, .. } => *until > now,
             Book::Asked(_) | Book::Loading(_) => true,
         });
+        let has_some = |prefix: &str| self.books().keys().any(|name| name.starts_with(prefix));
+        self.stock.tidy(now, self.limits.idle, has_some);
     }
 
     /// Tells all sessions that they are over.
     pub fn end(&self, over: Over) {
         self.each_open(|_, open| open.shared.end(over));
+        self.stock.close();
     }
 
-    /// All scenes that there are. Reads the folder.
-    pub fn names(&self) -> Vec<String> {
-        self.folder.files().into_keys().collect()
+    /// Where its scenes are from.
+    pub fn stock(&self) -> &Stock {
+        &self.stock
     }
 
     /// What sessions of each open scene share, by its name.
@@ -202,6 +209,11 @@ impl Shelf {
         let mut ones = Vec::new();
         self.each_open(|name, open| ones.push((name.to_owned(), open.shared.clone())));
         ones
+    }
+
+    /// A small picture of a scene that is or was open.
+    pub fn thumbnail(&self, name: &str) -> Option<Bytes> {
+        self.thumbnails().get(name).cloned()
     }
 
     fn each_open(&self, mut does: impl FnMut(&str, &Open)) {
@@ -254,6 +266,10 @@ impl Shelf {
         self.house.ended.notify_one();
     }
 
+    fn thumbnails(&self) -> MutexGuard<'_, BTreeMap<String, Bytes>> {
+        self.thumbnails.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn books(&self) -> MutexGuard<'_, BTreeMap<String, Book>> {
         self.books.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -275,11 +291,4 @@ fn known(books: &mut BTreeMap<String, Book>, name: &str) -> Option<Result<Arc<Sh
 
 fn mebibytes(bytes: u64) -> String {
     format!("{} MiB", bytes.div_ceil(1 << 20))
-}
-
-fn unknown<'a>(name: &str, names: impl ExactSizeIterator<Item = &'a String>) -> String {
-    let more = names.len().saturating_sub(LISTED);
-    let listed: Vec<_> = names.take(LISTED).map(String::as_str).collect();
-    let and = if more == 0 { String::new() } else { format!(", and {more} more") };
-    format!("there is no scene {name:?} here; there are: {}{and}", listed.join(", "))
 }

@@ -161,6 +161,8 @@ impl Connection<'_> {
                 viewer.round_trip_s = self.link.session.round_trip_s().unwrap_or(0.0);
                 viewer.bytes_per_s = self.link.session.throughput_bytes_per_s();
                 viewer.queue_s = self.link.session.queue_s();
+                viewer.one_way_s = self.link.session.one_way_s().unwrap_or(0.0);
+                viewer.taken_s = self.link.session.taken_s().unwrap_or(0.0);
             }
             ServerEvent::Restart => {
                 tracing::info!(peer = %self.link.peer, "the client's copy is broken: starting anew");

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
+use bytes::Bytes;
 use glam::DVec3;
 use protocol::message::{Clock, VERSION, Welcome};
 use scene::Scene;
@@ -22,7 +23,7 @@ use crate::plan::{self, Rules};
 use crate::pool::Pool;
 use crate::stats::Stats;
 use crate::worker::Worker;
-use crate::{memory, start};
+use crate::{memory, start, thumbnail};
 
 /// How many threads look for what clients lack.
 struct Looking {
@@ -86,6 +87,8 @@ pub struct Shared {
     /// Among all scenes that were opened.
     pub(super) number: SceneNumber,
     sessions: AtomicUsize,
+    /// A small picture of it, where people choose among scenes.
+    pub(crate) thumbnail: Option<Bytes>,
     /// What is made for each session.
     pub(crate) plans: Inventories,
     pub(super) rules: Rules,
@@ -100,9 +103,10 @@ impl Shared {
     pub fn open(
         config: Config,
         scene: Arc<Scene>,
-        imager: Box<dyn Imager>,
+        mut imager: Box<dyn Imager>,
         house: House,
     ) -> std::io::Result<Arc<Shared>> {
+        let thumbnail = if config.thumbnails { thumbnail::of(&scene, &mut *imager) } else { None };
         let rules = Rules {
             images: config.images,
             image_size_px: config.image_size_px,
@@ -145,6 +149,7 @@ impl Shared {
             pool,
             worker,
             audiences: Arc::default(),
+            thumbnail: thumbnail.map(Bytes::from),
             number,
             sessions: AtomicUsize::new(0),
             plans: Inventories::default(),

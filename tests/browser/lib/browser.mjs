@@ -18,14 +18,14 @@ const RENDERER = {
 const VIEWPORT = { width: 640, height: 400 };
 
 /** Opens a page in a browser of its own with a new profile. `close` ends both. */
-export async function openPage(renderer, log, viewport = VIEWPORT) {
+export async function openPage(renderer, log, viewport = VIEWPORT, deviceScaleFactor = 1) {
   const profile = await mkdtemp(join(tmpdir(), 'vantage-browser-'));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
     headless: false, // the flag below says which headless
     args: [...BASE, ...RENDERER[renderer]],
     viewport,
-    deviceScaleFactor: 1,
+    deviceScaleFactor,
   });
   const page = context.pages()[0] ?? await context.newPage();
   page.setDefaultTimeout(60_000);

@@ -17,6 +17,8 @@ const THERE: &str = "10.213.77.2";
 const PORT: u16 = 8080;
 /// Anything but loopback takes one.
 const TOKEN: &str = "report";
+/// What goes through at once after a pause: a packet and a half, so that the queue is what delays. More would be a second buffer before it.
+const BURST_BYTES: u32 = 2500;
 const LOADS_WITHIN: Duration = Duration::from_secs(120);
 
 /// A server behind such a path. Dropping it ends both.
@@ -42,7 +44,7 @@ impl KernelPath {
         run(&format!("{within} ip link set lo up"))?;
         for (prefix, device) in [(String::new(), &here), (format!("{within} "), &there)] {
             run(&format!(
-                "{prefix}tc qdisc add dev {device} root tbf rate {kbit}kbit burst 16kb latency {queue_ms}ms"
+                "{prefix}tc qdisc add dev {device} root tbf rate {kbit}kbit burst {BURST_BYTES} latency {queue_ms}ms"
             ))?;
         }
         path.server = Some(path.spawn(&programs::server()?, scene, image_px)?);

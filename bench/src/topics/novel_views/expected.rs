@@ -22,7 +22,7 @@ pub fn expected_eyes(replay: &Replay, link: Link) -> Vec<(f64, Rigid)> {
     let view = ViewSize { width_px: replay.size_px.0, height_px: replay.size_px.1, fov_y_rad: replay.fov_y_rad };
     let mut up = LinkModel::new(link, UP_SEED);
     let mut viewer = Viewer::at_start(view, replay.trace.at(0.0), -REST_S);
-    viewer.round_trip_s = link.rtt_s;
+    (viewer.round_trip_s, viewer.one_way_s) = (link.rtt_s, link.rtt_s / 2.0);
     let first_pose = -(REST_S * CLIENT_HZ) as i64;
     let mut estimator = MotionEstimator::default();
     let poses: Vec<_> = (first_pose..replay.trace.poses.len() as i64)

@@ -13,12 +13,17 @@
 //! | A D / left, right | turn the object | sideways |
 //! | Q E | down and up around the object | down and up |
 //! | shift | four times as fast | four times as fast |
+//!
+//! It also goes by itself: where somebody leads it, or to a view that was asked for (`flight`).
 
+mod flight;
 mod touch;
 
 use camera::{Motion, Rigid};
 use glam::{DVec2, DVec3};
 
+use flight::Flight;
+pub use flight::Side;
 pub use touch::Drag;
 use touch::Pointers;
 
@@ -36,6 +41,10 @@ const LARGEST_PITCH_RAD: f64 = 1.55;
 const WALKING_SPEED_M_S: f64 = 1.6;
 /// What shift multiplies every speed by.
 const FAST: f64 = 4.0;
+/// What a press of a key makes of the speed: three double it.
+pub const FASTER: f64 = 1.259_921;
+/// Shares of the speed that fits a scene that a person may set.
+const SPEED_SHARES: [f64; 2] = [1.0 / 64.0, 64.0];
 /// Turning by keys, in rad/s: once around in six seconds.
 const TURNING_SPEED_RAD_S: f64 = std::f64::consts::TAU / 6.0;
 /// What one notch of a wheel multiplies the distance from the pivot by.
@@ -140,6 +149,8 @@ pub struct Controls {
     yaw_rad: f64,
     pitch_rad: f64,
     speed_m_s: f64,
+    /// What the person makes of it.
+    speed_share: f64,
     nearest_m: f64,
     farthest_m: f64,
     keys: [bool; 7],
@@ -147,6 +158,9 @@ pub struct Controls {
     velocity: DVec3,
     pointers: Pointers,
     led: Led,
+    flight: Option<Flight>,
+    /// Corners of the scene's bounds.
+    bounds_world: [DVec3; 2],
     size_px: DVec2,
     fov_y_rad: f64,
 }
@@ -181,6 +195,7 @@ impl Controls {
             yaw_rad: (-forward.x).atan2(-forward.z),
             pitch_rad: forward.y.clamp(-1.0, 1.0).asin().clamp(-LARGEST_PITCH_RAD, LARGEST_PITCH_RAD),
             speed_m_s: WALKING_SPEED_M_S.clamp(diagonal_m / 60.0, diagonal_m / 4.0),
+            speed_share: 1.0,
             // Nothing is cut there: what is drawn begins at half of that at most (`near_m` of `server/src/start.rs`).
             nearest_m: diagonal_m * 1e-3,
             farthest_m: diagonal_m * 20.0,
@@ -188,6 +203,8 @@ impl Controls {
             velocity: DVec3::ZERO,
             pointers: Pointers::default(),
             led: Led::No,
+            flight: None,
+            bounds_world: [bounds_min, bounds_max],
             size_px: DVec2::new(1280.0, 720.0),
             fov_y_rad: 60_f64.to_radians(),
         }
@@ -215,6 +232,20 @@ impl Controls {
         self.velocity = DVec3::ZERO;
     }
 
+    /// How far before the eye that is which it turns about.
+    pub fn distance_m(&self) -> f64 {
+        self.distance_m
+    }
+
+    /// Turns about what is so far before the eye, which stays where it is.
+    pub fn turn_about(&mut self, distance_m: f64) {
+        let eye = self.pose().translation;
+        self.distance_m = distance_m.clamp(self.nearest_m, self.farthest_m);
+        if self.mode == Mode::Orbit {
+            self.anchor_world = eye + self.forward() * self.distance_m;
+        }
+    }
+
     /// The eye now.
     pub fn pose(&self) -> Rigid {
         let forward = self.forward();
@@ -223,6 +254,29 @@ impl Controls {
             Mode::Orbit => self.anchor_world - forward * self.distance_m,
         };
         Rigid::look_along(eye, forward)
+    }
+
+    /// Walks and flies so many times as fast from now on as before.
+    pub fn change_speed(&mut self, factor: f64) {
+        self.speed_share = (self.speed_share * factor).clamp(SPEED_SHARES[0], SPEED_SHARES[1]);
+    }
+
+    /// How fast the eye goes, as a share of what fits the scene.
+    pub fn speed_share(&self) -> f64 {
+        self.speed_share
+    }
+
+    /// The eye is here now, wherever it was going.
+    pub fn put(&mut self, world_from_eye: Rigid) {
+        self.let_go();
+        self.velocity = DVec3::ZERO;
+        self.approach(world_from_eye, 1.0);
+    }
+
+    /// Nobody but the person moves the eye any more.
+    fn let_go(&mut self) {
+        self.led = Led::No;
+        self.flight = None;
     }
 
     /// Lets the eye be led from now on, until the person moves it.
@@ -264,7 +318,7 @@ impl Controls {
     /// Takes an event.
     pub fn handle(&mut self, input: Input) {
         if matches!(input, Input::PointerDown { .. } | Input::Wheel { .. } | Input::Key { down: true, .. }) {
-            self.led = Led::No;
+            self.let_go();
         }
         match input {
             Input::PointerDown { id, drag, at_px } => self.pointers.down(id, drag, at_px),
@@ -297,7 +351,7 @@ impl Controls {
         let travel = asked * dt_s + (self.velocity - asked) * (SMOOTHING_S * (1.0 - decay));
         self.velocity = asked + (self.velocity - asked) * decay;
         // Of full speed. What is left of the way is `SMOOTHING_S` times that: 0.13 mm of a walk, or 0.005 degrees of a turn, where a pixel of 720 rows spans 0.08.
-        if asked == DVec3::ZERO && self.velocity.length() < 1e-3 {
+        if asked == DVec3::ZERO && self.velocity.length() < 1e-3 * self.speed_share {
             self.velocity = DVec3::ZERO;
         }
         self.travel(travel);
@@ -310,14 +364,15 @@ impl Controls {
                 self.approach(there, share);
             }
         }
-        self.velocity != DVec3::ZERO || asked != DVec3::ZERO
+        let flies = self.advance_flight(dt_s);
+        self.velocity != DVec3::ZERO || asked != DVec3::ZERO || flies
     }
 
     /// How the eye moves on, where keys alone say so; what a pointer does next nobody knows.
     pub fn motion(&self) -> Option<Motion> {
         let asked = self.asked_velocity();
         let rate = if asked == DVec3::ZERO { self.velocity } else { asked };
-        if rate == DVec3::ZERO || self.pointers.is_any_down() {
+        if rate == DVec3::ZERO || self.pointers.is_any_down() || self.flight.is_some() {
             return None;
         }
         let motion = match self.mode {
@@ -344,7 +399,8 @@ impl Controls {
             held(Key::Up) - held(Key::Down),
             held(Key::Forward) - held(Key::Back),
         );
-        axes.clamp_length_max(1.0) * if self.keys[Key::Fast as usize] { FAST } else { 1.0 }
+        let fast = if self.keys[Key::Fast as usize] { FAST } else { 1.0 };
+        axes.clamp_length_max(1.0) * fast * self.speed_share
     }
 
     fn travel(&mut self, travel: DVec3) {

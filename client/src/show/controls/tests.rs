@@ -41,6 +41,83 @@ fn begins_at_the_start_pose() {
     }
 }
 
+/// Lets seconds pass, frame by frame.
+fn pass(controls: &mut Controls, seconds: f64) {
+    for _ in 0..(seconds * 60.0) as usize {
+        controls.advance(1.0 / 60.0);
+    }
+}
+
+#[test]
+fn it_goes_to_where_all_is_seen() {
+    for mut controls in [walking(), orbiting()] {
+        let [min, max] = controls.bounds_world;
+        for (side, along) in [
+            (Side::Same, forward(&controls)),
+            (Side::Front, DVec3::NEG_Z),
+            (Side::Right, DVec3::NEG_X),
+            (Side::Top, DVec3::NEG_Y),
+        ] {
+            controls.go_to(side);
+            assert!(controls.advance(0.01), "it moves by itself");
+            pass(&mut controls, 3.0);
+            assert!(!controls.advance(0.01), "it is there");
+            assert!(forward(&controls).angle_between(along) < 0.03, "{side:?}: {}", forward(&controls));
+            let camera = camera::Pinhole::symmetric(controls.pose(), (800, 600), 60_f64.to_radians(), 1e-3);
+            let corners = (0..8).map(|index: usize| {
+                DVec3::from_array([0, 1, 2].map(|axis| if index >> axis & 1 == 0 { min[axis] } else { max[axis] }))
+            });
+            let places: Vec<_> =
+                corners.map(|corner| camera.image_from_world(corner).expect("before the eye")).collect();
+            assert!(places.iter().all(|&place| camera.contains(place)), "{side:?}: {places:?}");
+            let reach =
+                places.iter().map(|place| ((place.u - 400.0) / 400.0).abs().max(((place.v - 300.0) / 300.0).abs()));
+            assert!((reach.fold(0.0, f64::max) - 0.9).abs() < 1e-3, "{side:?}: {places:?}");
+        }
+        // Who turns afterwards turns about the middle.
+        controls.set_mode(Mode::Orbit);
+        drag(&mut controls, Drag::Look, (0.0, 0.0), (200.0, 0.0));
+        let ahead = controls.pose().translation + forward(&controls) * controls.distance_m();
+        assert!(ahead.distance((min + max) / 2.0) < 1e-3 * (max - min).length(), "{ahead}");
+    }
+}
+
+#[test]
+fn it_goes_to_a_point_unless_the_person_moves() {
+    let point = DVec3::new(0.5, 0.5, 0.5);
+    let ahead = |controls: &Controls| controls.pose().translation + forward(controls) * controls.distance_m();
+    for mut controls in [walking(), orbiting()] {
+        let before = controls.clone();
+        let was_m = before.pose().translation.distance(point);
+        controls.visit(point);
+        pass(&mut controls, 3.0);
+        assert!(ahead(&controls).distance(point) < 1e-3, "it looks at it");
+        match controls.mode() {
+            Mode::Walk => assert!((controls.pose().translation.distance(point) / was_m - 0.35).abs() < 1e-3),
+            Mode::Orbit => assert!(forward(&controls).angle_between(forward(&before)) < 1e-6, "from where it did"),
+        }
+        controls.visit(DVec3::ZERO);
+        pass(&mut controls, 0.1);
+        controls.handle(Input::Wheel { notches: 0.0 });
+        let here = controls.pose();
+        pass(&mut controls, 1.0);
+        assert_eq!(controls.pose(), here);
+    }
+}
+
+#[test]
+fn a_person_sets_the_speed() {
+    let way = |share: f64| {
+        let mut controls = walking();
+        controls.change_speed(share);
+        controls.handle(key(Key::Forward, true));
+        pass(&mut controls, 2.0);
+        controls.pose().translation.distance(walking().pose().translation)
+    };
+    assert!((way(4.0) / way(1.0) - 4.0).abs() < 1e-9 && (way(0.25) / way(1.0) - 0.25).abs() < 1e-9);
+    assert!(way(1e9).is_finite() && way(0.0) > 0.0);
+}
+
 #[test]
 fn keys_give_the_same_path_at_every_frame_rate() {
     for mut coarse in [walking(), orbiting()] {

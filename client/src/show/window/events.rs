@@ -5,7 +5,7 @@ use winit::event::{ElementState, MouseButton, MouseScrollDelta, TouchPhase, Wind
 use winit::keyboard::{KeyCode, PhysicalKey};
 
 use super::running::Running;
-use crate::show::controls::{Controls, Drag, Input, Key, Mode};
+use crate::show::controls::{Controls, Drag, FASTER, Input, Key, Mode, Side};
 
 /// The mouse among the pointers; fingers have their own numbers.
 const MOUSE: u64 = u64::MAX;
@@ -41,12 +41,22 @@ fn press(running: &mut Running<'_>, key: PhysicalKey) {
             }
         }
         PhysicalKey::Code(KeyCode::KeyF) => running.follow(),
-        PhysicalKey::Code(KeyCode::KeyM) => {
-            if let Some(controls) = &mut running.controls {
-                controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
+        PhysicalKey::Code(code) => {
+            let Some(controls) = &mut running.controls else { return };
+            match code {
+                KeyCode::KeyM => {
+                    controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
+                }
+                KeyCode::Home => controls.go_to(Side::Same),
+                KeyCode::Digit1 => controls.go_to(Side::Front),
+                KeyCode::Digit2 => controls.go_to(Side::Right),
+                KeyCode::Digit3 => controls.go_to(Side::Top),
+                KeyCode::Equal | KeyCode::NumpadAdd => controls.change_speed(FASTER),
+                KeyCode::Minus | KeyCode::NumpadSubtract => controls.change_speed(1.0 / FASTER),
+                _ => return,
             }
         }
-        _ => return,
+        PhysicalKey::Unidentified(_) => return,
     }
     running.screen.window.request_redraw();
 }

@@ -1,7 +1,9 @@
 //! What OBJ, PLY and STL files mean.
 
-use super::{TestFolder, assert_near, first_triangle, load_obj, load_ply, load_stl, refusal};
-use crate::load::{LoadLimits, load};
+use glam::DVec3;
+
+use super::{TestFolder, assert_near, first_triangle, load_chosen, load_obj, load_ply, load_stl, refusal};
+use crate::load::{Choice, LoadLimits, Up, load, obj};
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
@@ -149,4 +151,15 @@ fn stl_faults_are_named() {
         let error = refusal(load_stl(bytes));
         assert!(error.contains(expected), "{error}");
     }
+}
+
+#[test]
+fn a_file_that_lies_on_its_side_is_set_up() {
+    let ground = b"v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 1\nf 1 2 3 4\n";
+    let of =
+        |up| load_chosen(obj::load, ground, (&LoadLimits::default(), &Choice { up, ..Choice::default() })).unwrap();
+    let (lies, stands) = (of(Up::Y), of(Up::Z));
+    assert_eq!((lies.bounds.min, lies.bounds.max), (DVec3::ZERO, DVec3::new(6.0, 5.0, 1.0)));
+    assert_eq!((stands.bounds.min, stands.bounds.max), (DVec3::new(0.0, 0.0, -5.0), DVec3::new(6.0, 1.0, 0.0)));
+    assert!(!lies.walk && stands.walk, "one walks on what is flat");
 }

@@ -1,0 +1,320 @@
+// What somebody does who comes for the first time: brings a model, looks at it from another side, and sends that view to a colleague. By the mouse, and by keys
+// alone; and what is said where something cannot be taken.
+import assert from 'node:assert/strict';
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { openPage } from './lib/browser.mjs';
+import { canvasPixels, colours, decoded, difference } from './lib/pixels.mjs';
+import { freePort, startServer } from './lib/server.mjs';
+import { PATIENCE_MS, still, until } from './lib/state.mjs';
+
+// Mean FLIP is at most the share of pixels that differ, and those around them that its filter reaches.
+const SAME_SHARE = 0.002;
+const AXE = await readFile(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+
+const MATERIALS = ['red 0.8 0.1 0.1', 'green 0.1 0.7 0.2', 'blue 0.15 0.3 0.9', 'grey 0.6 0.6 0.6'];
+
+/** A box of three colours on a grey floor, too small to walk on, and its materials in a file beside it. */
+function model() {
+  const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
+  const ring = (y, side) => corners.map(([x, z]) => `v ${x * side} ${y} ${z * side}`);
+  const lines = ['mtllib paint.mtl', ...ring(0, 1.9), ...ring(0, 1), ...ring(1.5, 1)];
+  const face = (material, ...of) => lines.push(`usemtl ${material}`, `f ${of.join(' ')}`);
+  face('grey', 4, 3, 2, 1);
+  face('blue', 12, 11, 10, 9);
+  [[5, 6, 10, 9], [6, 7, 11, 10], [7, 8, 12, 11], [8, 5, 9, 12]].forEach((of, index) => face(index % 2 ? 'green' : 'red', ...of.reverse()));
+  const paint = MATERIALS.map((text) => text.split(' ')).map(([name, ...colour]) => `newmtl ${name}\nKd ${colour.join(' ')}\n`);
+  return { 'first box.obj': `${lines.join('\n')}\n`, 'paint.mtl': paint.join('') };
+}
+
+/** Hands the paths of files by their names to `use`. */
+async function withFiles(files, use) {
+  const folder = await mkdtemp(join(tmpdir(), 'vantage-newcomer-'));
+  try {
+    await Promise.all(Object.entries(files).map(([name, text]) => writeFile(join(folder, name), text)));
+    return await use(Object.keys(files).map((name) => join(folder, name)), folder);
+  } finally {
+    await rm(folder, { recursive: true, force: true });
+  }
+}
+
+/** Drops files on the page as a person does, by the browser's own events. */
+async function drop(page, files) {
+  const session = await page.context().newCDPSession(page);
+  const data = { items: [], files, dragOperationsMask: 1 };
+  for (const type of ['dragEnter', 'dragOver', 'drop']) {
+    await session.send('Input.dispatchDragEvent', { type, x: 300, y: 200, data });
+  }
+  await session.detach();
+}
+
+/** The page once it shows a picture of a scene. */
+async function shows(page, scene) {
+  await page.waitForFunction((name) => window.vantage?.picture && document.getElementById('scene').textContent === name, scene, { timeout: PATIENCE_MS });
+}
+
+async function copiedLink(page) {
+  await page.locator('#share-said', { hasText: 'Copied' }).waitFor();
+  return page.evaluate(() => navigator.clipboard.readText());
+}
+
+async function saved(page, press) {
+  const [download] = await Promise.all([page.waitForEvent('download', { timeout: PATIENCE_MS }), press()]);
+  return { name: download.suggestedFilename(), png: await readFile(await download.path()) };
+}
+
+/** What axe-core finds wrong with a page as it is now. */
+async function violations(page) {
+  // The page's policy lets in no scripts of others; what the debugger evaluates is not of the page.
+  await page.evaluate(AXE);
+  const found = await page.evaluate(() => window.axe.run(document, { resultTypes: ['violations'] }));
+  return found.violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target).join(', ')}`);
+}
+
+/** Tests of a browser that shows by `renderer`. */
+export function newcomerTests({ bin, web, shots, renderer, at }) {
+  const shot = (name) => join(shots, `${renderer}-new-${name}.png`);
+  const served = async (more) => startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log, more: ['--image-size', '256', '--images', '2', ...more] });
+  const opened = async (url) => {
+    const browser = await openPage(renderer, at.log);
+    await browser.page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+    await browser.page.goto(url, { waitUntil: 'load', timeout: PATIENCE_MS });
+    return browser;
+  };
+
+  /** A picture of the second browser's at a link. */
+  const pictureAt = async (link, name) => {
+    const { page, close } = await opened(link);
+    await until(page, 'a picture', (now) => now.picture);
+    const picture = await still(page, shot(name));
+    await close();
+    return picture;
+  };
+
+  /** Turned a model, shared it, and saved a picture: all is the same view. */
+  const isOneView = async (page, { link, file }, name) => {
+    assert.match(link, /[?&]scene=brought%2F[0-9a-f]{32}%2Ffirst/);
+    const here = await still(page, shot(`${name}-here`));
+    const there = await pictureAt(link, `${name}-there`);
+    const picture = await decoded(page, file.png);
+    await writeFile(shot(`${name}-saved`), file.png);
+    const [shared, kept] = [difference(here, there), difference(here, picture)];
+    console.log(`        ${(100 * shared).toFixed(3)} % of the pixels differ in the second browser, ${(100 * kept).toFixed(3)} % in the file`);
+    assert.ok(colours(here) >= 4, 'the model is not to be seen');
+    assert.equal(file.name, 'first box.png');
+    assert.ok(shared <= SAME_SHARE && kept <= SAME_SHARE, `${shared} and ${kept} differ`);
+  };
+
+  return [
+    ['takes a model that is dropped, and leads others to the same view', async () => withFiles(model(), async (paths) => {
+      const server = await served(['--allow-uploads']);
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none`);
+      await until(page, 'a picture', (now) => now.picture);
+      await page.locator('#scenes-open').waitFor({ state: 'visible' });
+      await drop(page, paths);
+      await shows(page, 'first box');
+      const first = await still(page, shot('dropped'));
+      await page.mouse.move(300, 200);
+      await page.mouse.down();
+      await page.mouse.move(420, 240, { steps: 6 });
+      await page.mouse.up();
+      const turned = await still(page, shot('turned'));
+      assert.ok(difference(first, turned) > 0.05, 'it did not turn');
+      await page.locator('#share-open').click();
+      await page.locator('#share-copy').click();
+      const link = await copiedLink(page);
+      await page.screenshot({ path: shot('share') });
+      const file = await saved(page, () => page.locator('#picture-save').click());
+      await page.locator('#share').getByText('Close').click();
+      await isOneView(page, { link, file }, 'mouse');
+      // Twice as wide, each pixel of the first is four.
+      await page.keyboard.press('l');
+      await page.locator('#picture-size').selectOption({ index: 1 });
+      const { png } = await saved(page, () => page.locator('#picture-save').click());
+      const fine = await decoded(page, png);
+      await writeFile(shot('fine'), png);
+      assert.deepEqual([fine.width, fine.height], [1280, 800]);
+      await close();
+      await server.stop();
+    })],
+    ['does the same by keys alone', async () => withFiles(model(), async (paths) => {
+      const server = await served(['--allow-uploads']);
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none`);
+      await until(page, 'a picture', (now) => now.picture);
+      await page.locator('#scenes-open').waitFor({ state: 'visible' });
+      const reach = async (id) => {
+        for (let presses = 0; presses < 12; presses += 1) {
+          await page.keyboard.press('Tab');
+          if (await page.evaluate(() => document.activeElement.id) === id) return;
+        }
+        assert.fail(`#${id} is not reached by Tab`);
+      };
+      // The browser is to leave its chooser to us before it is asked for.
+      const chooser = new Promise((resolve) => { page.once('filechooser', resolve); });
+      await page.keyboard.press('o');
+      await reach('bring-files');
+      await page.screenshot({ path: shot('focus') });
+      await page.keyboard.press('Enter');
+      await (await chooser).setFiles(paths);
+      await shows(page, 'first box');
+      const before = await until(page, 'a picture', (now) => now.picture);
+      await page.keyboard.down('ArrowRight');
+      await until(page, 'a turn', (now) => now.pose.position.some((x, axis) => Math.abs(x - before.pose.position[axis]) > 0.5));
+      await page.keyboard.up('ArrowRight');
+      await still(page, shot('keys'));
+      await page.keyboard.press('l');
+      await reach('share-copy');
+      await page.keyboard.press('Enter');
+      const link = await copiedLink(page);
+      await reach('picture-save');
+      const file = await saved(page, () => page.keyboard.press('Enter'));
+      await page.keyboard.press('Escape');
+      // What has the focus is marked, which is no part of the picture.
+      await page.evaluate(() => document.activeElement.blur());
+      await isOneView(page, { link, file }, 'keys');
+      await close();
+      await server.stop();
+    })],
+    ['says why something is not taken, and takes the next', async () => withFiles({ 'notes.txt': 'no model', 'large.obj': '#'.repeat(1 << 21), ...model() }, async ([notes, large, ...right]) => {
+      const server = await served(['--allow-uploads', '--upload-size', '1']);
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
+      await page.locator('#scenes-open').waitFor({ state: 'visible' });
+      for (const [files, words] of [[[notes], /was not taken: there is no scene file in it/], [[large], /2\.0 MB are too many: this server takes 1\.0 MB/]]) {
+        await drop(page, files);
+        await page.locator('#bring-text', { hasText: words }).waitFor();
+      }
+      await page.screenshot({ path: shot('not-taken') });
+      await drop(page, right);
+      await shows(page, 'first box');
+      await close();
+      await server.stop();
+    })],
+    ['chooses among scenes by their pictures', async () => withFiles(model(), async (_, folder) => {
+      const server = await served(['--scenes', folder]);
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&scene=first+box&eye=9,9,9&target=0,0,0`);
+      await shows(page, 'first box');
+      await page.keyboard.press('o');
+      const cards = page.locator('#scene-list a');
+      await page.waitForFunction(() => document.querySelectorAll('#scene-list img').length === 2);
+      assert.deepEqual(await cards.locator('b').allTextContents(), ['pillars', 'first box']);
+      assert.equal(await page.locator('#scene-list [aria-current]').textContent(), 'first box1 viewer');
+      await page.screenshot({ path: shot('scenes') });
+      assert.ok(await page.locator('#bring').isHidden(), 'nothing may be brought');
+      await cards.first().click();
+      await shows(page, 'pillars');
+      assert.equal(new URL(page.url()).search, `?renderer=${renderer}`);
+      await close();
+      await server.stop();
+    })],
+    ['goes to what is double-clicked, and to where all is seen', async () => withFiles(model(), async ([scene]) => {
+      const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more: ['--image-size', '256', '--images', '2'] });
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none&eye=0,2,9&target=0,2,0`);
+      const eye = async () => (await until(page, 'a picture', (now) => now.picture)).pose;
+      const arrived = async (from, what) => {
+        await until(page, what, ({ pose }) => Math.hypot(...pose.position.map((x, axis) => x - from.position[axis])) > 0.05);
+        await still(page, shot(what));
+        return eye();
+      };
+      await still(page, shot('before'));
+      const before = await eye();
+      assert.deepEqual(before.position, [0, 2, 9]);
+      // The front of the box is a metre before the middle, and reaches from the floor up to 1.5 m: its middle lies below that of the view.
+      const pixelsPerMetre = 400 / 2 / Math.tan(Math.PI / 6) / 8;
+      await page.mouse.dblclick(320, 200 + 1.25 * pixelsPerMetre);
+      const turning = await arrived(before, 'to-the-box');
+      turning.position.forEach((x, axis) => assert.ok(Math.abs(x - [0, 0.75, 9][axis]) < 0.05, `${turning.position}`));
+      await page.keyboard.press('m');
+      await page.mouse.dblclick(320, 200);
+      const walking = await arrived(turning, 'nearer');
+      walking.position.forEach((x, axis) => assert.ok(Math.abs(x - [0, 0.75, 1 + 0.35 * 8][axis]) < 0.05, `${walking.position}`));
+      await page.keyboard.press('3');
+      const above = await arrived(walking, 'from-above');
+      assert.ok(above.position[1] > 5 && Math.abs(above.position[0]) < 0.05, `${above.position}`);
+      await close();
+      await server.stop();
+    })],
+    ['records a path and goes it again', async () => withFiles(model(), async ([scene], folder) => {
+      const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more: ['--image-size', '256', '--images', '2'] });
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none`);
+      await still(page, shot('before-the-path'));
+      const { pose: begin } = await until(page, 'a picture', (now) => now.picture);
+      await page.keyboard.press('l');
+      await page.locator('#record').click();
+      await page.keyboard.down('ArrowRight');
+      await until(page, 'a turn', ({ pose }) => Math.abs(pose.position[0] - begin.position[0]) > 1);
+      await page.keyboard.up('ArrowRight');
+      await still(page, shot('end-of-the-path'));
+      const { pose: end } = await until(page, 'a picture', (now) => now.picture);
+      await page.locator('#share-open', { hasText: 'Stop' }).click();
+      const { name, png: text } = await saved(page, () => page.locator('#path-save').click());
+      assert.equal(name, 'first box.txt');
+      const lines = text.toString().trim().split('\n').map((line) => line.split(' ').map(Number));
+      assert.ok(lines.length > 3 && lines.every((line) => line.length === 7), `${lines.length} lines`);
+      const off = (line, { position }) => Math.hypot(...position.map((x, axis) => x - line[axis]));
+      assert.ok(off(lines[0], begin) < 1e-3 && off(lines.at(-1), end) < 1e-3, `${lines[0]} to ${lines.at(-1)}`);
+      const video = await saved(page, () => page.locator('#video-save').click());
+      await writeFile(join(shots, `${renderer}-new-path.webm`), video.png);
+      assert.ok(/^first box\.(webm|mp4)$/.test(video.name) && video.png.length > 1000, `${video.name}: ${video.png.length} bytes`);
+      await page.keyboard.press('Escape');
+      await page.keyboard.press('r');
+      await until(page, 'the start', ({ pose }) => off(lines[0], pose) < 1e-3);
+      const path = join(folder, name);
+      await writeFile(path, text);
+      await page.keyboard.press('l');
+      await page.locator('#path-file').setInputFiles(path);
+      await until(page, 'the end of the path', (now) => !now.replays && off(lines.at(-1), now.pose) < 1e-3);
+      await page.keyboard.press('l');
+      await page.locator('#path-file').setInputFiles({ name: 'a.txt', mimeType: 'text/plain', buffer: Buffer.from('1 2 3') });
+      await page.locator('#share-said', { hasText: 'That is no path: trace line 1: not seven finite numbers' }).waitFor();
+      await page.screenshot({ path: shot('record') });
+      await close();
+      await server.stop();
+    })],
+    ['fits a phone', async () => {
+      const server = await served(['--allow-uploads']);
+      const { page, close } = await openPage(renderer, at.log, { width: 360, height: 640 }, 3);
+      await page.goto(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none`, { waitUntil: 'load', timeout: PATIENCE_MS });
+      await until(page, 'a picture', (now) => now.picture);
+      await page.locator('#scenes-open').waitFor({ state: 'visible' });
+      await page.screenshot({ path: shot('phone') });
+      for (const id of ['panel', 'scenes-open', 'mode', 'share-open', 'inventory-open', 'help-open']) {
+        const { x, y, width, height } = await page.locator(`#${id}`).boundingBox();
+        assert.ok(x >= 0 && y >= 0 && x + width <= 360 && y + height <= 640, `#${id} is at ${x}, ${y}, ${width} x ${height}`);
+      }
+      for (const id of ['scenes', 'share', 'help']) {
+        await page.locator(`#${id}-open`).click();
+        await page.screenshot({ path: shot(`phone-${id}`) });
+        const { scrollWidth, clientWidth } = await page.evaluate((name) => {
+          const { scrollWidth: all, clientWidth: seen } = document.getElementById(name);
+          return { scrollWidth: all, clientWidth: seen };
+        }, id);
+        assert.ok(scrollWidth <= clientWidth, `#${id} is ${scrollWidth} wide in ${clientWidth}`);
+        await page.keyboard.press('Escape');
+      }
+      await close();
+      await server.stop();
+    }],
+    ['is sound to axe, with and without its dialogs', async () => {
+      const server = await served(['--allow-uploads']);
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
+      await until(page, 'a picture', (now) => now.picture);
+      await page.locator('#scenes-open').waitFor({ state: 'visible' });
+      for (const colorScheme of ['dark', 'light']) {
+        await page.emulateMedia({ colorScheme });
+        const found = { page: await violations(page) };
+        for (const [key, dialog] of [['o', 'scenes'], ['l', 'share'], ['h', 'help'], ['i', 'inventory']]) {
+          await page.keyboard.press(key);
+          await page.locator(`#${dialog}`).waitFor({ state: 'visible' });
+          found[dialog] = await violations(page);
+          if (dialog !== 'inventory') await page.screenshot({ path: shot(`${colorScheme}-${dialog}`) });
+          await page.keyboard.press('Escape');
+        }
+        assert.deepEqual(found, { page: [], scenes: [], share: [], help: [], inventory: [] }, colorScheme);
+      }
+      await close();
+      await server.stop();
+    }],
+  ];
+}
