@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-use super::NotTaken;
 use super::manifest::within;
+use super::not_taken::NotTaken;
 
 /// Bytes that are unpacked at one time.
 const PIECE_BYTES: usize = 64 * 1024;

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::NotTaken;
+use super::not_taken::NotTaken;
 
 /// Of the line. Four thousand files with paths of 200 characters fit.
 pub(super) const MOST_BYTES: usize = 1 << 20;

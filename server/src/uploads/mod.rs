@@ -1,10 +1,11 @@
 //! What people bring to be shown: files that they drop on the page. Each lies in a folder of its own that nobody else's scene can refer to, under a name that
 //! nobody guesses, and is removed when nobody has looked at it for a while, and when the server ends.
 //!
-//! - `manifest`: which files one brings, told before their bytes; `receive`: a request's body; `archive`: what was packed; [`options`]: the command line.
+//! - `manifest`: which files one brings, told before their bytes; `receive`: a request's body; `archive`: what was packed; `not_taken`: why something is refused; [`options`]: the command line.
 
 mod archive;
 mod manifest;
+mod not_taken;
 pub mod options;
 mod receive;
 #[cfg(test)]
@@ -16,80 +17,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use axum::http::StatusCode;
-use thiserror::Error;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::limits::UploadLimits;
 use crate::serving::{Folder, FolderError};
+pub use not_taken::NotTaken;
 pub(crate) use receive::receive;
 
 /// What the names of all that was brought begin with.
 const PREFIX: &str = "brought/";
-
-/// Why something is not taken.
-#[derive(Debug, Error)]
-pub enum NotTaken {
-    /// The request is no upload.
-    #[error("an upload begins with a line of JSON that lists its files: {0}")]
-    Manifest(String),
-    /// A file's path leads out of the upload, or is none.
-    #[error("{0:?} is no path of a file within an upload")]
-    Path(String),
-    /// It is larger than any may be.
-    #[error("it has {} MiB, and one upload may have {}", .bytes.div_ceil(1 << 20), .most >> 20)]
-    Large {
-        /// Its size.
-        bytes: u64,
-        /// What one may have.
-        most: u64,
-    },
-    /// There are more files than there may be.
-    #[error("it has {files} files, and one upload may have {most}")]
-    Many {
-        /// How many.
-        files: usize,
-        /// As many as may be.
-        most: usize,
-    },
-    /// Others have brought too much.
-    #[error(
-        "there is no room for it now beside what others have brought; what nobody looks at is removed after a while"
-    )]
-    Full,
-    /// Others are bringing something.
-    #[error("as many as may be are bringing something now")]
-    Crowded,
-    /// Nothing came for a while.
-    #[error("nothing came for {0} s")]
-    Slow(u64),
-    /// It ended early, or was more than it said.
-    #[error("its bytes are not those that it lists")]
-    Length,
-    /// The archive cannot be unpacked.
-    #[error("the archive cannot be unpacked: {0}")]
-    Archive(String),
-    /// Nothing of it can be shown.
-    #[error("there is no scene file in it (glTF, GLB, OBJ, PLY, STL, or a ZIP of one)")]
-    NoScene,
-    /// The disk.
-    #[error("it cannot be kept: {0}")]
-    Disk(#[from] std::io::Error),
-}
-
-impl NotTaken {
-    /// Of the answer.
-    pub(crate) fn status(&self) -> StatusCode {
-        match self {
-            NotTaken::Manifest(_) | NotTaken::Path(_) | NotTaken::Length => StatusCode::BAD_REQUEST,
-            NotTaken::Large { .. } | NotTaken::Many { .. } => StatusCode::PAYLOAD_TOO_LARGE,
-            NotTaken::Full | NotTaken::Disk(_) => StatusCode::INSUFFICIENT_STORAGE,
-            NotTaken::Crowded => StatusCode::SERVICE_UNAVAILABLE,
-            NotTaken::Slow(_) => StatusCode::REQUEST_TIMEOUT,
-            NotTaken::Archive(_) | NotTaken::NoScene => StatusCode::UNPROCESSABLE_ENTITY,
-        }
-    }
-}
 
 /// See the module.
 pub struct Uploads {

@@ -8,7 +8,8 @@ use futures_util::StreamExt;
 use tokio::fs::File;
 use tokio::io::AsyncWriteExt;
 
-use super::{Bringing, NotTaken, Uploads, manifest};
+use super::not_taken::NotTaken;
+use super::{Bringing, Uploads, manifest};
 
 /// Takes in what a person brings; the names of its scenes. Dropped, as where the person leaves, nothing of it stays.
 pub(crate) async fn receive(uploads: &Arc<Uploads>, body: Body) -> Result<Vec<String>, NotTaken> {

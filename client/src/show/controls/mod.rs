@@ -17,6 +17,7 @@
 //! It also goes by itself: where somebody leads it, or to a view that was asked for (`flight`).
 
 mod flight;
+mod going;
 mod touch;
 
 use camera::{Motion, Rigid};
