@@ -121,8 +121,9 @@ pub enum SendError {
     /// The client did not greet yet, or the session has ended.
     #[error("the session is not open")]
     NotOpen,
-    /// [`ServerSession::can_send_update`] says no.
-    #[error("no credit")]
+    /// The socket has not taken the last one. What [`ServerSession::can_send_update`] says counts when an update is begun: one that is made is sent, though the path
+    /// turned out to hold less meanwhile, or is to run empty. It would have to be made good by a whole copy.
+    #[error("the socket has not taken the last update")]
     NoCredit,
     /// The client begins anew, and the update does not start with [`crate::Edit::Clear`].
     #[error("the next update must clear the client's copy")]
@@ -451,8 +452,12 @@ impl ServerSession {
     /// Whether an update may be sent now: the session is open, the socket has taken the last one, and less is in flight than
     /// the path holds (or nothing at all).
     pub fn can_send_update(&self) -> bool {
-        let taken = self.config.clock == Clock::Virtual || self.bulk.is_empty();
-        self.state == State::Open && taken && self.flow.has_credit()
+        self.state == State::Open && self.has_taken_last() && self.flow.has_credit()
+    }
+
+    /// Whether the socket has taken the last update.
+    fn has_taken_last(&self) -> bool {
+        self.config.clock == Clock::Virtual || self.bulk.is_empty()
     }
 
     /// How long the path still takes for what was sent, in seconds, as far as it is known: an update that is made sooner waits for that, and shows what was.
@@ -470,7 +475,7 @@ impl ServerSession {
         let limit = self.config.limits.update_bytes;
         if self.state != State::Open {
             Err(SendError::NotOpen)
-        } else if !self.can_send_update() {
+        } else if !self.has_taken_last() {
             Err(SendError::NoCredit)
         } else if self.must_clear && !update.clears {
             Err(SendError::MustClear)

@@ -19,7 +19,7 @@ use crate::impostors::relief::{self, Eye};
 use crate::lights::{self, Serving};
 use crate::occluders;
 use crate::plan::{Plan, output_focal_px};
-use crate::portions::{self, ALL};
+use crate::portions::ALL;
 use crate::render::{Blended, LeftOut};
 use crate::viewer::Viewer;
 
@@ -80,10 +80,7 @@ impl Stage {
         let eye = (!client.begins_coarsely).then_some(Eye { eye_world, focal_px });
         let bodies = client.bodies.objects(&self.bodies);
         let held = (&mut client.account, &mut client.reliefs);
-        // An image goes whole, and what comes after it waits.
-        let most_samples = (plan.allowance.bytes() / portions::BYTES_PER_SAMPLE) as usize;
-        let at = (&*self.scene, snapshot);
-        relief::serve(&mut reliefs, at, (eye, &bodies), most_samples, now, held, &mut *self.imager)?;
+        relief::serve(&mut reliefs, (&self.scene, snapshot), (eye, &bodies), now, held, &mut *self.imager)?;
         self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         Ok(())
     }

@@ -9,12 +9,10 @@ use crate::imager::Imager;
 use crate::stage_error::StageError;
 
 /// Sends a client the reliefs that it should be shown objects by, places and withdraws objects. Without an eye it is shown nothing so, nor are objects whose triangles are held.
-/// No image is sent that may have more samples than `most_samples`: a coarser one that is held stays, or the objects go as samples of their own.
 pub fn serve(
     reliefs: &mut Reliefs,
     at: (&Scene, &Snapshot),
     (eye, bodies): (Option<Eye>, &BTreeSet<u16>),
-    most_samples: usize,
     now: &Surroundings<'_>,
     (account, kept): (&mut Account, &mut KeptReliefs),
     imager: &mut dyn Imager,
@@ -23,18 +21,10 @@ pub fn serve(
         Some(eye) => reliefs.wanted(at, eye, (&kept.shown(account.held()), bodies), imager)?,
         None => BTreeMap::new(),
     };
-    let pixels = |wanted: &Wanted| (wanted.side_px as usize).pow(2);
-    let large: BTreeSet<u32> =
-        wanted.iter().filter(|(_, wanted)| pixels(wanted) > most_samples).map(|(key, _)| key.mesh).collect();
     let mut shown_by: BTreeMap<PatchId, Wanted> = BTreeMap::new();
     let mut coarser = Vec::new();
     for (key, wanted) in wanted {
-        // Both images of a shape are sent, or none.
-        let is_large = large.contains(&key.mesh);
-        let held = kept.patch(key, if is_large { 0 } else { wanted.side_px }, account.held());
-        if is_large && held.is_none() {
-            continue;
-        }
+        let held = kept.patch(key, wanted.side_px, account.held());
         let patch = match held {
             Some(patch) => patch,
             None => {
