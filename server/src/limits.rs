@@ -105,7 +105,7 @@ impl Default for SceneLimits {
 
 impl Default for UploadLimits {
     fn default() -> Self {
-        // A scan or a building with its images; over 2 Mbit/s, which takes a quarter of an hour.
+        // A scan or a building with its images; over 2 Mbit/s, which takes 18 minutes.
         UploadLimits {
             bytes: 256 << 20,
             all_bytes: 2 << 30,

@@ -436,8 +436,8 @@ impl App {
     /// Asks what is at a place that is to be gone to, and goes there once that is known. Where nothing is, nothing is done.
     fn visit(&mut self) {
         let (Some(screen), Some(pose)) = (&mut self.screen, self.drawn.pose) else { return };
-        if let (Some(Some(picked)), Some(controls)) = (screen.picture.picked(), &mut self.controls) {
-            controls.visit(picked.point_world);
+        if let (Some(Some(point_world)), Some(controls)) = (screen.picture.picked(), &mut self.controls) {
+            controls.visit(point_world);
         }
         if let Some(at_px) = self.visits
             && screen.pick(self.viewer.held(), pose, self.fov_y_rad, near_m(&self.viewer), at_px)

@@ -30,7 +30,7 @@ mod lit;
 mod map_space;
 pub mod occlusion;
 mod parts;
-pub mod pick;
+mod pick;
 pub mod picture;
 mod planes;
 pub mod reflect;

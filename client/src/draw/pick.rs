@@ -11,15 +11,6 @@ use crate::draw::shown::Shown;
 /// Pixels a side. Where there is nothing at the place itself, what is nearest to it in the picture counts: fingers are broad.
 const SIDE_PX: u32 = 15;
 
-/// A place on a surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Picked {
-    /// Where.
-    pub point_world: DVec3,
-    /// Of which object.
-    pub object: u16,
-}
-
 /// At most one at a time.
 #[derive(Debug, Default)]
 pub(crate) struct Pick {
@@ -32,7 +23,6 @@ struct Asked {
     camera: Pinhole,
     pending: Pending,
     w: Slot,
-    ids: Slot,
 }
 
 /// The pixels of a camera around a place.
@@ -50,26 +40,25 @@ impl Pick {
         held.encode(&mut encoder, shown, &camera, Smoothing::default(), target);
         let mut readback = Readback::default();
         let w = readback.texture(&target.w, 0, target.size_px);
-        let ids = readback.texture(&target.normal_ids, 0, target.size_px);
         let encoded = readback.encode(gpu, &mut encoder);
         gpu.queue.submit([encoder.finish()]);
-        self.asked = Some(Asked { camera, pending: encoded.map(), w, ids });
+        self.asked = Some(Asked { camera, pending: encoded.map(), w });
     }
 
-    /// What was found, once: `Some(None)` where nothing is there. `None` as long as it is not known.
-    pub fn take(&mut self) -> Option<Option<Picked>> {
+    /// The point that was found, in world space, once: `Some(None)` where nothing is there. `None` as long as it is not known.
+    pub fn take(&mut self) -> Option<Option<DVec3>> {
         if !self.asked.as_ref()?.pending.is_ready() {
             return None;
         }
-        let Asked { camera, pending, w, ids } = self.asked.take()?;
+        let Asked { camera, pending, w } = self.asked.take()?;
         // Of a device that was lost nothing comes back.
         let Ok(mapped) = pending.take() else { return Some(None) };
-        Some(nearest(&camera, &mapped.values(w), &mapped.values(ids)))
+        Some(nearest(&camera, &mapped.values(w)))
     }
 }
 
 /// The surface nearest to the middle of the picture, in pixels.
-fn nearest(camera: &Pinhole, w: &[f32], ids: &[[u32; 2]]) -> Option<Picked> {
+fn nearest(camera: &Pinhole, w: &[f32]) -> Option<DVec3> {
     let place = |index: usize| DVec2::new((index as u32 % SIDE_PX) as f64 + 0.5, (index as u32 / SIDE_PX) as f64 + 0.5);
     let middle = DVec2::splat(f64::from(SIDE_PX) / 2.0);
     let off = |index: &usize| place(*index).distance_squared(middle);
@@ -77,7 +66,7 @@ fn nearest(camera: &Pinhole, w: &[f32], ids: &[[u32; 2]]) -> Option<Picked> {
     let index = there.min_by(|a, b| off(a).total_cmp(&off(b)))?;
     let at = place(index);
     let point = ImagePoint { u: at.x, v: at.y, w: f64::from(w[index]) };
-    Some(Picked { point_world: camera.world_from_image(point), object: ids[index][1] as u16 })
+    Some(camera.world_from_image(point))
 }
 
 #[cfg(test)]
@@ -92,14 +81,11 @@ mod tests {
         let whole = Pinhole::symmetric(start, (640, 400), 1.0, 0.1);
         let camera = around(&whole, DVec2::new(500.0, 30.0));
         let count = (SIDE_PX * SIDE_PX) as usize;
-        let (mut w, mut ids) = (vec![0.0; count], vec![[0, 0]; count]);
-        assert_eq!(nearest(&camera, &w, &ids), None);
-        (w[3], ids[3]) = (0.5, [0, 9]);
-        let middle = count / 2;
-        (w[middle + 1], ids[middle + 1]) = (0.25, [0, 7 | 3 << 16]);
-        let picked = nearest(&camera, &w, &ids).expect("something is there");
-        assert_eq!(picked.object, 7);
-        let back = whole.image_from_world(picked.point_world).expect("before the eye");
+        let mut w = vec![0.0; count];
+        assert_eq!(nearest(&camera, &w), None);
+        (w[3], w[count / 2 + 1]) = (0.5, 0.25);
+        let point_world = nearest(&camera, &w).expect("something is there");
+        let back = whole.image_from_world(point_world).expect("before the eye");
         assert!((back.u - 501.0).abs() < 1e-6 && (back.v - 30.0).abs() < 1e-6 && (back.w - 0.25).abs() < 1e-9);
     }
 }

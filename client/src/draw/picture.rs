@@ -19,7 +19,7 @@ use crate::draw::impostors::Impostors;
 use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
 use crate::draw::occlusion::{self, Occlusion};
-use crate::draw::pick::{Pick, Picked};
+use crate::draw::pick::Pick;
 use crate::draw::rest::RestView;
 use crate::draw::shadow::{self, SoftProgress};
 use crate::draw::shown::Shown;
@@ -344,8 +344,8 @@ impl Picture {
         true
     }
 
-    /// What was found there, once: `Some(None)` where nothing is. `None` as long as it is not known.
-    pub fn picked(&mut self) -> Option<Option<Picked>> {
+    /// The point that was found there, in world space, once: `Some(None)` where nothing is. `None` as long as it is not known.
+    pub fn picked(&mut self) -> Option<Option<DVec3>> {
         self.pick.take()
     }
 

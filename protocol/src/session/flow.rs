@@ -198,11 +198,12 @@ impl Flow {
     /// From the sending of an update to when all of it is there: what most of the last ones took till their acknowledgement, less its way back. No more than half of what the path itself takes,
     /// the update, and one that it waits for: acknowledgements may be late, too, as on paths that are full both ways or lose packets.
     pub fn one_way_s(&self) -> Option<f64> {
+        let (bytes_per_s, taken_s) = (self.bytes_per_s()?, self.taken_s()?);
         let mut delays_s: Vec<f64> = self.delays_s.iter().map(|&(_, (delay_s, _))| delay_s).collect();
-        let (middle, taken_s) = (delays_s.len() / 2, self.taken_s()?);
+        let middle = delays_s.len() / 2;
         let (_, &mut median_s, _) =
             (!delays_s.is_empty()).then(|| delays_s.select_nth_unstable_by(middle, f64::total_cmp))?;
-        let half_s = self.bytes_per_s().map_or(0.0, |bytes_per_s| self.path_s(bytes_per_s)) / 2.0;
+        let half_s = self.path_s(bytes_per_s) / 2.0;
         Some((median_s - half_s).clamp(0.0, half_s + 2.0 * taken_s))
     }
 

@@ -259,6 +259,27 @@ fn a_slow_path_holds_the_server_back() {
 }
 
 #[test]
+fn an_update_that_was_begun_is_sent_though_there_is_no_credit_any_more() {
+    const MADE_IN_S: f64 = 0.03;
+    let mut pair = Pair::new("rtt=100,mbit=10");
+    pair.run(0.3, |_| {});
+    let (mut begun_at_s, mut without) = (None, 0);
+    pair.run(25.0, |pair| match begun_at_s {
+        None => begun_at_s = pair.server.can_send_update().then_some(pair.now_s),
+        Some(at_s) if pair.now_s - at_s < MADE_IN_S => {}
+        Some(_) => {
+            without += usize::from(!pair.server.can_send_update());
+            let edits = add(pair);
+            // A refusal is a panic there.
+            pair.send(edits);
+            begun_at_s = None;
+        }
+    });
+    assert!(without > 0, "credit never went while an update was made");
+    assert_eq!(pair.restarts, 0);
+}
+
+#[test]
 fn who_is_sent_little_does_not_make_the_path_look_full() {
     let mut pair = Pair::new("rtt=100,mbit=5");
     pair.run(5.0, |pair| {

@@ -262,11 +262,6 @@ impl Controls {
         self.speed_share = (self.speed_share * factor).clamp(SPEED_SHARES[0], SPEED_SHARES[1]);
     }
 
-    /// How fast the eye goes, as a share of what fits the scene.
-    pub fn speed_share(&self) -> f64 {
-        self.speed_share
-    }
-
     /// The eye is here now, wherever it was going.
     pub fn put(&mut self, world_from_eye: Rigid) {
         self.let_go();
