@@ -27,6 +27,8 @@ pub struct Client {
     pub pace: Pace,
     /// Server time when it was sent its first picture, coarse as it may be; `None` before.
     pub picture_sent_at_s: Option<f64>,
+    /// Server time when an update was made for it last; 0 before any.
+    pub made_at_s: f64,
     /// Which impostors serve the reflectors that it sees.
     pub choices: Choices,
     /// The impostors it was sent.
@@ -85,6 +87,7 @@ impl Default for Client {
             focus: None,
             pace: Pace::default(),
             picture_sent_at_s: None,
+            made_at_s: 0.0,
             choices: Choices::default(),
             impostors: Kept::default(),
             reliefs: KeptReliefs::default(),

@@ -552,18 +552,20 @@ impl Stage {
         })
     }
 
-    /// The scene's time at the end of the time for which what is made now is shown: it is on its way, and then shown until the next one is there, in which clients take rigid objects from where the last update left them to where this one does. What deforms they cannot
-    /// take so; where something does, it is the middle of that time. What moves by a clip is so seen where it is, not where it was. A round
-    /// trip that was shorter than the one before takes no time back; a clock that was set back does.
-    fn scene_time_s(&self, viewer: &Viewer, client: &Client, now_s: f64) -> f64 {
+    /// The scene's time at the end of the time for which what is made now is shown: it is on its way, and then shown until the next one is there, in which clients take rigid objects
+    /// from where the last update left them to where this one does. What deforms they cannot take so; where something does, it is the middle of that time. What moves by a clip is so
+    /// seen where it is, not where it was. The next one comes no later after this one than this one after the last, and no later than the path has taken it. Where one gets there
+    /// sooner than the one before, no time is taken back; a clock that was set back does that.
+    fn scene_time_s(&self, viewer: &Viewer, client: &mut Client, now_s: f64) -> f64 {
         if self.still.is_some() {
             return now_s;
         }
+        let since_last_s = now_s - std::mem::replace(&mut client.made_at_s, now_s);
+        let shown_for_s = viewer.taken_s.min(since_last_s).max(self.rules.update_interval_s);
         let deforms = !self.first_triangles.is_empty();
-        let shown_for_s = viewer.taken_s.max(self.rules.update_interval_s);
         let ahead_s = viewer.one_way_s + shown_for_s * if deforms { 0.5 } else { 1.0 };
-        let (time_s, held_s) = (now_s + ahead_s, client.account.held().scene_time_s);
-        if held_s - time_s < ahead_s { time_s.max(held_s) } else { time_s }
+        let held_s = client.account.held().scene_time_s;
+        if since_last_s < 0.0 { now_s + ahead_s } else { (now_s + ahead_s).max(held_s) }
     }
 
     /// Makes views of a snapshot spend their pixels where something is.

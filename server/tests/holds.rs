@@ -340,3 +340,15 @@ fn what_deforms_is_captured_for_the_middle_of_the_time_it_is_shown() {
     let made = session.tick().expect("a first set");
     assert_eq!(made.update.scene_time_s, 1.0 + INTERVAL_S / 2.0);
 }
+
+#[test]
+fn where_one_gets_there_sooner_than_the_one_before_no_time_is_taken_back() {
+    let mut session = Session::small(moving_ball(|time_s| swing(time_s, 4.0)), 2);
+    session.now_s = 1.0;
+    session.viewer.one_way_s = 1.0;
+    let first = session.tick().expect("a first set").update.scene_time_s;
+    assert_eq!(first, 2.0 + INTERVAL_S);
+    session.viewer.one_way_s = 0.0;
+    let next = session.tick().expect("it moves").update.scene_time_s;
+    assert!(next >= first, "{next} after {first}");
+}

@@ -13,6 +13,11 @@ use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
 
 /// Seconds between two poses at least.
 const POSE_INTERVAL_S: f64 = 1.0 / 60.0;
+/// On a path that is full a pose need not come sooner after another than this share of the time that updates take of it or wait: a packet up has one answered that goes
+/// down, and sixty a second take a sixth of a path of 100 kbit/s from updates.
+const POSE_SHARE_OF_UPDATE: f64 = 0.25;
+/// No server makes updates more often on such a path, so that more poses are of no use to it.
+const LONGEST_POSE_INTERVAL_S: f64 = 0.1;
 /// A frame that comes this much early still counts as the next one. Chosen: frames of a screen at 60 Hz come early by less. With a tenth of it their jitter would
 /// make poses wait for the frame after; with ten times it two poses might go within 7 ms.
 const POSE_TOLERANCE_S: f64 = 1e-3;
@@ -131,6 +136,8 @@ pub struct ClientSession {
     next_pose_at_s: f64,
     ping: Ping,
     scene_clock: Option<SceneClock>,
+    /// How much longer than a ping the last two updates were on their way: one alone may have lost a packet, or be large.
+    late_s: [f64; 2],
     heard_at_s: f64,
     busy_at_s: f64,
     bytes_received: u64,
@@ -174,6 +181,7 @@ impl ClientSession {
             next_pose_at_s: now_s,
             ping: Ping::default(),
             scene_clock: None,
+            late_s: [0.0; 2],
             heard_at_s: now_s,
             busy_at_s: now_s,
             bytes_received: 0,
@@ -249,6 +257,8 @@ impl ClientSession {
             return Ok(());
         }
         self.broken = false;
+        let late_s = self.scene_clock.map_or(0.0, |clock| clock.late_s(sent_at_s, arrived_at_s));
+        self.late_s = [self.late_s[1], late_s];
         self.undecided.push_back((head.number, bytes.len() as u64));
         self.events.push_back(ClientEvent::Update(ReceivedUpdate { head, sent_at_s, arrived_at_s, bytes }));
         Ok(())
@@ -392,7 +402,9 @@ impl ClientSession {
         }
         let Some(pose) = self.pose_waiting.take() else { return };
         // Early ones are made up for, so that the mean keeps the rate.
-        self.next_pose_at_s = (self.next_pose_at_s + POSE_INTERVAL_S).max(now_s + POSE_INTERVAL_S - POSE_TOLERANCE_S);
+        let interval_s =
+            (POSE_SHARE_OF_UPDATE * self.late_s[0].min(self.late_s[1])).clamp(POSE_INTERVAL_S, LONGEST_POSE_INTERVAL_S);
+        self.next_pose_at_s = (self.next_pose_at_s + interval_s).max(now_s + interval_s - POSE_TOLERANCE_S);
         self.pose_seq += 1;
         self.busy_at_s = now_s;
         self.pose_sent = Some(pose);

@@ -47,6 +47,12 @@ impl SceneClock {
         }
     }
 
+    /// How much longer what the server stamped was on its way than half of the round trip that told the time; 0 before any did.
+    pub(super) fn late_s(&self, stamped_at_s: f64, heard_at_s: f64) -> f64 {
+        let server_from_client_s = self.scene_from_client_s - self.scene_from_server_s;
+        (heard_at_s + server_from_client_s - stamped_at_s - self.off_s).max(0.0)
+    }
+
     /// Scene time at a time of the client's clock.
     pub fn scene_time_s(&self, now_s: f64) -> f64 {
         now_s + self.scene_from_client_s

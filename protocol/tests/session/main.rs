@@ -207,6 +207,29 @@ fn poses_go_up_updates_come_down_and_are_acknowledged() {
 }
 
 #[test]
+fn on_a_path_that_is_full_fewer_poses_go_up() {
+    let poses_a_s = |link: &str| {
+        let mut pair = Pair::new(link);
+        let (seconds, mut before) = (10.0, 0);
+        for _ in 0..2 {
+            before = pair.client.pose_seq();
+            pair.run(seconds, |pair| {
+                pair.client.set_pose(pose(pair.now_s), Motion::along(DVec3::X), pair.now_s);
+                let ticks = ((pair.now_s * 1000.0).round() as u64).is_multiple_of(100);
+                if ticks && pair.server.can_send_update() {
+                    let edits = add(pair);
+                    pair.send(edits);
+                }
+            });
+        }
+        (pair.client.pose_seq() - before) as f64 / seconds
+    };
+    let [wide, full] = ["rtt=300", "rtt=100,mbit=0.1"].map(poses_a_s);
+    assert!((59.0..61.0).contains(&wide), "{wide} poses a second");
+    assert!((9.0..20.0).contains(&full), "{full} poses a second");
+}
+
+#[test]
 fn who_draws_something_else_says_so_once() {
     let mut pair = Pair::new("rtt=50");
     (0..200).for_each(|_| pair.step(0.001));
