@@ -5,15 +5,13 @@ use std::net::IpAddr;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use protocol::message::TOKEN_SUBPROTOCOL;
 
-/// Headers of every answer: the page is isolated, runs nothing but its own files, is not framed by others, uses none of a machine's devices, and a rebuilt client
-/// is seen at once.
-pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 8] = [
+/// Headers of every answer beside [`content_security_policy`]: the page is isolated, uses none of a machine's devices, and a rebuilt client is seen at once.
+pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 7] = [
     (HeaderName::from_static("cross-origin-opener-policy"), HeaderValue::from_static("same-origin")),
     (HeaderName::from_static("cross-origin-embedder-policy"), HeaderValue::from_static("require-corp")),
     (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("same-origin")),
     (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
     (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
-    (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CONTENT_SECURITY_POLICY)),
     (HeaderName::from_static("permissions-policy"), HeaderValue::from_static(PERMISSIONS_POLICY)),
     (header::CACHE_CONTROL, HeaderValue::from_static("no-cache")),
 ];
@@ -25,9 +23,16 @@ pub const TLS_ONLY: (HeaderName, HeaderValue) =
 
 /// Content Security Policy, level 3. Scripts and styles are files of this server, of which WebAssembly is compiled; the icon is in the page,
 /// and small pictures of scenes are blobs that the page asked for. Websockets lead to any server, as
-/// `?server=` may name another one: what is said there is data, and that server lets in whom it will.
+/// `?server=` may name another one: what is said there is data, and that server lets in whom it will. Who may frame the page follows.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:; \
-    worker-src 'self'; connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    worker-src 'self'; connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; frame-ancestors 'self' \
+    http://localhost:* https://localhost:* http://127.0.0.1:* https://127.0.0.1:*";
+
+/// Headers of the one file that pages of every origin may run: an element that frames the page (`web/static/vantage-view.js`).
+pub const FOR_EVERY_PAGE: [(HeaderName, HeaderValue); 2] = [
+    (header::ACCESS_CONTROL_ALLOW_ORIGIN, HeaderValue::from_static("*")),
+    (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("cross-origin")),
+];
 
 /// Nothing of this is used, so nothing that gets into the page can ask for it.
 const PERMISSIONS_POLICY: &str = "accelerometer=(), camera=(), display-capture=(), geolocation=(), gyroscope=(), \
@@ -45,6 +50,17 @@ pub struct Access {
     pub origins: Vec<String>,
     /// Proxies that are believed to say whom they ask for.
     pub proxies: Vec<IpAddr>,
+}
+
+impl Access {
+    /// The policy of the page, which pages may frame that may connect: of this machine, and of origins that were named.
+    pub fn content_security_policy(&self) -> HeaderValue {
+        let also = self.origins.iter().map(|origin| origin.trim_end_matches('/'));
+        // An origin with a space or a semicolon would say something else.
+        let also = also.filter(|origin| origin.chars().all(|c| c.is_ascii_graphic() && !matches!(c, ';' | ',')));
+        let policy = also.fold(CONTENT_SECURITY_POLICY.to_owned(), |policy, origin| policy + " " + origin);
+        HeaderValue::from_str(&policy).unwrap_or(HeaderValue::from_static(CONTENT_SECURITY_POLICY))
+    }
 }
 
 /// Why a websocket was refused.
@@ -135,6 +151,20 @@ mod tests {
     fn with_token(origins: &[&str]) -> Access {
         let origins = origins.iter().map(|&origin| origin.to_owned()).collect();
         Access { token: Some("secret".to_owned()), origins, ..Access::default() }
+    }
+
+    #[test]
+    fn who_may_connect_may_frame_the_page() {
+        let framers = |origins: &[&str]| {
+            let policy = with_token(origins).content_security_policy();
+            let policy = policy.to_str().expect("ASCII").to_owned();
+            policy.split("frame-ancestors ").nth(1).expect("said last").to_owned()
+        };
+        assert!(framers(&[]).starts_with("'self' http://localhost:*"));
+        assert!(
+            framers(&["https://notes.example/", "http://here:9"]).ends_with(" https://notes.example http://here:9")
+        );
+        assert_eq!(framers(&["https://a; script-src *", "https://ü"]), framers(&[]), "says nothing else");
     }
 
     #[test]

@@ -554,18 +554,17 @@ impl Stage {
 
     /// The scene's time at the end of the time for which what is made now is shown: it is on its way, and then shown until the next one is there, in which clients take rigid objects
     /// from where the last update left them to where this one does. What deforms they cannot take so; where something does, it is the middle of that time. What moves by a clip is so
-    /// seen where it is, not where it was. The next one comes no later after this one than this one after the last, and no later than the path has taken it. Where one gets there
-    /// sooner than the one before, no time is taken back; a clock that was set back does that.
+    /// seen where it is, not where it was. Where one gets there sooner than the one before, no time is taken back; a clock that was set back does that.
     fn scene_time_s(&self, viewer: &Viewer, client: &mut Client, now_s: f64) -> f64 {
         if self.still.is_some() {
             return now_s;
         }
-        let since_last_s = now_s - std::mem::replace(&mut client.made_at_s, now_s);
-        let shown_for_s = viewer.taken_s.min(since_last_s).max(self.rules.update_interval_s);
+        let is_set_back = now_s < std::mem::replace(&mut client.made_at_s, now_s);
+        let shown_for_s = viewer.taken_s.max(self.rules.update_interval_s);
         let deforms = !self.first_triangles.is_empty();
         let ahead_s = viewer.one_way_s + shown_for_s * if deforms { 0.5 } else { 1.0 };
         let held_s = client.account.held().scene_time_s;
-        if since_last_s < 0.0 { now_s + ahead_s } else { (now_s + ahead_s).max(held_s) }
+        if is_set_back { now_s + ahead_s } else { (now_s + ahead_s).max(held_s) }
     }
 
     /// Makes views of a snapshot spend their pixels where something is.

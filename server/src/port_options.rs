@@ -25,7 +25,7 @@ pub struct PortOptions {
     /// What clients must know to connect: #token=... in the page's address, --token of the viewer, or a bearer token
     #[arg(long, hide_env_values = true)]
     pub token: Option<String>,
-    /// A page of another origin (https://HOST or https://HOST:PORT) that may connect; may be given several times
+    /// A page of another origin (https://HOST or https://HOST:PORT) that may connect, and show the page in a frame; may be given several times
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     pub allow_origin: Vec<String>,
     /// Serve https and wss by this certificate, a PEM file that also holds the chain of those that vouch for it; a new one is taken up while

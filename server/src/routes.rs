@@ -15,7 +15,7 @@ use protocol::message::SUBPROTOCOL;
 use serde::Deserialize;
 use tower_http::set_header::SetResponseHeaderLayer;
 
-use crate::access::{self, Access, Refused, SECURITY_HEADERS, TLS_ONLY};
+use crate::access::{self, Access, FOR_EVERY_PAGE, Refused, SECURITY_HEADERS, TLS_ONLY};
 use crate::config::Config;
 use crate::host::{Guest, Host};
 use crate::http::MoreTime;
@@ -23,6 +23,8 @@ use crate::peers::{Caller, Crowded, Peers, Place};
 use crate::session::link::refuse;
 use crate::{figures, page, uploads};
 
+/// The element for pages of others.
+const ELEMENT: &str = "/vantage-view.js";
 /// Where sessions are.
 const WEBSOCKET: &str = "/ws";
 /// A client's message is under 200 bytes; see `protocol`'s limits.
@@ -84,14 +86,26 @@ pub(crate) fn router(gate: Arc<Gate>, config: &Config) -> Router {
         .route("/thumbnail", get(thumbnail))
         .route("/uploads", post(upload))
         .route(WEBSOCKET, get(websocket))
+        .layer(from_fn(for_every_page))
         .layer(from_fn_with_state(gate.clone(), lead))
         .layer(from_fn(within_limits))
         .with_state(gate);
     let over_tls = config.tls.as_ref().filter(|tls| tls.is_of_files()).map(|_| TLS_ONLY);
-    for (name, value) in SECURITY_HEADERS.into_iter().chain(over_tls) {
+    let policy = (header::CONTENT_SECURITY_POLICY, config.access.content_security_policy());
+    for (name, value) in SECURITY_HEADERS.into_iter().chain([policy]).chain(over_tls) {
         router = router.layer(SetResponseHeaderLayer::if_not_present(name, value));
     }
     router
+}
+
+/// Lets pages of every origin run the element, which is the same for all and tells nothing.
+async fn for_every_page(request: Request, next: Next) -> Response {
+    let is_element = request.uri().path() == ELEMENT;
+    let mut response = next.run(request).await;
+    if is_element {
+        response.headers_mut().extend(FOR_EVERY_PAGE);
+    }
+    response
 }
 
 /// Answers no request of an address that has too many connections open, but that of a websocket, which is told as one.

@@ -73,6 +73,19 @@ async function violations(page) {
   return found.violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target).join(', ')}`);
 }
 
+/** In the page: all words on it, shown or not, and those that there are no German ones for. */
+const words = (page) => page.evaluate(async () => {
+  const { default: german } = await import('./german.js');
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  const found = new Set();
+  while (walker.nextNode()) found.add(walker.currentNode.data.replace(/\s+/g, ' ').trim());
+  for (const name of ['title', 'aria-label']) document.querySelectorAll(`[${name}]`).forEach((element) => found.add(element.getAttribute(name).replace(/\s+/g, ' ').trim()));
+  // What is the same in both: marks, units, single keys, names.
+  const differs = (text) => /\p{L}{2}/u.test(text) && !/^(ms|Mbit\/s|Vantage|pillars|WebGPU|WebGL2|MB|\d+ MB)$/.test(text);
+  const all = [...found].filter(differs);
+  return { all, unknown: all.filter((text) => !(text in german) && !/\d/.test(text)), german: Object.values(german) };
+});
+
 /** Tests of a browser that shows by `renderer`. */
 export function newcomerTests({ bin, web, shots, renderer, at }) {
   const shot = (name) => join(shots, `${renderer}-new-${name}.png`);
@@ -293,6 +306,30 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
         assert.ok(scrollWidth <= clientWidth, `#${id} is ${scrollWidth} wide in ${clientWidth}`);
         await page.keyboard.press('Escape');
       }
+      await close();
+      await server.stop();
+    }],
+    ['speaks German where that is asked for', async () => {
+      const server = await served(['--allow-uploads']);
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&shadows=none&lang=en`);
+      await until(page, 'a picture', (now) => now.picture);
+      const { unknown } = await words(page);
+      assert.deepEqual(unknown, [], 'nobody said these in German');
+      await page.goto(`${server.origin}/?renderer=${renderer}&shadows=none&lang=de`, { waitUntil: 'load', timeout: PATIENCE_MS });
+      await until(page, 'a picture', (now) => now.picture);
+      await page.locator('#mode', { hasText: 'Gehen' }).waitFor();
+      const { all, german } = await words(page);
+      const said = new Set(german);
+      assert.deepEqual(all.filter((text) => !said.has(text) && !/\d/.test(text)), [], 'these stayed English');
+      assert.equal(await page.evaluate(() => document.documentElement.lang), 'de');
+      await page.locator('#share-open').click();
+      await page.locator('#share-copy').click();
+      await page.locator('#share-said', { hasText: 'Kopiert' }).waitFor();
+      await page.screenshot({ path: shot('german-share') });
+      await page.keyboard.press('Escape');
+      await page.keyboard.press('h');
+      await page.screenshot({ path: shot('german-help') });
+      assert.deepEqual(await violations(page), []);
       await close();
       await server.stop();
     }],

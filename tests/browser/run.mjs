@@ -16,7 +16,9 @@ import { withLitSquare, withMaterials } from './lib/models.mjs';
 import { brightness, canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
 import { startRelay } from './lib/relay.mjs';
 import { freePort, startServer } from './lib/server.mjs';
-import { PATIENCE_MS, settled, still, until } from './lib/state.mjs';
+import { PATIENCE_MS, settled, still, turned, until } from './lib/state.mjs';
+import { embedTests } from './embed.mjs';
+import { findingTests } from './finding.mjs';
 import { newcomerTests } from './newcomer.mjs';
 
 // A closed room with columns: every pixel of the true picture shows a surface.
@@ -33,7 +35,6 @@ const stillPicture = (page, name) => still(page, join(shots, `${name}.png`));
 const seesLamps = ({ light_images: images }) => images.patches >= 8;
 const panel = (page, id) => page.locator(`#${id}`).textContent();
 const far = (a, b) => Math.hypot(...a.position.map((x, i) => x - b.position[i]));
-const turned = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.quaternion.reduce((s, x, i) => s + x * b.quaternion[i], 0))));
 
 /** In the page: workers start, but what comes to them instead of an update makes them fail. */
 function mortalWorkers() {
@@ -512,6 +513,8 @@ function tests(renderer) {
       await page.close();
     }],
     ...newcomerTests({ bin, web, shots, renderer, at }),
+    ...findingTests({ bin, web, shots, renderer, at }),
+    ...embedTests({ bin, web, shots, renderer, at }),
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))
         // The browser itself reports the sockets that the restart broke.

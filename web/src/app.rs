@@ -1,40 +1,33 @@
 //! The viewer's life on the page: start, frames, a lost device, and what tests look at.
 
+pub mod exports;
+
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use camera::{Rigid, Trace};
-use client::draw::antialiasing::Antialias;
-use client::draw::effects::InTime;
-use client::draw::frame;
-use client::draw::occlusion::{self, Occlusion};
+use camera::{Pinhole, Rigid};
 use client::draw::picture::PictureOptions;
-use client::draw::shadow::{self, Shadows};
-use client::draw::soft::{self, Choice, Pace};
-use client::draw::steady::FrameRate;
 use client::receive::viewer::{SocketCommand, Viewer};
-use client::show::begin::{self, Start};
+use client::show::begin::Start;
 use client::show::controls::{Controls, Input, Mode};
-use glam::DVec2;
+use client::show::tape::{Mark, Tape};
+use glam::{DVec2, DVec3};
 use protocol::message::{Clock, Role, ViewSize};
 use protocol::session::AUDIENCE_BUDGET_BYTES;
-use protocol::{Held, Purpose};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
 
+use crate::gamepad;
 use crate::input::{self, Action};
 use crate::page::{self, Dialog, Page};
-use crate::photo::{self, Photo};
 use crate::record::{Recording, Replay};
 use crate::screen::{self, Renderer, Screen};
 use crate::server::{self, Address};
-use crate::share;
 use crate::socket::Socket;
+use crate::wishes::wishes;
 use crate::worker;
 
-/// Vertical field of view where the address asks for none.
-const FOV_Y_RAD: f64 = std::f64::consts::FRAC_PI_3;
 /// Uploading and applying updates takes no more than this share of the time between frames, or one piece or update: four milliseconds where frames come in time, and where
 /// they are slow, what they wait for is there after as many.
 const APPLY_SHARE: f64 = 0.25;
@@ -44,6 +37,8 @@ const PANEL_INTERVAL_S: f64 = 0.25;
 const ASK_INTERVAL_S: f64 = 2.0;
 /// What the held copy may take of the page's memory: phones give a page about 1 GB.
 const BUDGET_BYTES: u64 = AUDIENCE_BUDGET_BYTES;
+/// Vertical fields of view that a person may set, in degrees: a telescope's, and one at which the rim is drawn to twice its size.
+const FOVS_DEG: [f64; 2] = [10.0, 120.0];
 /// Milliseconds between two turns of the network while the page is hidden and draws nothing.
 const HIDDEN_INTERVAL_MS: i32 = 1000;
 /// Devices lost in a row after which another interface is tried, and after which nothing more is.
@@ -52,19 +47,6 @@ const LOSSES_BEFORE_GIVING_UP: u32 = 6;
 
 thread_local! {
     static APP: RefCell<Option<Rc<RefCell<App>>>> = const { RefCell::new(None) };
-}
-
-/// What the address asks for.
-struct Wishes {
-    server: Address,
-    renderer: Option<Renderer>,
-    picture: PictureOptions,
-    role: Role,
-    /// Where to begin instead of where the server says.
-    start: Option<Start>,
-    /// How to move instead of as the scene suggests.
-    mode: Option<Mode>,
-    fov_y_rad: f64,
 }
 
 struct App {
@@ -89,14 +71,27 @@ struct App {
     recording: Option<Recording>,
     /// The path that is gone.
     replay: Option<Replay>,
-    /// A place of the page that is to be gone to, in CSS pixels, as soon as it can be asked what is there.
-    visits: Option<DVec2>,
+    /// A place of the page, in CSS pixels, that something is to be done with as soon as it can be asked what is there.
+    seeks: Option<(DVec2, Sought)>,
+    /// What is to be done with what is being asked for.
+    sought: Option<Sought>,
+    /// While something is measured.
+    tape: Option<Tape>,
     panel_at_s: f64,
     /// When the server was asked last what it sends.
     asked_at_s: f64,
     advanced_at_s: f64,
     /// The page's own trouble, beside the connection's.
     trouble: Option<String>,
+}
+
+/// What becomes of a place of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sought {
+    /// The eye goes there.
+    Visit,
+    /// An end of a tape.
+    Mark,
 }
 
 /// The last picture.
@@ -144,7 +139,9 @@ pub async fn start() -> Result<(), String> {
         drawn: Drawn { stale: true, ..Drawn::default() },
         recording: None,
         replay: None,
-        visits: None,
+        seeks: None,
+        sought: None,
+        tape: None,
         panel_at_s: f64::NEG_INFINITY,
         asked_at_s: f64::NEG_INFINITY,
         advanced_at_s: now_s(),
@@ -158,67 +155,6 @@ pub async fn start() -> Result<(), String> {
     APP.set(Some(Rc::clone(&app)));
     keep_turning(&app)?;
     run_frames(app)
-}
-
-fn wishes() -> Result<Wishes, String> {
-    let location = web_sys::window().ok_or("the viewer runs in a page")?.location();
-    let part = |part: Result<String, JsValue>| part.map_err(|_| "the page has no address".to_owned());
-    let query = web_sys::UrlSearchParams::new_with_str(&part(location.search())?)
-        .map_err(|_| "the page's address cannot be read".to_owned())?;
-    let renderer = match query.get("renderer").as_deref() {
-        None => None,
-        Some("webgpu") => Some(Renderer::WebGpu),
-        Some("webgl2") => Some(Renderer::WebGl2),
-        Some(other) => return Err(format!("?renderer={other}: use webgpu or webgl2")),
-    };
-    let antialias = match query.get("antialias").as_deref() {
-        None => Antialias::Measured,
-        Some("on") => Antialias::On,
-        Some("off") => Antialias::Off,
-        Some(other) => return Err(format!("?antialias={other}: use on or off")),
-    };
-    let frame_rate = match query.get("frame-rate").as_deref() {
-        None | Some("held") => FrameRate::Held,
-        Some("free") => FrameRate::Free,
-        Some(other) => return Err(format!("?frame-rate={other}: use held or free")),
-    };
-    let (occlusion, occlusion_in_time) = match query.get("occlusion").as_deref() {
-        None => (Occlusion::Graph, true),
-        Some("none") => (Occlusion::None, false),
-        Some("plain") => (Occlusion::Plain, false),
-        Some("graph") => (Occlusion::Graph, false),
-        Some(other) => return Err(format!("?occlusion={other}: use none, plain or graph")),
-    };
-    let mut occlusion = occlusion::Settings { occlusion, ..occlusion::Settings::default() };
-    if occlusion_in_time {
-        occlusion.taps = occlusion::Settings::IN_TIME_TAPS;
-    }
-    let (shadows, shadows_in_time) = match query.get("shadows").as_deref() {
-        None => (Shadows::Soft, true),
-        Some("none") => (Shadows::None, false),
-        Some("maps") => (Shadows::Maps, false),
-        Some("soft") => (Shadows::Soft, false),
-        Some(other) => return Err(format!("?shadows={other}: use none, maps or soft")),
-    };
-    let in_time = InTime { shadows: shadows_in_time, occlusion: occlusion_in_time };
-    let mut shadow = shadow::Settings { shadows, ..shadow::Settings::default() };
-    shadow.soft.pace = query.get("soft-pace").map_or(Ok(Pace::Measured), |pace| pace.parse())?;
-    shadow.soft.choice = query.get("soft-method").map_or(Ok(Choice::Measured), |choice| choice.parse())?;
-    if let Some(points) = query.get("soft-points") {
-        let number = points.parse().ok().filter(|number| (1..=soft::Settings::MAX_POINTS).contains(number));
-        let most = soft::Settings::MAX_POINTS;
-        shadow.soft.points = number.ok_or_else(|| format!("?soft-points={points}: use 1 to {most}"))?;
-    }
-    let server = server::address(&location, &query)?;
-    let stops = query.get("exposure").map_or(Ok(0.0), |stops| begin::stops(&stops));
-    let exposure = stops.map_err(|why| format!("?exposure={why}"))?.exp2();
-    let frame = frame::Options { antialias, exposure, ..frame::Options::default() };
-    let picture = PictureOptions { frame, occlusion, shadow, in_time, frame_rate, ..PictureOptions::default() };
-    let start = begin::start(query.get("eye").as_deref(), query.get("target").as_deref())?;
-    let mode = query.get("mode").map(|mode| begin::mode(&mode)).transpose()?;
-    let fov_y_rad = query.get("fov").map_or(Ok(FOV_Y_RAD), |degrees| begin::fov_y_rad(&degrees))?;
-    let role = begin::role(query.get("camera"), query.get("present"), query.get("follow"))?;
-    Ok(Wishes { server, renderer, picture, role, start, mode, fov_y_rad })
 }
 
 /// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
@@ -309,7 +245,7 @@ impl App {
         this.act();
         let apply_budget_s = APPLY_SHARE * (now_s - this.advanced_at_s);
         this.turn(now_s, apply_budget_s);
-        this.visit();
+        this.seek();
         this.move_eye(now_s);
         if let Err(why) = this.draw(now_s) {
             this.screen = None;
@@ -317,6 +253,7 @@ impl App {
             this.trouble = Some(format!("the graphics device was lost ({why}); making a new one"));
             wasm_bindgen_futures::spawn_local(App::recover(Rc::clone(app)));
         }
+        this.show_tape();
         if now_s - this.panel_at_s >= PANEL_INTERVAL_S {
             this.panel_at_s = now_s;
             this.show_panel(now_s);
@@ -338,7 +275,12 @@ impl App {
                 (Action::SwitchMode, Some(controls)) => {
                     controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
                 }
-                (Action::Visit(at_px), _) => self.visits = Some(at_px),
+                (Action::Visit(at_px), _) if self.tape.is_none() => self.seeks = Some((at_px, Sought::Visit)),
+                (Action::VisitMiddle, _) => self.seeks = Some((self.middle_px(), Sought::Visit)),
+                (Action::Mark(at_px), _) if self.tape.is_some() => self.seeks = Some((at_px, Sought::Mark)),
+                (Action::MarkMiddle, _) if self.tape.is_some() => self.seeks = Some((self.middle_px(), Sought::Mark)),
+                (Action::Measure, _) => self.tape = if self.tape.is_none() { Some(Tape::default()) } else { None },
+                (Action::ChangeFov(degrees), _) => self.change_fov(degrees),
                 (Action::GoTo(side), Some(controls)) => controls.go_to(side),
                 (Action::ChangeSpeed(factor), Some(controls)) => controls.change_speed(factor),
                 (Action::Follow, _) => self.follow(),
@@ -350,6 +292,24 @@ impl App {
                 _ => {}
             }
         }
+    }
+
+    /// The middle of the picture, in CSS pixels.
+    fn middle_px(&self) -> DVec2 {
+        let canvas = self.screen.as_ref().map(|screen| &screen.canvas);
+        canvas.map_or(DVec2::ZERO, |canvas| {
+            DVec2::new(f64::from(canvas.client_width()), f64::from(canvas.client_height())) / 2.0
+        })
+    }
+
+    fn change_fov(&mut self, degrees: f64) {
+        let [least, most] = FOVS_DEG;
+        self.fov_y_rad = (self.fov_y_rad.to_degrees() + degrees).clamp(least, most).to_radians();
+        if let Some(screen) = &self.screen {
+            let (width_px, height_px) = screen.size_px();
+            self.viewer.set_view(ViewSize { width_px, height_px, fov_y_rad: self.fov_y_rad }, now_s());
+        }
+        self.drawn.stale = true;
     }
 
     /// The network's part: what came, what is decoded, what is to be sent. Taking in what is decoded gets so much time, in seconds.
@@ -407,6 +367,7 @@ impl App {
         let mut controls = Controls::new(pose, welcome.walk, min, max);
         self.start.iter().for_each(|start| controls.turn_about(start.distance_m));
         self.mode.iter().for_each(|&mode| controls.set_mode(mode));
+        controls.set_glides(!page::wants_less_motion());
         Some(controls)
     }
 
@@ -421,6 +382,12 @@ impl App {
         let Some(controls) = &mut self.controls else { return };
         let size = (screen.canvas.client_width(), screen.canvas.client_height());
         controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), self.fov_y_rad);
+        if let Some((go, look)) = gamepad::sticks() {
+            if go != DVec3::ZERO || look != DVec2::ZERO {
+                self.replay = None;
+            }
+            controls.handle(Input::Sticks { go, look });
+        }
         controls.advance(dt_s);
         if let Some(replay) = &self.replay {
             let (pose, is_over) = replay.at(now_s);
@@ -433,17 +400,33 @@ impl App {
         self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
     }
 
-    /// Asks what is at a place that is to be gone to, and goes there once that is known. Where nothing is, nothing is done.
-    fn visit(&mut self) {
+    /// Asks what is at a place that something is to be done with, and does that once it is known. Where nothing is, nothing is done.
+    fn seek(&mut self) {
         let (Some(screen), Some(pose)) = (&mut self.screen, self.drawn.pose) else { return };
-        if let (Some(Some(point_world)), Some(controls)) = (screen.picture.picked(), &mut self.controls) {
-            controls.visit(point_world);
+        if let Some(found) = screen.picture.picked() {
+            match (self.sought.take(), found, &mut self.controls, &mut self.tape) {
+                (Some(Sought::Visit), Some(at_world), Some(controls), _) => controls.visit(at_world),
+                (Some(Sought::Mark), Some(at_world), _, Some(tape)) => {
+                    tape.mark(Mark::of(self.viewer.held(), at_world));
+                }
+                _ => {}
+            }
         }
-        if let Some(at_px) = self.visits
+        if let Some((at_px, sought)) = self.seeks
             && screen.pick(self.viewer.held(), pose, self.fov_y_rad, near_m(&self.viewer), at_px)
         {
-            self.visits = None;
+            (self.seeks, self.sought) = (None, Some(sought));
         }
+    }
+
+    /// Shows the tape where its ends are in the picture.
+    fn show_tape(&self) {
+        let (Some(tape), Some(screen), Some(pose)) = (&self.tape, &self.screen, self.drawn.pose) else {
+            return self.page.show_tape(None);
+        };
+        let size_px = (screen.canvas.client_width().max(1) as u32, screen.canvas.client_height().max(1) as u32);
+        let camera = Pinhole::symmetric(pose, size_px, self.fov_y_rad, near_m(&self.viewer));
+        self.page.show_tape(Some((&tape.in_picture(&camera), &tape.in_words())));
     }
 
     /// Draws where something changed.
@@ -467,6 +450,7 @@ impl App {
         if !self.drawn.stale && !goes_on && pose == self.drawn.pose {
             // Counting the last picture's pixels ends only when the device is asked.
             screen.gpu.poll();
+            self.viewer.rests();
             return Ok(());
         }
         let near_m = near_m(&self.viewer);
@@ -527,6 +511,7 @@ impl App {
         });
         let soft = self.screen.as_ref().and_then(|screen| screen.picture.soft_progress());
         self.page.show_stats(&stats, renderer);
+        self.page.show_history(self.viewer.history());
         self.page.show_soft(soft);
         self.page.show_effects(self.screen.as_ref().map(|screen| screen.picture.effects()));
         self.page.show_resolution(self.screen.as_ref().map(|screen| screen.picture.resolution()));
@@ -539,123 +524,4 @@ impl App {
 
 fn near_m(viewer: &Viewer) -> f64 {
     viewer.welcome().map_or(0.1, |welcome| welcome.near_m)
-}
-
-/// See `main.js`.
-pub fn snapshot() -> String {
-    let app = APP.with_borrow(|app| app.clone());
-    let Some(app) = app else { return "{}".to_owned() };
-    let mut app = app.borrow_mut();
-    let now_s = now_s();
-    let stats = app.viewer.stats(now_s);
-    let pose = app.drawn.pose.map(
-        |pose| serde_json::json!({ "position": pose.translation.to_array(), "quaternion": pose.rotation.to_array() }),
-    );
-    let soft = app.screen.as_ref().and_then(|screen| screen.picture.soft_progress());
-    let snapshot = serde_json::json!({
-        "frames": stats.frames,
-        "samples": stats.samples,
-        "updates": stats.updates,
-        "impostors": app.screen.as_ref().map(|screen| screen.picture.impostors()),
-        "resolution": app.screen.as_ref().map(|screen| screen.picture.resolution().to_string()),
-        "soft_points": soft.map(|soft| [soft.points, soft.of]),
-        "effects": app.screen.as_ref().map(|screen| screen.picture.effects().map(|drawn| drawn.to_string())),
-        "soft_method": soft.and_then(|soft| soft.method).map(|method| method.to_string()),
-        "light_images": light_images(app.viewer.held()),
-        "uncovered": app.drawn.uncovered,
-        "age_ms": stats.age_ms,
-        "status": app.status(now_s),
-        "connected": app.viewer.is_open(),
-        "picture": app.drawn.picture,
-        "renderer": app.screen.as_ref().map(|screen| screen.renderer.name()),
-        "adapter": app.screen.as_ref().map(|screen| screen.gpu.caps.name.clone()),
-        "at_rest": app.drawn.pose.zip(app.screen.as_ref())
-            .is_some_and(|(pose, screen)| screen.is_at_rest(pose, app.fov_y_rad, near_m(&app.viewer))),
-        "background": app.viewer.held().lighting.as_ref().map(|lighting| lighting.background),
-        "size_px": app.screen.as_ref().map(Screen::size_px),
-        "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
-        "pose": pose,
-        "replays": app.replay.is_some(),
-        "led": app.controls.as_ref().is_some_and(Controls::is_led),
-        "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
-        "stats": stats,
-        "device_losses": app.losses,
-    });
-    snapshot.to_string()
-}
-
-/// See [`crate::link`].
-pub fn link() -> Option<String> {
-    let app = APP.with_borrow(|app| app.clone())?;
-    let app = app.borrow();
-    share::address(app.controls.as_ref()?, app.viewer.welcome()?.walk)
-}
-
-/// See [`crate::token`].
-pub fn token() -> Option<String> {
-    let app = APP.with_borrow(|app| app.clone())?;
-    let app = app.borrow();
-    app.server.token().map(str::to_owned)
-}
-
-/// See [`crate::record`].
-pub fn record(is_on: bool) -> Option<String> {
-    let app = APP.with_borrow(|app| app.clone())?;
-    let mut app = app.borrow_mut();
-    let mut begun = is_on.then(|| Recording::begin(now_s()));
-    if let (Some(recording), Some(controls)) = (&mut begun, &app.controls) {
-        recording.see(controls.pose(), now_s());
-    }
-    let before = std::mem::replace(&mut app.recording, begun)?;
-    before.end().map(|trace| trace.to_text())
-}
-
-/// See [`crate::replay`].
-pub fn replay(text: &str) -> Result<f64, String> {
-    let trace = Trace::parse(text).map_err(|error| error.to_string())?;
-    let app = APP.with_borrow(|app| app.clone()).ok_or("there is no picture yet")?;
-    let duration_s = trace.duration_s();
-    app.borrow_mut().replay = Some(Replay::begin(trace, now_s()));
-    Ok(duration_s)
-}
-
-/// See [`crate::photo`].
-pub async fn photo(size_px: (u32, u32)) -> Result<Photo, String> {
-    const EARLY: &str = "there is no picture yet";
-    let app = APP.with_borrow(|app| app.clone()).ok_or(EARLY)?;
-    let (view, held) = {
-        let this = app.borrow();
-        let (Some(screen), Some(pose)) = (&this.screen, this.drawn.pose.filter(|_| this.drawn.picture)) else {
-            return Err(EARLY.to_owned());
-        };
-        let view = photo::View {
-            gpu: screen.gpu.clone(),
-            options: this.picture,
-            draws: screen.picture.draws(),
-            moment: this.viewer.moment_at(now_s()),
-            world_from_eye: pose,
-            fov_y_rad: this.fov_y_rad,
-            near_m: near_m(&this.viewer),
-            begins_far: screen.renderer == Renderer::WebGl2,
-        };
-        (view, this.viewer.held().clone())
-    };
-    photo::take(view, held, size_px).await
-}
-
-/// What is held of what lights see.
-fn light_images(held: &Held) -> serde_json::Value {
-    let of_lights = || held.patches.iter().filter(|(_, held)| matches!(held.patch.purpose, Purpose::Light(_)));
-    serde_json::json!({
-        "patches": of_lights().count(),
-        "samples": of_lights().map(|(_, held)| held.patch.image.sample_count()).sum::<usize>(),
-        "newest": of_lights().map(|(id, _)| id.0).max(),
-    })
-}
-
-/// See [`crate::lose_device`].
-pub fn lose_device() {
-    if let Some(app) = APP.with_borrow(|app| app.clone()) {
-        app.borrow_mut().loss_asked = true;
-    }
 }

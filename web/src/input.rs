@@ -1,5 +1,8 @@
 //! The page's events as [`Input`] and [`Action`].
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use client::show::controls::{Drag, FASTER, Input, Key, Side};
 use glam::DVec2;
 use wasm_bindgen::JsCast;
@@ -13,6 +16,10 @@ use crate::page::{self, Dialog};
 /// What a wheel's pixels and lines are worth in notches.
 const PIXELS_PER_NOTCH: f64 = 100.0;
 const LINES_PER_NOTCH: f64 = 3.0;
+/// A pointer that went farther from where it went down has dragged, and clicked on nothing. In CSS pixels.
+const CLICK_PX: f64 = 4.0;
+/// What a press of a key makes of the field of view, in degrees.
+const FOV_STEP_DEG: f64 = 5.0;
 
 /// What a person asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,30 +36,42 @@ pub enum Action {
     GoTo(Side),
     /// To what lies at a place of the page, in CSS pixels.
     Visit(DVec2),
+    /// To what lies in the middle of the picture.
+    VisitMiddle,
+    /// Measures from now on, or no more.
+    Measure,
+    /// An end of what is measured lies at a place of the page, in CSS pixels.
+    Mark(DVec2),
+    /// The same in the middle of the picture.
+    MarkMiddle,
     /// So many times as fast as before.
     ChangeSpeed(f64),
+    /// So many degrees more of the scene from top to bottom.
+    ChangeFov(f64),
     /// The page is shown again.
     Shown,
 }
 
 /// Where actions go.
-type Sink = std::rc::Rc<dyn Fn(Action)>;
+type Sink = Rc<dyn Fn(Action)>;
 
 /// Listens to the page. Once.
 pub fn listen_to_page(sink: &Sink) -> Result<(), String> {
     let window = web_sys::window().ok_or("the viewer runs in a page")?;
     for (name, down) in [("keydown", true), ("keyup", false)] {
-        let sink = std::rc::Rc::clone(sink);
+        let sink = Rc::clone(sink);
         listen(&window, name, move |event: KeyboardEvent| on_key(&event, down, &*sink));
     }
-    let blur = std::rc::Rc::clone(sink);
+    let blur = Rc::clone(sink);
     listen(&window, "blur", move |_: Event| blur(Action::Move(Input::FocusLost)));
-    let shown = std::rc::Rc::clone(sink);
+    let shown = Rc::clone(sink);
     listen(&page::document(), "visibilitychange", move |_: Event| shown(Action::Shown));
-    let mode = std::rc::Rc::clone(sink);
+    let mode = Rc::clone(sink);
     listen(page::element("mode")?.as_ref(), "click", move |_: Event| mode(Action::SwitchMode));
-    let follow = std::rc::Rc::clone(sink);
+    let follow = Rc::clone(sink);
     listen(page::element("role")?.as_ref(), "click", move |_: Event| follow(Action::Follow));
+    let measure = Rc::clone(sink);
+    listen(page::element("tape-toggle")?.as_ref(), "click", move |_: Event| measure(Action::Measure));
     for (button, dialog) in [("help-open", Dialog::Help), ("inventory-open", Dialog::Inventory)] {
         listen(page::element(button)?.as_ref(), "click", move |_: Event| page::toggle(dialog));
     }
@@ -62,9 +81,11 @@ pub fn listen_to_page(sink: &Sink) -> Result<(), String> {
 
 /// Listens to a canvas.
 pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
+    let down_px = Rc::new(Cell::new(DVec2::ZERO));
     let down = {
-        let (sink, canvas) = (std::rc::Rc::clone(sink), canvas.clone());
+        let (sink, canvas, down_px) = (Rc::clone(sink), canvas.clone(), Rc::clone(&down_px));
         move |event: PointerEvent| {
+            down_px.set(place(&event));
             // Without capture a drag only ends at the canvas's edge.
             let _ = canvas.set_pointer_capture(event.pointer_id());
             let _ = canvas.focus();
@@ -73,17 +94,17 @@ pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
         }
     };
     listen(canvas, "pointerdown", down);
-    let moved = std::rc::Rc::clone(sink);
+    let moved = Rc::clone(sink);
     listen(canvas, "pointermove", move |event: PointerEvent| {
         moved(Action::Move(Input::PointerMove { id: pointer(&event), at_px: place(&event) }));
     });
     for name in ["pointerup", "pointercancel"] {
-        let sink = std::rc::Rc::clone(sink);
+        let sink = Rc::clone(sink);
         listen(canvas, name, move |event: PointerEvent| {
             sink(Action::Move(Input::PointerUp { id: pointer(&event) }));
         });
     }
-    let wheel = std::rc::Rc::clone(sink);
+    let wheel = Rc::clone(sink);
     listen(canvas, "wheel", move |event: WheelEvent| {
         event.prevent_default();
         let per_notch = match event.delta_mode() {
@@ -93,9 +114,13 @@ pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
         };
         wheel(Action::Move(Input::Wheel { notches: -event.delta_y() / per_notch }));
     });
-    let visit = std::rc::Rc::clone(sink);
-    listen(canvas, "dblclick", move |event: MouseEvent| {
-        visit(Action::Visit(DVec2::new(f64::from(event.offset_x()), f64::from(event.offset_y()))));
+    let visit = Rc::clone(sink);
+    listen(canvas, "dblclick", move |event: MouseEvent| visit(Action::Visit(place(&event))));
+    let mark = Rc::clone(sink);
+    listen(canvas, "click", move |event: MouseEvent| {
+        if place(&event).distance(down_px.get()) <= CLICK_PX {
+            mark(Action::Mark(place(&event)));
+        }
     });
     listen(canvas, "contextmenu", |event: Event| event.prevent_default());
 }
@@ -123,6 +148,11 @@ fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
         "Digit1" => sink(Action::GoTo(Side::Front)),
         "Digit2" => sink(Action::GoTo(Side::Right)),
         "Digit3" => sink(Action::GoTo(Side::Top)),
+        "Enter" if page::looks_at_view() => sink(Action::VisitMiddle),
+        "Space" if page::looks_at_view() => sink(Action::MarkMiddle),
+        "KeyT" => page::press("tape-toggle"),
+        "BracketLeft" => sink(Action::ChangeFov(-FOV_STEP_DEG)),
+        "BracketRight" => sink(Action::ChangeFov(FOV_STEP_DEG)),
         "Equal" | "NumpadAdd" => sink(Action::ChangeSpeed(FASTER)),
         "Minus" | "NumpadSubtract" => sink(Action::ChangeSpeed(1.0 / FASTER)),
         "KeyP" => page::toggle_figures(),
@@ -139,7 +169,7 @@ fn pointer(event: &PointerEvent) -> u64 {
     i64::from(event.pointer_id()) as u64
 }
 
-fn place(event: &PointerEvent) -> DVec2 {
+fn place(event: &MouseEvent) -> DVec2 {
     DVec2::new(f64::from(event.offset_x()), f64::from(event.offset_y()))
 }
 

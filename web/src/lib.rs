@@ -7,6 +7,7 @@
 #![cfg(target_arch = "wasm32")]
 
 mod app;
+mod gamepad;
 mod input;
 mod page;
 mod photo;
@@ -15,8 +16,10 @@ mod screen;
 mod server;
 mod share;
 mod socket;
+mod wishes;
 mod worker;
 
+use app::exports;
 use js_sys::{Array, Uint8Array};
 use wasm_bindgen::Clamped;
 use wasm_bindgen::prelude::*;
@@ -42,38 +45,44 @@ pub fn decode(bytes: &[u8], build: u8) -> Array {
 /// What the viewer is doing, as JSON; see `main.js` for the fields.
 #[wasm_bindgen]
 pub fn snapshot() -> String {
-    app::snapshot()
+    exports::snapshot()
 }
 
 /// The address of the view as it is now; `None` before there is one.
 #[wasm_bindgen]
 pub fn link() -> Option<String> {
-    app::link()
+    exports::link()
 }
 
 /// The token that the page was opened with, for requests beside the websocket.
 #[wasm_bindgen]
 pub fn token() -> Option<String> {
-    app::token()
+    exports::token()
 }
 
 /// Writes the eye's path down from now on, or ends that: gives what was written so far, as lines `px py pz rx ry rz t_ms` (metres, degrees, milliseconds).
 #[wasm_bindgen]
 pub fn record(is_on: bool) -> Option<String> {
-    app::record(is_on)
+    exports::record(is_on)
 }
 
 /// Goes a path that was written so, until the person moves; its length in seconds. Fails with words for a person.
 #[wasm_bindgen]
 pub fn replay(text: &str) -> Result<f64, JsValue> {
-    app::replay(text).map_err(|error| js_sys::Error::new(&error).into())
+    exports::replay(text).map_err(|error| js_sys::Error::new(&error).into())
+}
+
+/// Goes to where a point is seen from another, each of three numbers, in metres. Fails with words for a person.
+#[wasm_bindgen]
+pub fn go(eye: &[f64], target: &[f64]) -> Result<(), JsValue> {
+    exports::go(eye, target).map_err(|error| js_sys::Error::new(&error).into())
 }
 
 /// A picture of the view as it is now, of any size up to 8K. Fails with words for a person.
 #[wasm_bindgen]
 pub async fn photo(width_px: u32, height_px: u32) -> Result<web_sys::ImageData, JsValue> {
     let words = |error: String| JsValue::from(js_sys::Error::new(&error));
-    let photo = app::photo((width_px, height_px)).await.map_err(words)?;
+    let photo = exports::photo((width_px, height_px)).await.map_err(words)?;
     let (width_px, height_px) = photo.size_px;
     web_sys::ImageData::new_with_u8_clamped_array_and_sh(Clamped(&photo.rgba), width_px, height_px)
 }
@@ -81,5 +90,5 @@ pub async fn photo(width_px: u32, height_px: u32) -> Result<web_sys::ImageData, 
 /// Loses the graphics device on purpose, as a driver's reset would: for tests.
 #[wasm_bindgen]
 pub fn lose_device() {
-    app::lose_device();
+    exports::lose_device();
 }

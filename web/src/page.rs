@@ -3,14 +3,24 @@
 use client::draw::effects::Drawn;
 use client::draw::shadow::SoftProgress;
 use client::draw::steady::Resolution;
+use client::receive::history::{Figure, History};
 use client::receive::stats::Stats;
 use client::receive::viewer::Progress;
 use client::show::controls::Mode;
 use client::show::panel::short_count;
+use glam::DVec2;
 use protocol::Inventory;
 use protocol::message::Role;
 use wasm_bindgen::JsCast;
+use wasm_bindgen::prelude::*;
 use web_sys::{Document, Element, HtmlCanvasElement, HtmlElement};
+
+#[wasm_bindgen]
+extern "C" {
+    /// Words in the page's language: `say` of `words.js`.
+    #[wasm_bindgen(js_namespace = window, js_name = vantageSays)]
+    fn says(words: &str) -> String;
+}
 
 /// Bytes of a kibibyte, for the progress line.
 const KIB: usize = 1024;
@@ -24,6 +34,12 @@ pub fn document() -> Document {
 pub fn element(id: &str) -> Result<HtmlElement, String> {
     let found = document().get_element_by_id(id).and_then(|element| element.dyn_into().ok());
     found.ok_or_else(|| format!("the page has no element #{id}"))
+}
+
+/// The one shape of a drawing that the page must have.
+fn drawing(id: &str) -> Result<Element, String> {
+    let found = document().get_element_by_id(id).and_then(|drawing| drawing.first_element_child());
+    found.ok_or_else(|| format!("the page has no drawing #{id}"))
 }
 
 /// The canvas.
@@ -47,6 +63,11 @@ pub struct Page {
     mbit: HtmlElement,
     round_trip: HtmlElement,
     age: HtmlElement,
+    longest: HtmlElement,
+    updates: HtmlElement,
+    /// In the order of [`Figure::ALL`].
+    curves: [Element; Figure::ALL.len()],
+    timeline: Element,
     samples: HtmlElement,
     uncovered: HtmlElement,
     /// Two, shown together.
@@ -63,6 +84,9 @@ pub struct Page {
     progress: HtmlElement,
     mode: HtmlElement,
     role: HtmlElement,
+    tape: Element,
+    measured: HtmlElement,
+    tape_toggle: HtmlElement,
 }
 
 impl Page {
@@ -76,6 +100,16 @@ impl Page {
             mbit: element("mbit")?,
             round_trip: element("round-trip")?,
             age: element("age")?,
+            longest: element("longest")?,
+            updates: element("updates")?,
+            curves: [
+                drawing("curve-fps")?,
+                drawing("curve-mbit")?,
+                drawing("curve-round-trip")?,
+                drawing("curve-age")?,
+                drawing("curve-longest")?,
+            ],
+            timeline: drawing("timeline")?,
             samples: element("samples")?,
             uncovered: element("uncovered")?,
             soft: [element("soft-name")?, element("soft")?],
@@ -91,6 +125,9 @@ impl Page {
             progress: element("progress")?,
             mode: element("mode")?,
             role: element("role")?,
+            tape: drawing("tape")?,
+            measured: element("measured")?,
+            tape_toggle: element("tape-toggle")?,
         })
     }
 
@@ -106,6 +143,20 @@ impl Page {
         let uncovered = stats.uncovered_share.map_or_else(|| "–".to_owned(), |share| format!("{:.1}", share * 100.0));
         set_text(&self.uncovered, &uncovered);
         set_text(&self.renderer, renderer);
+    }
+
+    /// Shows the last minute, and the last updates.
+    pub fn show_history(&self, history: &History) {
+        let longest = history.last(Figure::LongestFrame);
+        set_text(&self.longest, &longest.map_or_else(|| "–".to_owned(), |ms| format!("{ms:.0}")));
+        set_text(&self.updates, &history.updates_in_words());
+        for (curve, figure) in self.curves.iter().zip(Figure::ALL) {
+            // From the top down.
+            let points = history.curve(figure).into_iter().map(|[x, y]| format!("{x:.3},{:.3} ", 1.0 - y));
+            set_attribute(curve, "points", &points.collect::<String>());
+        }
+        let bars = history.updates().into_iter().map(|[x, height]| format!("M{x:.4} 1V{:.3}", 1.0 - height));
+        set_attribute(&self.timeline, "d", &bars.collect::<String>());
     }
 
     /// Shows how many points of its lights a picture has soft shadows of, and by which method, if any.
@@ -149,6 +200,21 @@ impl Page {
         set_text(&self.role, &text);
         self.role.set_hidden(text.is_empty());
         set_attribute(&self.role, "aria-pressed", if is_led { "true" } else { "false" });
+    }
+
+    /// Shows a tape, whose ends are at places of the page, and what it says; nothing while nothing is measured.
+    pub fn show_tape(&self, tape: Option<(&[DVec2], &str)>) {
+        set_attribute(&self.tape_toggle, "aria-pressed", if tape.is_some() { "true" } else { "false" });
+        self.measured.set_hidden(tape.is_none());
+        let (ends_px, words) = tape.unwrap_or((&[], ""));
+        set_text(&self.measured, words);
+        // A ring around each end, and a line between them.
+        let ring = |&DVec2 { x, y }: &DVec2| format!("M{:.1} {y:.1}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0", x - 5.0);
+        let line = match ends_px {
+            [a, b] => format!("M{:.1} {:.1}L{:.1} {:.1}", a.x, a.y, b.x, b.y),
+            _ => String::new(),
+        };
+        set_attribute(&self.tape, "d", &ends_px.iter().map(ring).chain([line]).collect::<String>());
     }
 
     /// Shows what is wrong, or nothing.
@@ -207,6 +273,18 @@ pub fn has_open_dialog() -> bool {
     document().query_selector("dialog[open]").is_ok_and(|found| found.is_some())
 }
 
+/// Whether keys are meant for the view: no button or field has the focus.
+pub fn looks_at_view() -> bool {
+    let active = document().active_element();
+    active.is_none_or(|element| element.id() == "view" || element.tag_name() == "BODY")
+}
+
+/// Whether the person wants no more motion than there must be.
+pub fn wants_less_motion() -> bool {
+    let query = web_sys::window().and_then(|window| window.match_media("(prefers-reduced-motion: reduce)").ok()?);
+    query.is_some_and(|query| query.matches())
+}
+
 /// As a click on a button does, where it is shown.
 pub fn press(id: &str) {
     if let Ok(button) = element(id)
@@ -223,8 +301,9 @@ pub fn toggle(dialog: Dialog) {
     if dialog.open() {
         dialog.close();
     } else {
-        // Fails only where it is open already.
+        // Both fail only where it is open already.
         let _ = dialog.show_modal();
+        let _ = dialog.focus();
     }
 }
 
@@ -237,7 +316,7 @@ pub fn show_inventory(inventory: &Inventory) -> Result<(), String> {
         row.set_class_name(if part.made.is_some() { "" } else { "left-out" });
         for text in [&part.name, part.made.as_ref().unwrap_or(&"left out".to_owned()), &part.why] {
             let cell = of("td")?;
-            cell.set_text_content(Some(text));
+            cell.set_text_content(Some(&says(text)));
             row.append_child(&cell).map_err(|_| "a row takes no cell".to_owned())?;
         }
         Ok(row)
@@ -272,10 +351,11 @@ pub fn report_panics() {
     }));
 }
 
-/// Text is set only where it changes: assistive technology reads what is set.
+/// Text is set in the page's language, and only where it changes: assistive technology reads what is set.
 fn set_text(element: &HtmlElement, text: &str) {
-    if element.text_content().as_deref() != Some(text) {
-        element.set_text_content(Some(text));
+    let text = says(text);
+    if element.text_content().as_deref() != Some(&text) {
+        element.set_text_content(Some(&text));
     }
 }
 

@@ -2,14 +2,18 @@
 // sharing have scripts of their own.
 import init, { start, snapshot, lose_device } from './vantage_web.js';
 import { byId } from './elements.js';
+import { offerEmbedding, tellFailure } from './embed.js';
 import { offerScenes } from './scenes.js';
 import { offerSharing } from './share.js';
+import { say, sayPage } from './words.js';
 
 function fail(text, detail) {
   byId('loading').hidden = false;
-  byId('loading-text').textContent = text;
+  byId('loading-text').textContent = say(text);
   byId('loading-detail').textContent = detail ?? '';
   byId('progress').hidden = true;
+  tellFailure(detail ? `${text}: ${detail}` : text);
+  offerEmbedding();
 }
 
 // What the page is doing, for tests and for the curious: `window.vantage` is a fresh plain object at every look.
@@ -35,6 +39,11 @@ Object.defineProperty(window, 'vantage', {
   get: () => ({ ...(running ? JSON.parse(snapshot()) : { frames: 0, status: 'loading', picture: false }), lose_device }),
 });
 
+// The WebAssembly says its words by it, too.
+window.vantageSays = say;
+sayPage();
+document.documentElement.classList.toggle('bare', new URLSearchParams(location.search).has('bare'));
+
 try {
   await init({ module_or_path: new URL('./vantage_web_bg.wasm', import.meta.url) });
 } catch (error) {
@@ -48,6 +57,7 @@ try {
   running = true;
   offerSharing();
   offerScenes();
+  offerEmbedding();
 } catch (error) {
   fail('The viewer could not start', String(error?.message ?? error));
   throw error;

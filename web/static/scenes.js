@@ -2,6 +2,7 @@
 // Only for the server that the page came from; pages reach others by websockets alone.
 import { snapshot, token } from './vantage_web.js';
 import { byId, megabytes, openDialog } from './elements.js';
+import { say as inWords } from './words.js';
 
 const MEGABYTE = 1 << 20;
 
@@ -49,7 +50,7 @@ function card({ name, open, sessions, thumbnail }, isFirst, isShown) {
   title.textContent = name;
   const about = document.createElement('small');
   const people = sessions === 1 ? '1 viewer' : `${sessions} viewers`;
-  about.textContent = open ? people : 'not loaded yet';
+  about.textContent = inWords(open ? people : 'not loaded yet');
   link.append(picture, title, about);
   item.append(link);
   return item;
@@ -77,7 +78,7 @@ async function open() {
 }
 
 function say(text, isWrong = false) {
-  byId('bring-text').textContent = text;
+  byId('bring-text').textContent = inWords(text);
   byId('bring-text').classList.toggle('wrong', isWrong);
   byId('bring-text').scrollIntoView({ block: 'nearest' });
 }
@@ -189,7 +190,7 @@ export async function offerScenes() {
   if (new URL(location.href).searchParams.has('server')) return;
   offer = await firstOffer();
   if (!offer || (offer.scenes.length < 2 && !offer.uploads)) return;
-  if (offer.uploads) byId('drop-text').textContent = 'Drop it to see it';
+  if (offer.uploads) byId('drop-text').textContent = inWords('Drop it to see it');
   byId('bring').hidden = !offer.uploads;
   byId('bring-most').textContent = offer.uploads ? `${Math.round(offer.uploads.bytes / MEGABYTE)} MB` : '';
   byId('scenes-open').addEventListener('click', open);

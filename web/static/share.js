@@ -1,6 +1,7 @@
 // The dialog that gives the view to others: a link to it, a picture of it, and the path that one goes, as a file and as a video.
 import { link, photo, record, replay } from './vantage_web.js';
-import { byId, openDialog } from './elements.js';
+import { byId, openDialog, pngOf } from './elements.js';
+import { say as inWords } from './words.js';
 
 /** Widths that pictures are wanted in beside the screen's own, and times of that. */
 const TIMES = [1, 2];
@@ -15,7 +16,7 @@ function sizes() {
 }
 
 function say(text, isWrong = false) {
-  byId('share-said').textContent = text;
+  byId('share-said').textContent = inWords(text);
   byId('share-said').classList.toggle('wrong', isWrong);
 }
 
@@ -24,7 +25,7 @@ function open() {
   if (!address) return;
   byId('share-link').value = address;
   say('');
-  const options = sizes().map(([width, height], index) => new Option(`${width} × ${height}${index === 0 ? ', as on the screen' : ''}`, `${width} ${height}`));
+  const options = sizes().map(([width, height], index) => new Option(inWords(`${width} × ${height}${index === 0 ? ', as on the screen' : ''}`), `${width} ${height}`));
   byId('picture-size').replaceChildren(...options);
   openDialog('share');
 }
@@ -67,7 +68,7 @@ function startRecording() {
   recording = { recorder, chunks };
   byId('recorded').hidden = true;
   byId('share').close();
-  byId('share-open').textContent = 'Stop';
+  byId('share-open').textContent = inWords('Stop');
   byId('share-open').setAttribute('aria-pressed', 'true');
 }
 
@@ -81,7 +82,7 @@ async function stopRecording() {
     });
   }
   recording = null;
-  byId('share-open').textContent = 'Share';
+  byId('share-open').textContent = inWords('Share');
   byId('share-open').removeAttribute('aria-pressed');
   open();
   const video = chunks.some(({ size }) => size > 0) ? new Blob(chunks, { type: recorder.mimeType }) : null;
@@ -110,12 +111,7 @@ async function save() {
   byId('picture-save').disabled = true;
   say('Drawing');
   try {
-    const canvas = document.createElement('canvas');
-    Object.assign(canvas, { width, height });
-    canvas.getContext('2d').putImageData(await photo(width, height), 0, 0);
-    const file = await new Promise((resolve) => canvas.toBlob(resolve, 'image/png'));
-    if (!file) throw new Error('the browser makes no picture of that size');
-    keep(file, 'png');
+    keep(await pngOf(photo, width, height), 'png');
     say('Saved');
   } catch (error) {
     say(`No picture was made: ${error?.message ?? error}`, true);

@@ -5,6 +5,7 @@
 mod architecture;
 mod beside;
 mod circles;
+mod commands;
 mod fuzz;
 mod package;
 mod packaging;
@@ -16,12 +17,12 @@ mod test;
 mod web;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-use run::{cargo, step};
+use run::{Profile, built};
 use setup::Need;
 
 /// The commands of the Vantage repository.
@@ -34,7 +35,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Set up what is missing, build server and web client in release, and serve a scene on http://127.0.0.1:PORT.
+    /// Set up what is missing, build server and web client, and serve a scene on http://127.0.0.1:PORT.
     Serve {
         /// A scene file (glTF, GLB, OBJ, PLY, STL) or a built-in scene; without it, a built-in moving one.
         scene: Option<OsString>,
@@ -94,12 +95,12 @@ enum Command {
 }
 
 fn main() -> anyhow::Result<()> {
-    let root = root()?;
+    let (root, here) = (root()?, std::env::current_dir()?);
     std::env::set_current_dir(&root).with_context(|| format!("entering {}", root.display()))?;
     match Arguments::parse().command {
         Command::Serve { scene, scenes, port, server_arguments } => {
             let scenes = scenes.into_iter().flat_map(|folder| ["--scenes".into(), folder]);
-            serve(scene, port, scenes.chain(server_arguments).collect())
+            serve(&here, scene, port, scenes.chain(server_arguments).collect())
         }
         Command::Test { only } => test::run_all(&only),
         Command::Report { arguments } => report(&arguments),
@@ -107,7 +108,7 @@ fn main() -> anyhow::Result<()> {
         Command::Fuzz(arguments) => fuzz::fuzz(&arguments),
         Command::Frames { arguments } => scripts::FRAMES.run(&arguments),
         Command::Stiff { arguments } => scripts::STIFF.run(&arguments),
-        Command::View { arguments } => run_release("vantage-client", "vantage-view", &arguments),
+        Command::View { arguments } => run_release(&here, "vantage-client", "vantage-view", &arguments),
         Command::Web { release } => {
             setup::install(&[Need::WasmTarget, Need::Clang])?;
             web::build(if release { web::Profile::Release } else { web::Profile::Fast }).map(|_| ())
@@ -117,17 +118,17 @@ fn main() -> anyhow::Result<()> {
     }
 }
 
-fn serve(scene: Option<OsString>, port: u16, mut server_arguments: Vec<OsString>) -> anyhow::Result<()> {
+/// `here`: paths are as seen from there.
+fn serve(here: &Path, scene: Option<OsString>, port: u16, mut server_arguments: Vec<OsString>) -> anyhow::Result<()> {
     // On this machine for whoever sits at it, who may as well drop a model of his own on the page.
     if !server_arguments.iter().any(|part| part == "--bind" || part == "--publish" || part == "--allow-uploads") {
         server_arguments.push("--allow-uploads".into());
     }
     setup::install(&[Need::Vulkan, Need::WasmTarget, Need::Clang])?;
-    step("Building the server (release)");
-    cargo().args(["build", "--release", "--package", "vantage-server", "--bin", "vantage-server"]).check()?;
-    let web_dir = web::build(web::Profile::Release)?;
-    let server = run::target_dir().join("release").join("vantage-server");
+    let server = built(Profile::Serve, "vantage-server", "vantage-server")?;
+    let web_dir = std::path::absolute(web::build(web::Profile::Serve)?)?;
     run::Tool::new(server)
+        .dir(here)
         .args(scene)
         .args(["--port".into(), port.to_string(), "--web".into(), web_dir.display().to_string()])
         .args(server_arguments)
@@ -150,17 +151,14 @@ fn report(arguments: &[OsString]) -> anyhow::Result<()> {
     let takes_server =
         |topic: &OsString| topic == "soak" || topic == "all" || arguments.iter().any(|part| part == "--kernel");
     if arguments.first().is_some_and(takes_server) {
-        step("Building vantage-server (release)");
-        cargo().args(["build", "--release", "--package", "vantage-server", "--bin", "vantage-server"]).check()?;
+        built(Profile::Release, "vantage-server", "vantage-server")?;
     }
-    run_release("vantage-bench", "vantage-report", arguments)
+    run_release(Path::new("."), "vantage-bench", "vantage-report", arguments)
 }
 
-fn run_release(package: &str, binary: &str, arguments: &[OsString]) -> anyhow::Result<()> {
+fn run_release(here: &Path, package: &str, binary: &str, arguments: &[OsString]) -> anyhow::Result<()> {
     setup::install(&[Need::Vulkan])?;
-    step(&format!("Building {binary} (release)"));
-    cargo().args(["build", "--release", "--package", package, "--bin", binary]).check()?;
-    run::Tool::new(run::target_dir().join("release").join(binary)).args(arguments).replace_this_process()
+    run::Tool::new(built(Profile::Release, package, binary)?).dir(here).args(arguments).replace_this_process()
 }
 
 /// The repository's root: the parent of this package.

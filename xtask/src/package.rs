@@ -1,4 +1,4 @@
-//! `cargo xtask package`: a folder to copy to a GPU host, with the server as one file that has the page in it.
+//! `cargo xtask package`: a folder to copy to a GPU host, with the server as one file that has the page in it; and a package for npm, with the element that shows it in pages of others.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use anyhow::{Context, ensure};
 
-use crate::run::{cargo, step, target_dir};
+use crate::run::{Tool, cargo, step, target_dir};
 use crate::setup::{self, Need};
 use crate::web;
 
@@ -20,6 +20,10 @@ const FILES: &[(&str, &str)] = &[
     ("LICENSE-APACHE", "LICENSE-APACHE"),
     ("LICENSE-MIT", "LICENSE-MIT"),
 ];
+/// What the package for pages of others is made of, and the element that it is about.
+const ELEMENT_PACKAGE: &str = "packaging/npm";
+const NOTEBOOK_PACKAGE: &str = "packaging/python";
+const ELEMENT: &str = "web/static/vantage-view.js";
 /// A server that says nothing for so long does not work.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -43,7 +47,34 @@ pub fn package() -> anyhow::Result<()> {
     copy(&target_dir().join("release/vantage-server"), "vantage-server")?;
     FILES.iter().try_for_each(|(from, name)| copy(Path::new(from), name))?;
     println!("    {}", to.display());
+    notebook()?;
+    let npm = element()?;
+    if setup::on_path("npm") {
+        step("Packing the element for pages of others");
+        Tool::new("npm").args(["pack", "--pack-destination", ".."]).dir(&npm).check()?;
+    }
     Ok(())
+}
+
+/// Puts the package for npm together, without packing it: its folder.
+pub fn element() -> anyhow::Result<PathBuf> {
+    with_element(ELEMENT_PACKAGE, "npm", "")
+}
+
+/// The same of the package for notebooks, which pip installs as it lies there.
+pub fn notebook() -> anyhow::Result<PathBuf> {
+    with_element(NOTEBOOK_PACKAGE, "python", "vantage_view")
+}
+
+/// A copy of a folder among the packages, and in one of its folders the element.
+fn with_element(from: &str, name: &str, element_in: &str) -> anyhow::Result<PathBuf> {
+    let to = folder().join(name);
+    std::fs::create_dir_all(&to).with_context(|| to.display().to_string())?;
+    web::copy_files(Path::new(from), &to)?;
+    let element = Path::new(ELEMENT);
+    let copy = to.join(element_in).join(element.file_name().context("a file has a name")?);
+    std::fs::copy(element, &copy).with_context(|| format!("copying {ELEMENT}"))?;
+    Ok(to)
 }
 
 /// Starts the packaged server in another folder and asks for its page. It needs no scene for that.

@@ -40,6 +40,32 @@ pub fn check() -> anyhow::Result<()> {
     if wrong.is_empty() { Ok(()) } else { bail!("{}", wrong.join("\n")) }
 }
 
+/// Pages of the book.
+pub fn of_book() -> anyhow::Result<Vec<PathBuf>> {
+    let mut pages = Vec::new();
+    find(Path::new("docs"), &mut pages)?;
+    pages.sort();
+    Ok(pages)
+}
+
+/// Lines of code blocks, without what follows a `#`; one that ends in the middle of something goes on in the next.
+pub fn code(text: &str) -> Vec<String> {
+    let (mut is_fenced, mut lines) = (false, Vec::<String>::new());
+    for line in text.lines() {
+        if line.trim_start().starts_with("```") {
+            is_fenced = !is_fenced;
+        } else if is_fenced || line.starts_with("    ") {
+            let line = line.split(" #").next().unwrap_or(line).trim();
+            match lines.last_mut().filter(|last| last.ends_with('|') || last.ends_with('\\')) {
+                Some(last) => *last = format!("{} {line}", last.trim_end_matches('\\')),
+                None => lines.push(line.to_owned()),
+            }
+        }
+    }
+    lines.retain(|line| !line.is_empty());
+    lines
+}
+
 fn find(folder: &Path, pages: &mut Vec<PathBuf>) -> anyhow::Result<()> {
     for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let entry = entry?;
@@ -99,6 +125,12 @@ fn prose(text: &str) -> impl Iterator<Item = &str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_of_code_go_on() {
+        let text = "words\n    one --two  # why\n\n    three |\n        four\n```\nfive\n```\n";
+        assert_eq!(code(text), ["one --two", "three | four", "five"]);
+    }
 
     #[test]
     fn links_and_headings_are_found_outside_of_code() {

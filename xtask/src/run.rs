@@ -8,6 +8,47 @@ use std::sync::mpsc;
 
 use anyhow::{Context, bail};
 
+/// A variable that is set where commands are to be tried with what tests have built, and nothing is built for speed.
+pub const DEV: &str = "VANTAGE_XTASK_DEV";
+
+/// How a program is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Profile {
+    /// As tests are.
+    Dev,
+    /// Soon, and nearly as fast as can be: for this machine.
+    Serve,
+    /// As fast as can be.
+    Release,
+}
+
+impl Profile {
+    /// This one, or that of the tests where commands are tried by them.
+    pub fn unless_dev(self) -> Profile {
+        if std::env::var_os(DEV).is_some() { Profile::Dev } else { self }
+    }
+
+    /// As cargo calls it, which is also its folder but for [`Profile::Dev`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Profile::Dev => "dev",
+            Profile::Serve => "serve",
+            Profile::Release => "release",
+        }
+    }
+}
+
+/// Builds a binary; where it is.
+pub fn built(profile: Profile, package: &str, binary: &str) -> anyhow::Result<PathBuf> {
+    let profile = profile.unless_dev();
+    step(&format!("Building {binary} (profile {})", profile.name()));
+    // Tests are built with the features of the whole workspace, so that nothing of theirs is built twice.
+    let what: &[&str] = if profile == Profile::Dev { &["--workspace"] } else { &["--package", package] };
+    cargo().args(["build", "--profile", profile.name(), "--bin", binary]).args(what).check()?;
+    let folder = if profile == Profile::Dev { "debug" } else { profile.name() };
+    Ok(std::path::absolute(target_dir().join(folder).join(binary))?)
+}
+
 /// Announces what happens next.
 pub fn step(what: &str) {
     println!("\n==> {what}");

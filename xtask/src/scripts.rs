@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use crate::run::{Tool, cargo, step, target_dir};
+use crate::run::{Profile, Tool, built, step};
 use crate::setup::{self, Need};
 use crate::web;
 
@@ -39,8 +39,7 @@ impl Script {
     /// Sets up what is missing, and runs it.
     pub fn run(&self, arguments: &[OsString]) -> anyhow::Result<()> {
         setup::install(Need::USUAL)?;
-        step(&format!("Building {} (release)", self.binary));
-        cargo().args(["build", "--release", "--package", self.package, "--bin", self.binary]).check()?;
+        let binary = built(Profile::Release, self.package, self.binary)?;
         let web_dir = std::path::absolute(web::build(web::Profile::Release)?)?;
         let scripts = Path::new("tests/browser");
         Tool::new("npm").args(["ci", "--no-audit", "--no-fund", "--silent"]).dir(scripts).check()?;
@@ -49,7 +48,7 @@ impl Script {
             .args([self.file])
             .args(arguments)
             .dir(scripts)
-            .env(self.variable, std::path::absolute(target_dir().join("release").join(self.binary))?)
+            .env(self.variable, binary)
             .env("VANTAGE_WEB_DIR", web_dir)
             .check()
     }

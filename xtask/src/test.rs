@@ -7,25 +7,32 @@ use anyhow::bail;
 
 use crate::run::{Tool, cargo, step, target_dir};
 use crate::setup::{self, Need};
-use crate::{architecture, packaging, pages, web};
+use crate::{architecture, commands, packaging, pages, web};
 
 /// How many checks passed, failed and were skipped.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
 struct Tally {
     passed: u64,
     failed: u64,
     skipped: u64,
+    /// Of those that failed, as far as they have any.
+    names: Vec<String>,
 }
 
 impl Tally {
-    const PASSED: Tally = Tally { passed: 1, failed: 0, skipped: 0 };
-    const FAILED: Tally = Tally { passed: 0, failed: 1, skipped: 0 };
-    const SKIPPED: Tally = Tally { passed: 0, failed: 0, skipped: 1 };
+    const PASSED: Tally = Tally::of(1, 0, 0);
+    const FAILED: Tally = Tally::of(0, 1, 0);
+    const SKIPPED: Tally = Tally::of(0, 0, 1);
+
+    const fn of(passed: u64, failed: u64, skipped: u64) -> Tally {
+        Tally { passed, failed, skipped, names: Vec::new() }
+    }
 
     fn add(&mut self, other: Tally) {
         self.passed += other.passed;
         self.failed += other.failed;
         self.skipped += other.skipped;
+        self.names.extend(other.names);
     }
 }
 
@@ -42,6 +49,7 @@ const STEPS: &[Step] = &[
     ("packaging", packaging),
     ("tests, native", test_native),
     ("tests, browser", test_browser),
+    ("commands", run_commands),
 ];
 
 /// Runs the steps whose name holds one of `only` (all without any), shows a table of them, and fails when one failed.
@@ -57,8 +65,8 @@ pub fn run_all(only: &[String]) -> anyhow::Result<()> {
             println!("{name}: {error:#}");
             Tally::FAILED
         });
+        rows.push((name, tally.clone(), start.elapsed().as_secs()));
         total.add(tally);
-        rows.push((name, tally, start.elapsed().as_secs()));
     }
     println!();
     for (name, tally, seconds) in rows {
@@ -67,6 +75,7 @@ pub fn run_all(only: &[String]) -> anyhow::Result<()> {
             tally.passed, tally.failed, tally.skipped
         );
     }
+    total.names.iter().for_each(|name| println!("FAILED: {name}"));
     println!("{} passed, {} failed, {} skipped", total.passed, total.failed, total.skipped);
     if total.failed > 0 {
         bail!("{} failed", total.failed);
@@ -157,6 +166,18 @@ fn test_browser() -> anyhow::Result<Tally> {
     Ok(count(node.env("VANTAGE_SERVER_BIN", server).env("VANTAGE_WEB_DIR", web_dir))?.tally())
 }
 
+/// What README and the book tell to type.
+fn run_commands() -> anyhow::Result<Tally> {
+    cargo().args(["build", "--workspace", "--bins"]).check()?;
+    Ok(match commands::run_all()? {
+        Some((passed, failed)) => Tally::of(passed, failed, 0),
+        None => {
+            println!("skipped, as something serves where the commands do");
+            Tally::SKIPPED
+        }
+    })
+}
+
 /// What became of a test program.
 #[derive(Default)]
 struct Outcome {
@@ -185,6 +206,7 @@ fn count(tool: Tool) -> anyhow::Result<Outcome> {
         if let Some(found) = parse_result(line) {
             outcome.tally.add(found);
         }
+        outcome.tally.names.extend(parse_failed_test(line));
         outcome.failed_targets.extend(parse_failed_target(line));
     })?;
     Ok(outcome)
@@ -196,6 +218,13 @@ fn parse_failed_target(line: &str) -> Option<Vec<String>> {
     let arguments = line.trim().strip_prefix("`-p ")?.strip_suffix('`')?;
     let (_, target) = arguments.split_once(' ')?;
     Some(target.split(' ').map(str::to_owned).collect())
+}
+
+/// Reads `test NAME ... FAILED` (cargo) and `FAILED  NAME: why` (the browser tests).
+fn parse_failed_test(line: &str) -> Option<String> {
+    let of_cargo = line.strip_prefix("test ").and_then(|rest| rest.trim_end().strip_suffix("FAILED"));
+    let name = of_cargo.or_else(|| line.strip_prefix("FAILED  "))?;
+    Some(name.trim().trim_end_matches("...").trim_end().to_owned())
 }
 
 /// Reads `test result: ok. 3 passed; 0 failed; 1 ignored; …` (cargo) and `3 passed, 0 failed, 1 skipped` (the browser tests).
@@ -214,7 +243,7 @@ fn parse_result(line: &str) -> Option<Tally> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Outcome, Tally, parse_failed_target, parse_result};
+    use super::{Outcome, Tally, parse_failed_target, parse_failed_test, parse_result};
 
     #[test]
     fn a_target_that_died_is_named_without_its_package() {
@@ -224,18 +253,30 @@ mod tests {
     }
 
     #[test]
+    fn failed_tests_are_named() {
+        let named = [
+            "test a walk, at 500 ms ... FAILED",
+            "test shelf::opens ... ok",
+            "FAILED  webgpu: fits a phone: Error",
+            "test result: FAILED. 3 passed",
+        ];
+        let names: Vec<String> = named.into_iter().filter_map(parse_failed_test).collect();
+        assert_eq!(names, ["a walk, at 500 ms", "webgpu: fits a phone: Error"]);
+    }
+
+    #[test]
     fn a_program_that_died_is_one_failure() {
-        let died = || Outcome { tally: Tally { passed: 3, failed: 0, skipped: 0 }, ..Outcome::default() };
-        assert_eq!(died().tally(), Tally { passed: 3, failed: 1, skipped: 0 });
-        assert_eq!(Outcome { succeeded: true, ..died() }.tally(), Tally { passed: 3, failed: 0, skipped: 0 });
+        let died = || Outcome { tally: Tally::of(3, 0, 0), ..Outcome::default() };
+        assert_eq!(died().tally(), Tally::of(3, 1, 0));
+        assert_eq!(Outcome { succeeded: true, ..died() }.tally(), Tally::of(3, 0, 0));
         assert_eq!(Outcome { succeeded: true, ..Outcome::default() }.tally().failed, 1, "nothing ran");
     }
 
     #[test]
     fn results_of_cargo_and_of_the_browser_tests_are_read() {
         let cargo = "test result: FAILED. 3 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.00s";
-        assert_eq!(parse_result(cargo), Some(Tally { passed: 3, failed: 1, skipped: 2 }));
-        assert_eq!(parse_result("2 passed, 0 failed, 1 skipped"), Some(Tally { passed: 2, failed: 0, skipped: 1 }));
+        assert_eq!(parse_result(cargo), Some(Tally::of(3, 1, 2)));
+        assert_eq!(parse_result("2 passed, 0 failed, 1 skipped"), Some(Tally::of(2, 0, 1)));
         assert_eq!(parse_result("running 3 tests"), None);
         assert_eq!(parse_result("warning: 2 passed"), None);
     }

@@ -4,33 +4,36 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::run::{Tool, cargo, step, target_dir};
+use crate::run::{self, Tool, cargo, step, target_dir};
 use crate::setup::{WasmToolchain, wasm_toolchain};
 
 /// Which web client to build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
-    /// Small and optimized: what is served.
+    /// Small and optimized: what is shipped.
     Release,
+    /// Built with the server that is to serve it on this machine, at half the time.
+    Serve,
     /// Built in seconds: what is tested.
     Fast,
 }
 
 /// Builds the web client and returns the folder that a server can serve.
 pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
-    let name = match profile {
-        Profile::Release => "web",
-        Profile::Fast => "web-dev",
+    let profile = if run::Profile::Serve.unless_dev() == run::Profile::Dev { Profile::Fast } else { profile };
+    let (name, binds) = match profile {
+        Profile::Release => ("web", run::Profile::Dev),
+        Profile::Serve => ("serve", run::Profile::Serve),
+        Profile::Fast => ("web-dev", run::Profile::Dev),
     };
     step(&format!("Building the web client (profile {name})"));
     wasm_cargo("build").args(["--package", "vantage-web", "--lib", "--profile", name]).check()?;
     let out_dir = target_dir().join("web").join(name);
     std::fs::create_dir_all(&out_dir).with_context(|| format!("making {}", out_dir.display()))?;
     let wasm = target_dir().join("wasm32-unknown-unknown").join(name).join("vantage_web.wasm");
+    let bindgen = run::built(binds, "vantage-bindgen", "vantage-bindgen")?;
     step("Binding it for the browser");
-    // `--workspace`: with the features that the tests are built with, so that nothing is built twice.
-    cargo().args(["build", "--workspace", "--bin", "vantage-bindgen"]).check()?;
-    Tool::new(target_dir().join("debug/vantage-bindgen")).args([&wasm, &out_dir]).check()?;
+    Tool::new(bindgen).args([&wasm, &out_dir]).check()?;
     copy_files(Path::new("web/static"), &out_dir)?;
     let size = std::fs::metadata(out_dir.join("vantage_web_bg.wasm"))?.len();
     println!("    {}: {} KiB of wasm", out_dir.display(), size / 1024);
@@ -59,7 +62,8 @@ pub fn wasm_cargo(subcommand: &str) -> Tool {
     tool.args(target).env("CC_wasm32_unknown_unknown", "clang").env("AR_wasm32_unknown_unknown", "llvm-ar")
 }
 
-fn copy_files(from: &Path, to: &Path) -> anyhow::Result<()> {
+/// All that lies in a folder.
+pub fn copy_files(from: &Path, to: &Path) -> anyhow::Result<()> {
     for entry in std::fs::read_dir(from).with_context(|| format!("reading {}", from.display()))? {
         let entry = entry?;
         let target = to.join(entry.file_name());

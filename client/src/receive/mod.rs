@@ -4,12 +4,13 @@
 //! - [`connection`]: when to connect, when to try again, and what to tell the person meanwhile.
 //! - [`moment`]: what of the scene is shown at once.
 //! - [`stats`]: figures about the last second.
-//! - [`address`]: a server's address as people type it.
+//! - [`history`]: the last minute of them. [`address`]: a server's address as people type it.
 //! - Natively: `socket`, the websocket, and `pump`, its loop; `traffic`, what crosses it; `trust`, which servers are believed.
 
 pub mod address;
 pub mod connection;
 pub mod follow;
+pub mod history;
 pub mod moment;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod pump;

@@ -31,10 +31,17 @@ pub fn start(eye: Option<&str>, target: Option<&str>) -> Result<Option<Start>, S
         (Some(eye), Some(target)) => (point("eye", eye)?, point("target", target)?),
         _ => return Err("?eye= and ?target= go together".to_owned()),
     };
-    if eye == target {
-        return Err("?eye= and ?target= are one point".to_owned());
+    view(eye, target).map(Some).map_err(|why| format!("?eye= and ?target=: {why}"))
+}
+
+/// An eye that looks at a point.
+pub fn view(eye: DVec3, target: DVec3) -> Result<Start, String> {
+    let distance_m = eye.distance(target);
+    if distance_m.is_finite() && distance_m > 0.0 {
+        Ok(Start { world_from_eye: Rigid::look_at(eye, target), distance_m })
+    } else {
+        Err("an eye looks at another point, so many metres away".to_owned())
     }
-    Ok(Some(Start { world_from_eye: Rigid::look_at(eye, target), distance_m: eye.distance(target) }))
 }
 
 /// The same the other way round, as parts of an address. Roll is left out.
@@ -160,7 +167,7 @@ mod tests {
             (Some("1,2,3"), None, "together"),
             (Some("1,2"), Some("0,0,0"), "?eye=1,2:"),
             (Some("1,2,3"), Some("0,NaN,0"), "?target=0,NaN,0:"),
-            (Some("1,2,3"), Some("1,2,3"), "one point"),
+            (Some("1,2,3"), Some("1,2,3"), "another point"),
         ] {
             let said = start(eye, target).unwrap_err();
             assert!(said.contains(word), "{said}");

@@ -1,7 +1,8 @@
 //! Where pictures are shown, and who looks at them.
 //!
 //! - [`controls`]: where the eye goes, from mouse, keyboard and touch.
-//! - [`panel`]: how the panel writes figures; [`begin`]: where an address says that one begins; [`tiles`]: pictures larger than what is drawn at once.
+//! - [`panel`]: how the panel writes figures; [`begin`]: where an address says that one begins; [`tiles`]: pictures larger than what is drawn at once;
+//!   [`tape`]: distances between points of a picture.
 //! - Natively: `window`, the viewer's window; `headless`, the viewer along a camera trace.
 
 pub mod begin;
@@ -9,6 +10,7 @@ pub mod controls;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
 pub mod panel;
+pub mod tape;
 pub mod tiles;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod window;

@@ -13,11 +13,9 @@ use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
 
 /// Seconds between two poses at least.
 const POSE_INTERVAL_S: f64 = 1.0 / 60.0;
-/// On a path that is full a pose need not come sooner after another than this share of the time that updates take of it or wait: a packet up has one answered that goes
-/// down, and sixty a second take a sixth of a path of 100 kbit/s from updates.
-const POSE_SHARE_OF_UPDATE: f64 = 0.25;
-/// No server makes updates more often on such a path, so that more poses are of no use to it.
-const LONGEST_POSE_INTERVAL_S: f64 = 0.1;
+/// And at most, while the eye moves. On a path that is full one goes up in the time that an update takes of it or waits: a packet up has one answered that goes down, and sixty a
+/// second take a sixth of a path of 100 kbit/s from updates.
+const LONGEST_POSE_INTERVAL_S: f64 = 0.2;
 /// A frame that comes this much early still counts as the next one. Chosen: frames of a screen at 60 Hz come early by less. With a tenth of it their jitter would
 /// make poses wait for the frame after; with ten times it two poses might go within 7 ms.
 const POSE_TOLERANCE_S: f64 = 1e-3;
@@ -151,6 +149,8 @@ struct Ping {
     sent_at_s: f64,
     waiting: bool,
     round_trip_s: Option<f64>,
+    /// The least of all.
+    least_s: Option<f64>,
 }
 
 impl ClientSession {
@@ -257,7 +257,8 @@ impl ClientSession {
             return Ok(());
         }
         self.broken = false;
-        let late_s = self.scene_clock.map_or(0.0, |clock| clock.late_s(sent_at_s, arrived_at_s));
+        let ping_s = self.ping.least_s.zip(self.scene_clock);
+        let late_s = ping_s.map_or(0.0, |(least_s, clock)| clock.on_its_way_s(sent_at_s, arrived_at_s) - least_s / 2.0);
         self.late_s = [self.late_s[1], late_s];
         self.undecided.push_back((head.number, bytes.len() as u64));
         self.events.push_back(ClientEvent::Update(ReceivedUpdate { head, sent_at_s, arrived_at_s, bytes }));
@@ -275,6 +276,7 @@ impl ClientSession {
         let sample_s = (now_s - self.ping.sent_at_s).max(0.0);
         let smoothed_s = self.ping.round_trip_s.map_or(sample_s, |old_s| old_s + SMOOTHING * (sample_s - old_s));
         self.ping.round_trip_s = Some(smoothed_s);
+        self.ping.least_s = Some(self.ping.least_s.map_or(sample_s, |least_s| least_s.min(sample_s)));
         Ok(())
     }
 
@@ -402,8 +404,7 @@ impl ClientSession {
         }
         let Some(pose) = self.pose_waiting.take() else { return };
         // Early ones are made up for, so that the mean keeps the rate.
-        let interval_s =
-            (POSE_SHARE_OF_UPDATE * self.late_s[0].min(self.late_s[1])).clamp(POSE_INTERVAL_S, LONGEST_POSE_INTERVAL_S);
+        let interval_s = self.late_s[0].min(self.late_s[1]).clamp(POSE_INTERVAL_S, LONGEST_POSE_INTERVAL_S);
         self.next_pose_at_s = (self.next_pose_at_s + interval_s).max(now_s + interval_s - POSE_TOLERANCE_S);
         self.pose_seq += 1;
         self.busy_at_s = now_s;

@@ -47,10 +47,9 @@ impl SceneClock {
         }
     }
 
-    /// How much longer what the server stamped was on its way than half of the round trip that told the time; 0 before any did.
-    pub(super) fn late_s(&self, stamped_at_s: f64, heard_at_s: f64) -> f64 {
-        let server_from_client_s = self.scene_from_client_s - self.scene_from_server_s;
-        (heard_at_s + server_from_client_s - stamped_at_s - self.off_s).max(0.0)
+    /// How long what the server stamped was on its way, as far as the time is known.
+    pub(super) fn on_its_way_s(&self, stamped_at_s: f64, heard_at_s: f64) -> f64 {
+        heard_at_s + self.scene_from_client_s - self.scene_from_server_s - stamped_at_s
     }
 
     /// Scene time at a time of the client's clock.

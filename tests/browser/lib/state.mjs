@@ -44,3 +44,6 @@ export async function still(page, path) {
   }
   throw new Error(`a frame came into every picture at ${path}`);
 }
+
+/** The angle between two poses, in radians. */
+export const turned = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.quaternion.reduce((s, x, i) => s + x * b.quaternion[i], 0))));

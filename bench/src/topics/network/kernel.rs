@@ -30,6 +30,11 @@ pub(super) struct KernelPath {
 impl KernelPath {
     /// Starts a server for a scene behind a path of so many kilobits a second with a queue of so many milliseconds.
     pub fn start(scene: &str, image_px: u32, (kbit, queue_ms): (u32, u32)) -> anyhow::Result<KernelPath> {
+        let taken = output("ip -br addr")?;
+        ensure!(
+            !taken.contains(HERE),
+            "{HERE} is taken, as by a run that was killed: end its server, and `ip link del` its interface"
+        );
         let namespace = format!("vantage-{}", std::process::id());
         let mut path = KernelPath { namespace: namespace.clone(), server: None };
         let (here, there) =
@@ -109,9 +114,14 @@ fn is_ready() -> std::io::Result<bool> {
 
 /// Runs a command of words without spaces.
 fn run(command: &str) -> anyhow::Result<()> {
+    output(command).map(drop)
+}
+
+/// The same, for what it prints.
+fn output(command: &str) -> anyhow::Result<String> {
     let mut words = command.split(' ');
     let program = words.next().context("no command")?;
     let output = Command::new(program).args(words).output().with_context(|| format!("cannot run {program}"))?;
     ensure!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr).trim());
-    Ok(())
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }

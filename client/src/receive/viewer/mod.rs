@@ -23,6 +23,7 @@ use surface::Build;
 
 use crate::receive::connection::{Command, Connection, Ended};
 use crate::receive::follow::Follow;
+use crate::receive::history::{Arrival, History};
 use crate::receive::moment::Moment;
 use crate::receive::stats::{Mean, Rate, StageMs, Stats};
 
@@ -102,6 +103,7 @@ pub struct Viewer {
     bytes: u64,
     updates: u64,
     counters: Counters,
+    history: History,
 }
 
 #[derive(Debug, Default)]
@@ -150,6 +152,7 @@ impl Viewer {
             bytes: 0,
             updates: 0,
             counters: Counters::default(),
+            history: History::default(),
         }
     }
 
@@ -417,6 +420,8 @@ impl Viewer {
                 let secret = self.welcome.as_ref().map_or(0, |welcome| welcome.secret);
                 self.resume = Some(Resume { secret, number: update.number, digest: update.digest });
                 self.updates += 1;
+                let (bytes, decode_ms) = (decoded.bytes, decoded.decode_ms);
+                self.history.arrived(Arrival { at_s: now_s, bytes, decode_ms });
                 // Others' poses are not answered here.
                 if self.role.is_asking() {
                     self.trips.answered(update.pose_seq);
@@ -441,12 +446,23 @@ impl Viewer {
     pub fn drawn(&mut self, now_s: f64, surface_ms: Option<f64>, light_ms: Option<f64>) {
         self.counters.frames += 1;
         self.counters.frame_rate.add(1.0, now_s);
+        self.history.drawn(now_s);
         if self.has_picture() {
             self.trips.shown(now_s);
         }
         for (mean, value) in [(&mut self.counters.surface_ms, surface_ms), (&mut self.counters.light_ms, light_ms)] {
             value.into_iter().for_each(|value| mean.add(value));
         }
+    }
+
+    /// Nothing is to be drawn now, so that the next picture is not late.
+    pub fn rests(&mut self) {
+        self.history.rests();
+    }
+
+    /// The last minute, as far as [`Viewer::stats`] was asked for then.
+    pub fn history(&self) -> &History {
+        &self.history
     }
 
     /// The share of a picture that no sample covers was counted.
@@ -567,7 +583,7 @@ impl Viewer {
     /// The panel's figures.
     pub fn stats(&mut self, now_s: f64) -> Stats {
         let ping_ms = self.session.as_ref().and_then(ClientSession::round_trip_s).map(|s| s * 1e3);
-        Stats {
+        let stats = Stats {
             fps: self.counters.frame_rate.per_s(now_s),
             mbit_per_s: self.counters.bit_rate.per_s(now_s) / 1e6,
             bytes_received: self.bytes_received(),
@@ -586,7 +602,9 @@ impl Viewer {
             scene: self.welcome.as_ref().map_or_else(String::new, |welcome| welcome.scene_name.clone()),
             frames: self.counters.frames,
             updates: self.updates,
-        }
+        };
+        self.history.see(&stats, now_s);
+        stats
     }
 }
 

@@ -21,6 +21,11 @@ impl Controls {
         self.fly(Rigid::look_along(middle - forward * distance_m, forward), distance_m);
     }
 
+    /// Goes to a view, whose eye looks at what is so far before it.
+    pub fn go_to_view(&mut self, world_from_eye: Rigid, distance_m: f64) {
+        self.fly(world_from_eye, distance_m.clamp(self.nearest_m, self.farthest_m));
+    }
+
     /// Goes nearer to a point, which the eye then looks at.
     fn go_near(&mut self, point_world: DVec3) {
         let eye = self.pose().translation;

@@ -8,6 +8,9 @@
 //! |---|---|---|
 //! | drag, one finger | turn the object | look around |
 //! | right or middle drag, two fingers | move the pivot | move sideways and forward |
+//! | three fingers | move the pivot | move sideways and up |
+//! | left stick | turn the object, nearer and farther | move |
+//! | right stick | turn the object | look around |
 //! | wheel, pinch | nearer and farther | forward and back |
 //! | W S / up, down | nearer and farther | forward and back |
 //! | A D / left, right | turn the object | sideways |
@@ -17,6 +20,7 @@
 //! It also goes by itself: where somebody leads it, or to a view that was asked for (`flight`).
 
 mod flight;
+mod glide;
 mod going;
 mod touch;
 
@@ -25,6 +29,7 @@ use glam::{DVec2, DVec3};
 
 use flight::Flight;
 pub use flight::Side;
+use glide::Glide;
 pub use touch::Drag;
 use touch::Pointers;
 
@@ -135,6 +140,13 @@ pub enum Input {
         /// Down or up.
         down: bool,
     },
+    /// What the sticks and triggers of a gamepad say from now on, each from -1 to 1; 0 at rest.
+    Sticks {
+        /// Right, up and forward.
+        go: DVec3,
+        /// Right and down.
+        look: DVec2,
+    },
     /// The window lost the keyboard: nothing is held any more.
     FocusLost,
 }
@@ -158,6 +170,11 @@ pub struct Controls {
     /// Of keys: right, up, forward in speeds' units.
     velocity: DVec3,
     pointers: Pointers,
+    /// As [`Input::Sticks`] has it.
+    sticks: (DVec3, DVec2),
+    glide: Glide,
+    /// Whether what is dragged glides on.
+    glides: bool,
     led: Led,
     flight: Option<Flight>,
     /// Corners of the scene's bounds.
@@ -203,6 +220,9 @@ impl Controls {
             keys: [false; 7],
             velocity: DVec3::ZERO,
             pointers: Pointers::default(),
+            sticks: (DVec3::ZERO, DVec2::ZERO),
+            glide: Glide::default(),
+            glides: true,
             led: Led::No,
             flight: None,
             bounds_world: [bounds_min, bounds_max],
@@ -215,6 +235,11 @@ impl Controls {
     pub fn set_view(&mut self, size_px: DVec2, fov_y_rad: f64) {
         self.size_px = size_px.max(DVec2::ONE);
         self.fov_y_rad = fov_y_rad;
+    }
+
+    /// Whether what is dragged glides on when it is let go; who wants less motion wants none of that.
+    pub fn set_glides(&mut self, glides: bool) {
+        self.glides = glides;
     }
 
     /// How the eye moves now.
@@ -271,6 +296,7 @@ impl Controls {
 
     /// Nobody but the person moves the eye any more.
     fn let_go(&mut self) {
+        self.glide.stop();
         self.led = Led::No;
         self.flight = None;
     }
@@ -313,26 +339,44 @@ impl Controls {
 
     /// Takes an event.
     pub fn handle(&mut self, input: Input) {
-        if matches!(input, Input::PointerDown { .. } | Input::Wheel { .. } | Input::Key { down: true, .. }) {
+        let steers = match input {
+            Input::PointerDown { .. } | Input::Wheel { .. } | Input::Key { down: true, .. } => true,
+            Input::Sticks { go, look } => go != DVec3::ZERO || look != DVec2::ZERO,
+            _ => false,
+        };
+        if steers {
             self.let_go();
         }
         match input {
             Input::PointerDown { id, drag, at_px } => self.pointers.down(id, drag, at_px),
             Input::PointerMove { id, at_px } => {
                 let gesture = self.pointers.moved(id, at_px);
-                self.look(gesture.look_px);
+                if gesture.look_px != DVec2::ZERO {
+                    self.look(gesture.look_px);
+                    self.glide.drag(gesture.look_px);
+                }
                 self.pan(gesture.pan_px);
+                self.lift(gesture.lift_px);
                 self.pinch(gesture.pinch);
             }
-            Input::PointerUp { id } => self.pointers.up(id),
+            Input::PointerUp { id } => {
+                self.pointers.up(id);
+                if !self.pointers.is_any_down() {
+                    self.glide.let_go();
+                }
+            }
             Input::Wheel { notches } if notches.is_finite() => match self.mode {
                 Mode::Orbit => self.zoom(ZOOM_PER_NOTCH.powf(notches)),
                 Mode::Walk => self.anchor_world += self.forward() * (self.speed_m_s * WALK_PER_NOTCH_S * notches),
             },
             Input::Wheel { .. } => {}
             Input::Key { key, down } => self.keys[key as usize] = down,
+            Input::Sticks { go, look } if go.is_finite() && look.is_finite() => self.sticks = (go, look),
+            Input::Sticks { .. } => {}
             Input::FocusLost => {
                 self.keys = [false; 7];
+                self.sticks = (DVec3::ZERO, DVec2::ZERO);
+                self.glide.stop();
                 self.pointers = Pointers::default();
             }
         }
@@ -351,6 +395,13 @@ impl Controls {
             self.velocity = DVec3::ZERO;
         }
         self.travel(travel);
+        self.look_by_stick(dt_s);
+        let glide_px = self.glide.advance(dt_s);
+        if self.glides {
+            self.look(glide_px);
+        } else if self.glide.goes_on() {
+            self.glide.stop();
+        }
         if let Led::To(there) = self.led {
             let share = 1.0 - (-dt_s / LED_SMOOTHING_S).exp();
             if self.is_near(there) {
@@ -361,7 +412,8 @@ impl Controls {
             }
         }
         let flies = self.advance_flight(dt_s);
-        self.velocity != DVec3::ZERO || asked != DVec3::ZERO || flies
+        let moves = self.velocity != DVec3::ZERO || asked != DVec3::ZERO || self.sticks.1 != DVec2::ZERO;
+        moves || flies || self.glide.goes_on()
     }
 
     /// How the eye moves on, where keys alone say so; what a pointer does next nobody knows.
@@ -396,7 +448,7 @@ impl Controls {
             held(Key::Forward) - held(Key::Back),
         );
         let fast = if self.keys[Key::Fast as usize] { FAST } else { 1.0 };
-        axes.clamp_length_max(1.0) * fast * self.speed_share
+        (axes + self.sticks.0).clamp_length_max(1.0) * fast * self.speed_share
     }
 
     fn travel(&mut self, travel: DVec3) {
@@ -426,8 +478,30 @@ impl Controls {
         }
     }
 
+    /// A stick that is held turns as the keys do, whichever way the eye moves.
+    fn look_by_stick(&mut self, dt_s: f64) {
+        let turn = self.sticks.1 * (TURNING_SPEED_RAD_S * dt_s);
+        match self.mode {
+            Mode::Walk => self.turn(-turn.x, -turn.y),
+            Mode::Orbit => self.turn(turn.x, -turn.y),
+        }
+    }
+
+    /// Three fingers: sideways and up, in the plane of the picture.
+    fn lift(&mut self, moved_px: DVec2) {
+        if self.mode == Mode::Orbit {
+            return self.pan(moved_px);
+        }
+        let m_per_px = 2.0 * self.speed_m_s / self.pixels_per_rad();
+        self.anchor_world += (DVec3::Y * moved_px.y - self.right() * moved_px.x) * m_per_px;
+    }
+
+    fn pixels_per_rad(&self) -> f64 {
+        self.size_px.y / 2.0 / (self.fov_y_rad / 2.0).tan()
+    }
+
     fn pan(&mut self, moved_px: DVec2) {
-        let pixels_per_rad = self.size_px.y / 2.0 / (self.fov_y_rad / 2.0).tan();
+        let pixels_per_rad = self.pixels_per_rad();
         match self.mode {
             Mode::Orbit => {
                 let m_per_px = self.distance_m / pixels_per_rad;

@@ -331,3 +331,67 @@ fn an_eye_is_led_until_the_person_moves_it() {
         assert!(controls.pose().translation.distance(there.translation) > 1.0, "it stays where the person took it");
     }
 }
+
+#[test]
+fn a_drag_that_is_let_go_glides_on_and_comes_to_rest_alike_at_every_frame_rate() {
+    let glided = |frames_a_s: f64, waits_s: f64| {
+        let mut controls = Controls::new(Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z), true, -DVec3::ONE, DVec3::ONE);
+        controls.handle(Input::PointerDown { id: 1, drag: Drag::Look, at_px: DVec2::ZERO });
+        let dt_s = 1.0 / frames_a_s;
+        let frames = (0.3 * frames_a_s).round();
+        for frame in 1..=frames as u32 {
+            // 500 pixels a second.
+            controls.handle(Input::PointerMove { id: 1, at_px: DVec2::new(500.0 * dt_s * f64::from(frame), 0.0) });
+            controls.advance(dt_s);
+        }
+        for _ in 0..(waits_s * frames_a_s) as u32 {
+            controls.advance(dt_s);
+        }
+        controls.handle(Input::PointerUp { id: 1 });
+        let before = controls.yaw_rad;
+        let mut moving = 0;
+        while controls.advance(dt_s) {
+            moving += 1;
+            assert!(f64::from(moving) < 3.0 * frames_a_s, "it does not end");
+        }
+        (controls.yaw_rad - before) / (controls.fov_y_rad / controls.size_px.y)
+    };
+    let [slow_px, fast_px] = [30.0, 120.0].map(|frames_a_s| glided(frames_a_s, 0.0));
+    assert!((60.0..80.0).contains(&fast_px), "{fast_px}: 500 pixels a second fade within 0.15 s");
+    assert!((slow_px - fast_px).abs() < 5.0, "{slow_px} and {fast_px}");
+    assert!(glided(60.0, 0.3).abs() < 1.0, "who holds still throws nothing");
+}
+
+fn second(controls: &mut Controls) {
+    for _ in 0..60 {
+        controls.advance(1.0 / 60.0);
+    }
+}
+
+#[test]
+fn sticks_move_and_look_and_three_fingers_lift() {
+    let start = Rigid::look_along(DVec3::ZERO, DVec3::NEG_Z);
+    let mut controls = Controls::new(start, true, -10.0 * DVec3::ONE, 10.0 * DVec3::ONE);
+    controls.handle(Input::Sticks { go: DVec3::new(0.0, 0.0, 0.5), look: DVec2::ZERO });
+    second(&mut controls);
+    let half_m = -controls.pose().translation.z;
+    let full_m = controls.speed_m_s * (1.0 - SMOOTHING_S);
+    assert!((half_m - full_m / 2.0).abs() < 0.02 * full_m, "{half_m} of {full_m}");
+    controls.handle(Input::Sticks { go: DVec3::ZERO, look: DVec2::new(1.0, 0.0) });
+    assert!(controls.advance(0.1), "it goes on while a stick is held");
+    assert!(controls.forward().x > 0.1, "to the right");
+    controls.handle(Input::Sticks { go: DVec3::ZERO, look: DVec2::ZERO });
+    second(&mut controls);
+    assert!(!controls.advance(0.1));
+    let before = controls.pose();
+    for id in 0..3 {
+        controls.handle(Input::PointerDown { id, drag: Drag::Look, at_px: DVec2::new(100.0 * id as f64, 0.0) });
+    }
+    (0..3).for_each(|id| controls.handle(Input::PointerMove { id, at_px: DVec2::new(100.0 * id as f64, 60.0) }));
+    let lifted = controls.pose().translation - before.translation;
+    assert!(
+        lifted.y > 0.1 && (lifted - DVec3::Y * lifted.y).length() < 1e-9,
+        "{lifted}: dragged down, the eye goes up"
+    );
+    assert_eq!(controls.pose().rotation, before.rotation);
+}

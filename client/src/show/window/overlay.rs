@@ -10,14 +10,19 @@ use crate::draw::effects::Drawn;
 use crate::draw::frame;
 use crate::draw::shadow::SoftProgress;
 use crate::draw::steady::Resolution;
+use crate::receive::history::{Figure, History};
 use crate::receive::stats::Stats;
 use crate::receive::viewer::Progress;
 use crate::show::controls::Mode;
 use crate::show::panel::short_count;
 
+/// Of a curve, in points.
+const CURVE_SIZE: egui::Vec2 = egui::vec2(56.0, 13.0);
+
 /// What the panel shows.
 pub(super) struct Panel<'a> {
     pub stats: Stats,
+    pub history: &'a History,
     pub status: Option<String>,
     pub progress: Option<Progress>,
     pub adapter: &'a str,
@@ -159,15 +164,26 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
         .resizable(false)
         .show(context, |ui| {
             egui::Grid::new("rows").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
+                let history = panel.history;
+                let mut with_curve = |name: &str, value: String, figure: Figure| {
+                    ui.label(RichText::new(name).weak());
+                    ui.horizontal(|ui| {
+                        ui.label(value);
+                        curve(ui, &history.curve(figure));
+                    });
+                    ui.end_row();
+                };
+                with_curve("Pictures", format!("{:.0} /s", stats.fps), Figure::Pictures);
+                with_curve("Longest", milliseconds(history.last(Figure::LongestFrame)), Figure::LongestFrame);
+                with_curve("Received", format!("{:.2} Mbit/s", stats.mbit_per_s), Figure::Received);
+                with_curve("Round trip", milliseconds(stats.round_trip_ms.or(stats.ping_ms)), Figure::RoundTrip);
+                with_curve("Age", milliseconds(stats.age_ms), Figure::Age);
                 let mut row = |name: &str, value: String| {
                     ui.label(RichText::new(name).weak());
                     ui.label(value);
                     ui.end_row();
                 };
-                row("Pictures", format!("{:.0} /s", stats.fps));
-                row("Received", format!("{:.2} Mbit/s", stats.mbit_per_s));
-                row("Round trip", milliseconds(stats.round_trip_ms.or(stats.ping_ms)));
-                row("Age", milliseconds(stats.age_ms));
+                row("Updates", history.updates_in_words());
                 row("Samples", short_count(stats.samples));
                 row(
                     "Uncovered",
@@ -197,6 +213,17 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
             }
         });
     asked
+}
+
+/// A curve in the unit square, drawn small.
+fn curve(ui: &mut egui::Ui, points: &[[f64; 2]]) {
+    let (place, painter) = ui.allocate_painter(CURVE_SIZE, egui::Sense::hover());
+    let at = |&[x, y]: &[f64; 2]| {
+        let rect = place.rect;
+        egui::pos2(rect.left() + rect.width() * x as f32, rect.bottom() - rect.height() * y as f32)
+    };
+    let stroke = egui::Stroke::new(1.2, Color32::from_rgb(124, 196, 255));
+    painter.add(egui::Shape::line(points.iter().map(at).collect(), stroke));
 }
 
 fn trouble(context: &egui::Context, panel: &Panel<'_>) {

@@ -82,8 +82,10 @@ impl Running<'_> {
             self.last_counted = Some(share);
             self.viewer.set_uncovered_share(share);
         }
+        let stats = self.viewer.stats(now_s);
         let panel = overlay::Panel {
-            stats: self.viewer.stats(now_s),
+            stats,
+            history: self.viewer.history(),
             status: self.viewer.status(now_s),
             progress: self.viewer.progress(),
             adapter: &self.screen.gpu.caps.name,
@@ -106,6 +108,8 @@ impl Running<'_> {
         self.viewer.set_draws(self.screen.picture.draws(), self.pump.now_s());
         if moving || changed || self.screen.picture.goes_on() || asked.repaint {
             self.screen.window.request_redraw();
+        } else {
+            self.viewer.rests();
         }
         Ok(())
     }

@@ -15,6 +15,8 @@ pub struct Decoded {
     pub head: UpdateHead,
     /// When its last fragment came.
     pub arrived_at_s: f64,
+    /// What it took of the path.
+    pub bytes: usize,
     /// Its edits, or what is wrong with it, in words.
     pub result: Result<Update, String>,
     /// What decoding took.
@@ -41,6 +43,7 @@ pub(super) fn measured(bytes: &[u8], limits: &Limits) -> (Result<Update, WireErr
 impl Job {
     pub fn decoded(self, result: Result<Update, String>, decode_ms: f64, built: BuiltSurfaces) -> Decoded {
         let Job { session, update, build: _ } = self;
-        Decoded { session, head: update.head, arrived_at_s: update.arrived_at_s, result, decode_ms, built }
+        let (head, arrived_at_s, bytes) = (update.head, update.arrived_at_s, update.bytes.len());
+        Decoded { session, head, arrived_at_s, bytes, result, decode_ms, built }
     }
 }

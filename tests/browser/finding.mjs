@@ -1,0 +1,111 @@
+// What one measures, sees over time, and moves by beside mouse and keys.
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { openPage } from './lib/browser.mjs';
+import { freePort, startServer } from './lib/server.mjs';
+import { PATIENCE_MS, settled, turned, until } from './lib/state.mjs';
+
+/** In the page: a gamepad of the standard mapping, whose sticks are what `window.sticks` says. */
+function withGamepad() {
+  window.sticks = [0, 0, 0, 0];
+  const fields = { connected: true, mapping: 'standard', buttons: [], get axes() { return window.sticks; } };
+  const pad = Object.create(Gamepad.prototype, Object.getOwnPropertyDescriptors(fields));
+  Object.defineProperty(navigator, 'getGamepads', { value: () => [pad] });
+}
+
+/** Tests of a browser that shows by `renderer`. */
+export function findingTests({ bin, web, shots, renderer, at }) {
+  const shot = (name) => join(shots, `${renderer}-finding-${name}.png`);
+
+  const opened = async (query, use, prepare = undefined) => {
+    const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log });
+    const { page, close } = await openPage(renderer, at.log);
+    try {
+      if (prepare) await page.addInitScript(prepare);
+      await page.goto(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none${query}`, { waitUntil: 'load', timeout: PATIENCE_MS });
+      await until(page, 'a picture', (now) => now.picture);
+      await use(page);
+    } finally {
+      await close();
+      await server.stop();
+    }
+  };
+
+  return [
+    // From 2 m above the floor, looking down at it beside a crate: 2 m of it from top to bottom of 400 pixels at 53.13 degrees.
+    ['measures with a tape', () => opened('&eye=-2,2,-2&target=-2,0,-2.0001&fov=53.1301', async (page) => {
+      await settled(page);
+      await page.locator('#tape-toggle').click();
+      await page.locator('#measured', { hasText: 'Click on one end' }).waitFor();
+      await page.mouse.click(540, 230);
+      await page.locator('#measured', { hasText: 'other end' }).waitFor();
+      await page.mouse.click(590, 230);
+      await page.locator('#measured', { hasText: '±' }).waitFor();
+      const words = await page.locator('#measured').textContent();
+      await page.screenshot({ path: shot('tape') });
+      const [, number, unit, off, offUnit] = words.match(/^([\d.]+) (cm|m) ± ([\d.]+) (mm|cm)$/) ?? assert.fail(words);
+      const [measured, most] = [Number(number) * (unit === 'cm' ? 0.01 : 1), Number(off) * (offUnit === 'cm' ? 0.01 : 0.001)];
+      // A pixel is 5 mm of the floor there.
+      console.log(`        ${words} of 0.25 m`);
+      assert.ok(Math.abs(measured - 0.25) <= most + 0.0051 && most < 0.05, words);
+      // By keys: the middle of the picture, twice; then it is put away.
+      await page.keyboard.press('Space');
+      await page.locator('#measured', { hasText: 'other end' }).waitFor();
+      await page.keyboard.press('t');
+      await page.locator('#measured').waitFor({ state: 'hidden' });
+    })],
+    ['goes to the middle of the picture, and has a wider view, by keys', () => opened('', async (page) => {
+      const before = await settled(page);
+      await page.keyboard.press('Enter');
+      const there = await until(page, 'a move', (now) => Math.hypot(...now.pose.position.map((x, axis) => x - before.pose.position[axis])) > 0.5);
+      assert.ok(there.pose);
+      await page.keyboard.press(']');
+      await until(page, 'a wider view', (now) => Math.abs(now.fov_deg - 65) < 1e-6);
+      await page.keyboard.press('l');
+      assert.match(await page.locator('#share-link').inputValue(), /[?&]fov=65(&|$)/);
+    })],
+    ['goes and looks by a gamepad', () => opened('', async (page) => {
+      const before = await settled(page);
+      await page.evaluate(() => { window.sticks = [0, -1, 0, 0]; });
+      const gone = await until(page, 'a step', (now) => Math.hypot(...now.pose.position.map((x, axis) => x - before.pose.position[axis])) > 0.3);
+      await page.evaluate(() => { window.sticks = [0.05, 0, 1, 0]; });
+      await until(page, 'a turn', (now) => turned(now.pose, gone.pose) > 0.2);
+      await page.evaluate(() => { window.sticks = [0.05, -0.05, 0, 0]; });
+      await sleep(1000);
+      const rests = await until(page, 'a picture', (now) => now.picture);
+      await sleep(500);
+      assert.deepEqual((await until(page, 'a picture', (now) => now.picture)).pose, rests.pose, 'a stick at rest moves the eye');
+    }, withGamepad)],
+    ['glides on after a drag, unless less motion is wanted', () => opened('', async (page) => {
+      const glided = async () => {
+        await settled(page);
+        await page.mouse.move(300, 200);
+        await page.mouse.down();
+        await page.mouse.move(420, 200, { steps: 12 });
+        await page.mouse.up();
+        const up = await page.evaluate(() => window.vantage.pose);
+        const { pose } = await settled(page);
+        return turned(pose, up);
+      };
+      const thrown = await glided();
+      await page.emulateMedia({ reducedMotion: 'reduce' });
+      await page.keyboard.press('r');
+      const calm = await glided();
+      console.log(`        glides by ${thrown.toFixed(4)} rad, and by ${calm.toFixed(4)}`);
+      assert.ok(thrown > 0.005 && calm < thrown / 3, `${thrown} and ${calm}`);
+    })],
+    ['draws curves of its figures, and its last updates', () => opened('', async (page) => {
+      await page.keyboard.down('w');
+      await sleep(3000);
+      await page.keyboard.up('w');
+      const points = (id) => page.evaluate((name) => document.querySelector(`#${name} > *`).getAttribute('points')?.trim().split(' ').map((pair) => pair.split(',').map(Number)), id);
+      const curve = await points('curve-fps');
+      assert.ok(curve.length > 8 && curve.every(([x, y]) => x >= 0 && x <= 1 && y >= 0 && y <= 1), JSON.stringify(curve));
+      assert.ok(curve.every(([x], index) => index === 0 || x > curve[index - 1][0]), 'time goes on');
+      assert.match(await page.locator('#updates').textContent(), /^\d+ in 10 s, up to [\d.]+ kB and [\d.]+ ms$/);
+      assert.match(await page.evaluate(() => document.querySelector('#timeline path').getAttribute('d')), /^(M[\d.]+ 1V[\d.]+)+$/);
+      await page.screenshot({ path: shot('curves') });
+    })],
+  ];
+}

@@ -1,0 +1,157 @@
+//! What the page's scripts, and tests, call: each on the one viewer of the page.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use camera::Trace;
+use client::show::begin;
+use client::show::controls::{Controls, Mode};
+use client::show::tape::Tape;
+use glam::DVec3;
+use protocol::{Held, Purpose};
+
+use super::{APP, App, near_m, now_s};
+use crate::photo::{self, Photo};
+use crate::record::{Recording, Replay};
+use crate::screen::{Renderer, Screen};
+use crate::share;
+
+/// What is said before anything is shown.
+const EARLY: &str = "there is no picture yet";
+
+fn app() -> Option<Rc<RefCell<App>>> {
+    APP.with_borrow(Clone::clone)
+}
+
+/// See `main.js`.
+pub fn snapshot() -> String {
+    let Some(app) = app() else { return "{}".to_owned() };
+    let mut app = app.borrow_mut();
+    let now_s = now_s();
+    let stats = app.viewer.stats(now_s);
+    let pose = app.drawn.pose.map(
+        |pose| serde_json::json!({ "position": pose.translation.to_array(), "quaternion": pose.rotation.to_array() }),
+    );
+    let soft = app.screen.as_ref().and_then(|screen| screen.picture.soft_progress());
+    let snapshot = serde_json::json!({
+        "frames": stats.frames,
+        "samples": stats.samples,
+        "updates": stats.updates,
+        "impostors": app.screen.as_ref().map(|screen| screen.picture.impostors()),
+        "resolution": app.screen.as_ref().map(|screen| screen.picture.resolution().to_string()),
+        "soft_points": soft.map(|soft| [soft.points, soft.of]),
+        "effects": app.screen.as_ref().map(|screen| screen.picture.effects().map(|drawn| drawn.to_string())),
+        "soft_method": soft.and_then(|soft| soft.method).map(|method| method.to_string()),
+        "light_images": light_images(app.viewer.held()),
+        "uncovered": app.drawn.uncovered,
+        "age_ms": stats.age_ms,
+        "status": app.status(now_s),
+        "connected": app.viewer.is_open(),
+        "picture": app.drawn.picture,
+        "renderer": app.screen.as_ref().map(|screen| screen.renderer.name()),
+        "adapter": app.screen.as_ref().map(|screen| screen.gpu.caps.name.clone()),
+        "at_rest": app.drawn.pose.zip(app.screen.as_ref())
+            .is_some_and(|(pose, screen)| screen.is_at_rest(pose, app.fov_y_rad, near_m(&app.viewer))),
+        "background": app.viewer.held().lighting.as_ref().map(|lighting| lighting.background),
+        "size_px": app.screen.as_ref().map(Screen::size_px),
+        "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
+        "pose": pose,
+        "measures": app.tape.as_ref().map(Tape::in_words),
+        "fov_deg": app.fov_y_rad.to_degrees(),
+        "replays": app.replay.is_some(),
+        "led": app.controls.as_ref().is_some_and(Controls::is_led),
+        "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
+        "stats": stats,
+        "device_losses": app.losses,
+    });
+    snapshot.to_string()
+}
+
+/// See [`crate::link`].
+pub fn link() -> Option<String> {
+    let app = app()?;
+    let app = app.borrow();
+    share::address(app.controls.as_ref()?, app.viewer.welcome()?.walk, app.fov_y_rad)
+}
+
+/// See [`crate::token`].
+pub fn token() -> Option<String> {
+    let app = app()?;
+    let app = app.borrow();
+    app.server.token().map(str::to_owned)
+}
+
+/// See [`crate::record`].
+pub fn record(is_on: bool) -> Option<String> {
+    let app = app()?;
+    let mut app = app.borrow_mut();
+    let mut begun = is_on.then(|| Recording::begin(now_s()));
+    if let (Some(recording), Some(controls)) = (&mut begun, &app.controls) {
+        recording.see(controls.pose(), now_s());
+    }
+    let before = std::mem::replace(&mut app.recording, begun)?;
+    before.end().map(|trace| trace.to_text())
+}
+
+/// See [`crate::replay`].
+pub fn replay(text: &str) -> Result<f64, String> {
+    let trace = Trace::parse(text).map_err(|error| error.to_string())?;
+    let app = app().ok_or(EARLY)?;
+    let duration_s = trace.duration_s();
+    app.borrow_mut().replay = Some(Replay::begin(trace, now_s()));
+    Ok(duration_s)
+}
+
+/// See [`crate::go`].
+pub fn go(eye: &[f64], target: &[f64]) -> Result<(), String> {
+    let point = |name: &str, at: &[f64]| {
+        let at = <[f64; 3]>::try_from(at).map_err(|_| format!("{name}: three numbers are a point, in metres"))?;
+        Ok::<_, String>(DVec3::from_array(at))
+    };
+    let start = begin::view(point("eye", eye)?, point("target", target)?)?;
+    let app = app().ok_or(EARLY)?;
+    let mut app = app.borrow_mut();
+    app.replay = None;
+    app.controls.as_mut().ok_or(EARLY)?.go_to_view(start.world_from_eye, start.distance_m);
+    Ok(())
+}
+
+/// See [`crate::photo`].
+pub async fn photo(size_px: (u32, u32)) -> Result<Photo, String> {
+    let app = app().ok_or(EARLY)?;
+    let (view, held) = {
+        let this = app.borrow();
+        let (Some(screen), Some(pose)) = (&this.screen, this.drawn.pose.filter(|_| this.drawn.picture)) else {
+            return Err(EARLY.to_owned());
+        };
+        let view = photo::View {
+            gpu: screen.gpu.clone(),
+            options: this.picture,
+            draws: screen.picture.draws(),
+            moment: this.viewer.moment_at(now_s()),
+            world_from_eye: pose,
+            fov_y_rad: this.fov_y_rad,
+            near_m: near_m(&this.viewer),
+            begins_far: screen.renderer == Renderer::WebGl2,
+        };
+        (view, this.viewer.held().clone())
+    };
+    photo::take(view, held, size_px).await
+}
+
+/// What is held of what lights see.
+fn light_images(held: &Held) -> serde_json::Value {
+    let of_lights = || held.patches.iter().filter(|(_, held)| matches!(held.patch.purpose, Purpose::Light(_)));
+    serde_json::json!({
+        "patches": of_lights().count(),
+        "samples": of_lights().map(|(_, held)| held.patch.image.sample_count()).sum::<usize>(),
+        "newest": of_lights().map(|(id, _)| id.0).max(),
+    })
+}
+
+/// See [`crate::lose_device`].
+pub fn lose_device() {
+    if let Some(app) = app() {
+        app.borrow_mut().loss_asked = true;
+    }
+}
