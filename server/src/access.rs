@@ -53,7 +53,7 @@ pub struct Access {
 }
 
 impl Access {
-    /// The policy of the page, which pages may frame that may connect: of this machine, and of origins that were named.
+    /// The policy of the page, which pages may frame that may connect: of this machine, by its names that a policy can hold, and of origins that were named.
     pub fn content_security_policy(&self) -> HeaderValue {
         let also = self.origins.iter().map(|origin| origin.trim_end_matches('/'));
         // An origin with a space or a semicolon would say something else.

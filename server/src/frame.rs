@@ -248,9 +248,18 @@ impl Stage {
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
     pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
-        if client.asked.is_some() {
-            return self.camera_image(viewer, client, now_s);
+        let made = match client.asked {
+            Some(_) => self.camera_image(viewer, client, now_s),
+            None => self.view(viewer, client, now_s),
+        }?;
+        if made.is_some() {
+            client.made_at_s = now_s;
         }
+        Ok(made)
+    }
+
+    /// Of what the client sees from where it is, what it lacks.
+    fn view(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
         // Who stands still sees his own view before anything that he does not see.
         let strip = rest::lacking(&self.rules, client, viewer, now_s);
         client.begins_coarsely = self.begins_coarsely(client, viewer, now_s);
@@ -555,11 +564,11 @@ impl Stage {
     /// The scene's time at the end of the time for which what is made now is shown: it is on its way, and then shown until the next one is there, in which clients take rigid objects
     /// from where the last update left them to where this one does. What deforms they cannot take so; where something does, it is the middle of that time. What moves by a clip is so
     /// seen where it is, not where it was. Where one gets there sooner than the one before, no time is taken back; a clock that was set back does that.
-    fn scene_time_s(&self, viewer: &Viewer, client: &mut Client, now_s: f64) -> f64 {
+    fn scene_time_s(&self, viewer: &Viewer, client: &Client, now_s: f64) -> f64 {
         if self.still.is_some() {
             return now_s;
         }
-        let is_set_back = now_s < std::mem::replace(&mut client.made_at_s, now_s);
+        let is_set_back = now_s < client.made_at_s;
         let shown_for_s = viewer.taken_s.max(self.rules.update_interval_s);
         let deforms = !self.first_triangles.is_empty();
         let ahead_s = viewer.one_way_s + shown_for_s * if deforms { 0.5 } else { 1.0 };

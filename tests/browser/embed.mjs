@@ -167,6 +167,7 @@ export function embedTests({ bin, web, shots, renderer, at }) {
       const seen = [];
       for (let round = 1; round <= ROUNDS; round += 1) {
         await added(page, { ...plain, src: server.origin, bare: '' }, round % 10 === 0 ? 'ready' : 'change');
+        await page.waitForFunction(() => document.querySelector('vantage-view').state.connected, undefined, { timeout: PATIENCE_MS });
         await remove();
         if (round % 10 === 0) seen.push({ ...await holdings(page), resident: await residentBytes(page.context()) });
       }

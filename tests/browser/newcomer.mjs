@@ -78,7 +78,8 @@ const words = (page) => page.evaluate(async () => {
   const { default: german } = await import('./german.js');
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   const found = new Set();
-  while (walker.nextNode()) found.add(walker.currentNode.data.replace(/\s+/g, ' ').trim());
+  // What is said where no script runs no script can say in German.
+  while (walker.nextNode()) if (walker.currentNode.parentNode.tagName !== 'NOSCRIPT') found.add(walker.currentNode.data.replace(/\s+/g, ' ').trim());
   for (const name of ['title', 'aria-label']) document.querySelectorAll(`[${name}]`).forEach((element) => found.add(element.getAttribute(name).replace(/\s+/g, ' ').trim()));
   // What is the same in both: marks, units, single keys, names.
   const differs = (text) => /\p{L}{2}/u.test(text) && !/^(ms|Mbit\/s|Vantage|pillars|WebGPU|WebGL2|MB|\d+ MB)$/.test(text);

@@ -287,6 +287,7 @@ impl App {
                 (Action::Restart, _) => self.controls = self.start_controls(),
                 (Action::Shown, _) => {
                     self.drawn.stale = true;
+                    self.viewer.rests();
                     self.viewer.retry_now(now_s());
                 }
                 _ => {}
@@ -382,12 +383,12 @@ impl App {
         let Some(controls) = &mut self.controls else { return };
         let size = (screen.canvas.client_width(), screen.canvas.client_height());
         controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), self.fov_y_rad);
-        if let Some((go, look)) = gamepad::sticks() {
-            if go != DVec3::ZERO || look != DVec2::ZERO {
-                self.replay = None;
-            }
-            controls.handle(Input::Sticks { go, look });
+        // Of several views on a page it moves the one that has the keys; one that is gone lets go.
+        let (go, look) = gamepad::sticks().filter(|_| page::has_keys()).unwrap_or_default();
+        if go != DVec3::ZERO || look != DVec2::ZERO {
+            self.replay = None;
         }
+        controls.handle(Input::Sticks { go, look });
         controls.advance(dt_s);
         if let Some(replay) = &self.replay {
             let (pose, is_over) = replay.at(now_s);

@@ -71,7 +71,13 @@ pub fn listen_to_page(sink: &Sink) -> Result<(), String> {
     let follow = Rc::clone(sink);
     listen(page::element("role")?.as_ref(), "click", move |_: Event| follow(Action::Follow));
     let measure = Rc::clone(sink);
-    listen(page::element("tape-toggle")?.as_ref(), "click", move |_: Event| measure(Action::Measure));
+    listen(page::element("tape-toggle")?.as_ref(), "click", move |_: Event| {
+        // Keys put its ends, too.
+        if let Ok(canvas) = page::canvas() {
+            let _ = canvas.focus();
+        }
+        measure(Action::Measure);
+    });
     for (button, dialog) in [("help-open", Dialog::Help), ("inventory-open", Dialog::Inventory)] {
         listen(page::element(button)?.as_ref(), "click", move |_: Event| page::toggle(dialog));
     }

@@ -134,7 +134,7 @@ impl Page {
     /// Shows the figures.
     pub fn show_stats(&self, stats: &Stats, renderer: &str) {
         let whole = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.0}"));
-        set_text(&self.scene, if stats.scene.is_empty() { "Vantage" } else { &stats.scene });
+        set_as_is(&self.scene, if stats.scene.is_empty() { "Vantage" } else { &stats.scene });
         set_text(&self.fps, &format!("{:.0}", stats.fps));
         set_text(&self.mbit, &format!("{:.2}", stats.mbit_per_s));
         set_text(&self.round_trip, &whole(stats.round_trip_ms.or(stats.ping_ms)));
@@ -147,7 +147,7 @@ impl Page {
 
     /// Shows the last minute, and the last updates.
     pub fn show_history(&self, history: &History) {
-        let longest = history.last(Figure::LongestFrame);
+        let longest = history.now(Figure::LongestFrame);
         set_text(&self.longest, &longest.map_or_else(|| "–".to_owned(), |ms| format!("{ms:.0}")));
         set_text(&self.updates, &history.updates_in_words());
         for (curve, figure) in self.curves.iter().zip(Figure::ALL) {
@@ -279,6 +279,11 @@ pub fn looks_at_view() -> bool {
     active.is_none_or(|element| element.id() == "view" || element.tag_name() == "BODY")
 }
 
+/// Whether what moves the eye is meant for this page: it has the focus, and no dialog is open.
+pub fn has_keys() -> bool {
+    document().has_focus().unwrap_or(false) && !has_open_dialog()
+}
+
 /// Whether the person wants no more motion than there must be.
 pub fn wants_less_motion() -> bool {
     let query = web_sys::window().and_then(|window| window.match_media("(prefers-reduced-motion: reduce)").ok()?);
@@ -304,6 +309,8 @@ pub fn toggle(dialog: Dialog) {
         // Both fail only where it is open already.
         let _ = dialog.show_modal();
         let _ = dialog.focus();
+        // Its first button, which had the focus for a moment, may lie far down.
+        dialog.set_scroll_top(0);
     }
 }
 
@@ -353,9 +360,13 @@ pub fn report_panics() {
 
 /// Text is set in the page's language, and only where it changes: assistive technology reads what is set.
 fn set_text(element: &HtmlElement, text: &str) {
-    let text = says(text);
-    if element.text_content().as_deref() != Some(&text) {
-        element.set_text_content(Some(&text));
+    set_as_is(element, &says(text));
+}
+
+/// The same of names, which are no words.
+fn set_as_is(element: &HtmlElement, text: &str) {
+    if element.text_content().as_deref() != Some(text) {
+        element.set_text_content(Some(text));
     }
 }
 

@@ -7,6 +7,7 @@ export function openDialog(id) {
   byId(id).showModal();
   // Its words first, and then its buttons. A frame within another page may not say so by an attribute.
   byId(id).focus();
+  byId(id).scrollTop = 0;
 }
 
 export const megabytes = (bytes) => `${(bytes / (1 << 20)).toFixed(bytes < 10 << 20 ? 1 : 0)} MB`;

@@ -8,16 +8,14 @@ const TELL_INTERVAL_MS = 100;
 /** What others are told of what is shown: words and numbers that stay, whatever becomes of the page's own. */
 function state() {
   const { picture, connected, status, pose, mode, at_rest: atRest, samples, stats } = window.vantage;
-  return { picture, connected: connected ?? false, status, scene: byId('scene').textContent, pose: pose ?? null, mode: mode ?? null, atRest: atRest ?? false, samples: samples ?? 0,
+  return { picture, connected: connected ?? false, status, scene: stats?.scene ?? '', pose: pose ?? null, mode: mode ?? null, atRest: atRest ?? false, samples: samples ?? 0,
     picturesPerSecond: stats?.fps ?? 0, megabitPerSecond: stats?.mbit_per_s ?? 0 };
 }
 
 const answers = {
   go: ({ eye, target }) => go(Float64Array.from(eye), Float64Array.from(target)),
   link: () => {
-    const address = link();
-    if (!address) throw new Error('there is no picture yet');
-    const url = new URL(address);
+    const url = new URL(link());
     url.searchParams.delete('bare');
     return url.href;
   },
@@ -27,10 +25,19 @@ const answers = {
   },
 };
 
+/** Until there is a picture: what is asked for sooner waits. */
+async function shown() {
+  while (!window.vantage.picture) {
+    if (failed !== null) throw new Error(failed);
+    await new Promise((resolve) => { setTimeout(resolve, TELL_INTERVAL_MS); });
+  }
+}
+
 async function answer(port, message) {
   const { ask, number } = message ?? {};
   try {
     if (!Object.hasOwn(answers, ask)) throw new Error(`${ask} is nothing that can be asked for`);
+    await shown();
     port.postMessage({ tell: 'answer', number, value: await answers[ask](message) });
   } catch (error) {
     port.postMessage({ tell: 'refusal', number, text: String(error?.message ?? error) });
@@ -42,7 +49,14 @@ let failed = null;
 let port = null;
 
 function tell() {
-  const now = state();
+  let now;
+  try {
+    now = state();
+  } catch (error) {
+    // It ended by a fault of its own, and tells nothing any more.
+    tellFailure(`the viewer stopped: ${error?.message ?? error}`);
+    return;
+  }
   const text = JSON.stringify(now);
   if (text === told) return;
   told = text;
@@ -55,7 +69,7 @@ export function tellFailure(text) {
   port?.postMessage({ tell: 'failed', text });
 }
 
-/** Greets the page around this one, if there is one that listens. Once the viewer has started. */
+/** Greets the page around this one, if there is one that listens. */
 export function offerEmbedding() {
   if (window.parent === window) return;
   window.addEventListener('message', ({ source, data, ports: [given] }) => {

@@ -13,7 +13,6 @@ function fail(text, detail) {
   byId('loading-detail').textContent = detail ?? '';
   byId('progress').hidden = true;
   tellFailure(detail ? `${text}: ${detail}` : text);
-  offerEmbedding();
 }
 
 // What the page is doing, for tests and for the curious: `window.vantage` is a fresh plain object at every look.
@@ -42,6 +41,7 @@ Object.defineProperty(window, 'vantage', {
 // The WebAssembly says its words by it, too.
 window.vantageSays = say;
 sayPage();
+offerEmbedding();
 document.documentElement.classList.toggle('bare', new URLSearchParams(location.search).has('bare'));
 
 try {
@@ -57,7 +57,6 @@ try {
   running = true;
   offerSharing();
   offerScenes();
-  offerEmbedding();
 } catch (error) {
   fail('The viewer could not start', String(error?.message ?? error));
   throw error;

@@ -27,7 +27,7 @@ function pageOf(src) {
 }
 
 export class VantageViewElement extends HTMLElement {
-  static observedAttributes = ['src', 'token', ...OPTIONS];
+  static observedAttributes = ['src', 'token', 'aria-label', ...OPTIONS];
 
   #root = this.attachShadow({ mode: 'open' });
   #frame = null;
@@ -36,6 +36,7 @@ export class VantageViewElement extends HTMLElement {
   #patience = 0;
   #loads = false;
   #state = null;
+  #failed = null;
   #asked = new Map();
   #number = 0;
   #hear = (event) => this.#greeted(event);
@@ -53,10 +54,13 @@ export class VantageViewElement extends HTMLElement {
   disconnectedCallback() {
     window.removeEventListener('message', this.#hear);
     this.#leave();
+    this.#giveUp('the element was removed');
   }
 
-  attributeChangedCallback(_name, before, after) {
-    if (before !== after && this.isConnected) this.#load();
+  attributeChangedCallback(name, before, after) {
+    if (before === after || !this.isConnected) return;
+    if (name !== 'aria-label') this.#load();
+    else if (this.#frame) this.#frame.title = this.#title();
   }
 
   get src() { return this.getAttribute('src') ?? ''; }
@@ -75,6 +79,8 @@ export class VantageViewElement extends HTMLElement {
   link() { return this.#ask({ ask: 'link' }); }
 
   focus(options) { this.#frame?.focus(options); }
+
+  #title() { return this.getAttribute('aria-label') ?? 'View of a remote scene'; }
 
   /** Loads anew, once for all attributes that change together. */
   #load() {
@@ -99,7 +105,7 @@ export class VantageViewElement extends HTMLElement {
     OPTIONS.filter((name) => this.hasAttribute(name)).forEach((name) => url.searchParams.set(name, this.getAttribute(name)));
     if (this.hasAttribute('token')) url.hash = `token=${encodeURIComponent(this.getAttribute('token'))}`;
     const frame = document.createElement('iframe');
-    frame.title = this.getAttribute('aria-label') ?? 'View of a remote scene';
+    frame.title = this.#title();
     frame.allow = 'fullscreen; clipboard-write; gamepad; xr-spatial-tracking';
     frame.src = url.href;
     this.#origin = url.origin;
@@ -113,6 +119,7 @@ export class VantageViewElement extends HTMLElement {
   #greeted({ source, origin, data }) {
     if (data !== GREETING || !this.#frame || source !== this.#frame.contentWindow || origin !== this.#origin) return;
     clearTimeout(this.#patience);
+    this.#failed = null;
     this.#port?.close();
     const { port1, port2 } = new MessageChannel();
     this.#port = port1;
@@ -139,8 +146,8 @@ export class VantageViewElement extends HTMLElement {
 
   #ask(message) {
     return new Promise((resolve, reject) => {
-      if (!this.#frame && !this.#loads) {
-        reject(new Error('the element shows nothing'));
+      if (this.#failed !== null || !(this.#frame || this.#loads)) {
+        reject(new Error(this.#failed ?? 'the element shows nothing'));
         return;
       }
       this.#number += 1;
@@ -151,6 +158,7 @@ export class VantageViewElement extends HTMLElement {
 
   #fail(text) {
     clearTimeout(this.#patience);
+    this.#failed = text;
     this.dispatchEvent(new CustomEvent('error', { detail: text }));
     this.#giveUp(text);
   }
@@ -164,8 +172,7 @@ export class VantageViewElement extends HTMLElement {
     clearTimeout(this.#patience);
     this.#port?.close();
     this.#root.replaceChildren();
-    [this.#frame, this.#port, this.#state] = [null, null, null];
-    this.#giveUp('the element was removed, or shows something else');
+    [this.#frame, this.#port, this.#state, this.#failed] = [null, null, null, null];
   }
 }
 

@@ -13,18 +13,26 @@ function chosen() {
 export const language = chosen();
 const table = new Map(Object.entries(TABLES[language] ?? {}));
 
+/** What differs stands for anything, which stays as it is ({0}), is looked up as well ({0~}), or is a number with a unit ({0#}). */
+const MARK = /\{(\d)([~#]?)\}/g;
+const searchFor = (words) => words.split(/(\{\d[~#]?\})/).map((part, index) => {
+  if (index % 2 === 0) return part.replace(/[.*+?^$(){}|[\]\\]/g, '\\$&');
+  return part.endsWith('#}') ? '([\\d.]+(?: [A-Za-z]+)?)' : '(.+?)';
+}).join('');
+const length = (words) => words.replace(MARK, '').length;
+
 /** Those with something that differs, as a search for it; the most particular ones first. */
-const patterns = [...table].filter(([words]) => words.includes('{0}')).sort(([a], [b]) => b.replace(/\{\d\}/g, '').length - a.replace(/\{\d\}/g, '').length)
-  .map(([words, said]) => [new RegExp(`^${words.replace(/[.*+?^$()|[\]\\]/g, '\\$&').replace(/\{\d\}/g, '(.+?)')}$`, 's'), said]);
+const patterns = [...table].filter(([words]) => words.match(MARK)).sort(([a], [b]) => length(b) - length(a))
+  .map(([words, said]) => ({ pattern: new RegExp(`^${searchFor(words)}$`, 's'), said, lookedUp: words.includes('~}') ? [...words.matchAll(MARK)].map(([, , kind]) => kind === '~') : [] }));
 
 /** Words in the page's language; what there are none for stays as it is. */
 export function say(words) {
   const text = words.replace(/\s+/g, ' ').trim();
   const said = table.get(text);
   if (said !== undefined) return said;
-  for (const [pattern, translated] of patterns) {
+  for (const { pattern, said: translated, lookedUp } of patterns) {
     const found = text.match(pattern);
-    if (found) return translated.replace(/\{(\d)\}/g, (_, index) => say(found[Number(index) + 1]));
+    if (found) return translated.replace(MARK, (_, index) => (lookedUp[index] ? say(found[Number(index) + 1]) : found[Number(index) + 1]));
   }
   return words;
 }

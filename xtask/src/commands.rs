@@ -90,13 +90,13 @@ const ADDRESS: &str = "127.0.0.1:8080";
 /// A server that is not there after so long does not come, and one that is told to end has ended.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// How many ran, and how many failed; `None` where something else serves at their address.
-pub fn run_all() -> anyhow::Result<Option<(u64, u64)>> {
+/// How many passed, and which failed; `None` where something else serves at their address.
+pub fn run_all() -> anyhow::Result<Option<(u64, Vec<String>)>> {
     if TcpListener::bind(ADDRESS).is_err() {
         return Ok(None);
     }
     let folder = prepared()?;
-    let (mut passed, mut failed) = (0, 0);
+    let (mut passed, mut failed) = (0, Vec::new());
     for (page, command) in commands()? {
         match how(&command).with_context(|| format!("{page}: {command}"))? {
             How::Needs(what) => println!("{page}: {command}\n    not run: {what}"),
@@ -106,8 +106,8 @@ pub fn run_all() -> anyhow::Result<Option<(u64, u64)>> {
                 match tried(how, &command, &folder) {
                     Ok(()) => passed += 1,
                     Err(error) => {
-                        failed += 1;
                         println!("FAILED {page}: {command}: {error:#}");
+                        failed.push(command);
                     }
                 }
                 println!("    {:.1} s", began.elapsed().as_secs_f64());
@@ -148,6 +148,13 @@ fn prepared() -> anyhow::Result<PathBuf> {
     for model in ["model.glb", "engine.glb", "FOLDER/engine.glb", "FOLDER/bunny.glb"] {
         std::fs::write(folder.join(model), triangle())?;
     }
+    // Some name files of the repository, as seen from its root.
+    let docs = folder.join("docs");
+    if !docs.exists() {
+        std::os::unix::fs::symlink(std::path::absolute("docs")?, docs)?;
+    }
+    // What a server refuses has failed.
+    std::fs::write(folder.join(".curlrc"), "fail\n")?;
     std::fs::write(folder.join("walk.txt"), "0 1.6 3 0 0 0 0\n0 1.6 2.9 0 0 0 100\n")?;
     std::fs::copy("packaging/vantage-server.toml", folder.join("vantage-server.toml"))?;
     let certificate = [
@@ -210,7 +217,11 @@ fn shell(command: &str, folder: &Path) -> anyhow::Result<Command> {
         shell = Command::new("sh");
         shell.args(["-c", &command]).current_dir(folder);
     }
-    shell.env("PATH", format!("{}:{path}", built.display())).env(DEV, "1").env("VANTAGE_TOKEN", "");
+    shell
+        .env("PATH", format!("{}:{path}", built.display()))
+        .env(DEV, "1")
+        .env("VANTAGE_TOKEN", "")
+        .env("CURL_HOME", folder);
     Ok(shell)
 }
 
@@ -222,7 +233,8 @@ impl Served {
     fn start(command: &str, folder: &Path) -> anyhow::Result<Served> {
         let mut served = Served(shell(command, folder)?.env_remove("VANTAGE_TOKEN").stdout(Stdio::null()).spawn()?);
         let began = Instant::now();
-        while !is_ready() {
+        let is_plain = !command.contains("--tls-cert");
+        while !is_ready(is_plain) {
             if let Some(status) = served.0.try_wait()? {
                 bail!("it ended before it served: {status}");
             }
@@ -255,8 +267,8 @@ impl Drop for Served {
     }
 }
 
-/// Whether something at the address says that it serves, or answers that it speaks another protocol, as with TLS.
-fn is_ready() -> bool {
+/// Whether something at the address says that it serves. With TLS it listens once it does not say that it loads; what it says then is not for who speaks plainly.
+fn is_ready(is_plain: bool) -> bool {
     let asked = || -> std::io::Result<String> {
         let mut stream = TcpStream::connect(ADDRESS)?;
         stream.set_read_timeout(Some(Duration::from_secs(5)))?;
@@ -265,7 +277,7 @@ fn is_ready() -> bool {
         stream.read_to_end(&mut answer)?;
         Ok(String::from_utf8_lossy(&answer).into_owned())
     };
-    asked().is_ok_and(|answer| !answer.starts_with("HTTP/1.1 503"))
+    asked().is_ok_and(|answer| answer.starts_with("HTTP/1.1 200") || !is_plain && !answer.starts_with("HTTP/1.1 503"))
 }
 
 #[cfg(test)]

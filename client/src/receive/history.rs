@@ -93,9 +93,9 @@ impl History {
         }
     }
 
-    /// The last value of a figure.
-    pub fn last(&self, figure: Figure) -> Option<f64> {
-        self.moments.iter().rev().find_map(|(_, values)| values[figure as usize])
+    /// A figure now; of the longest between two pictures, of those since the moment before.
+    pub fn now(&self, figure: Figure) -> Option<f64> {
+        self.moments.back()?.1[figure as usize]
     }
 
     /// A figure's curve: from a minute ago (x is 0) to now (1), from 0 to the largest value of that time (y is 1). Empty where all of it is 0, or nothing is known.
@@ -159,7 +159,7 @@ mod tests {
         assert_eq!(curve[30], [0.5, 1.0]);
         assert!(history.curve(Figure::Received).is_empty(), "nothing came");
         assert!(history.curve(Figure::Age).is_empty(), "nothing is known of it");
-        let longest_ms = history.last(Figure::LongestFrame).expect("known");
+        let longest_ms = history.now(Figure::LongestFrame).expect("known");
         assert!((longest_ms - 30.0).abs() < 1e-6, "a rest is no late frame: {longest_ms}");
     }
 

@@ -8,6 +8,9 @@ use protocol::{Held, Purpose};
 /// misses those, with ten times it what lies well behind counts.
 const SAME_SURFACE: f64 = 0.02;
 
+/// The cosine of the angle at which a surface counts as seen from the side at most: its samples then lie twenty times as far apart as those of one that faces the eye.
+const LEAST_FACING: f64 = 0.05;
+
 /// An end of the tape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
@@ -31,7 +34,10 @@ impl Mark {
             let (x, y) = (point.u as u32, point.v as u32);
             let index = image.mask.get(x, y).then(|| image.mask.occupied().position(|at| at == (x, y)))??;
             let w = f64::from(image.depth_scale.w(*image.depth.get(index)?));
-            ((w - point.w).abs() <= SAME_SURFACE * point.w).then(|| 1.0 / (point.w * camera.focal_px))
+            let towards = (at_world - camera.world_from_eye.translation).normalize_or_zero();
+            // Samples of a surface that is seen from the side lie farther apart on it.
+            let facing = image.normal_at(index).as_dvec3().dot(towards).abs().max(LEAST_FACING);
+            ((w - point.w).abs() <= SAME_SURFACE * point.w).then(|| 1.0 / (point.w * camera.focal_px * facing))
         });
         Mark { at_world, footprint_m: spacings.reduce(f64::min) }
     }

@@ -16,6 +16,8 @@ const POSE_INTERVAL_S: f64 = 1.0 / 60.0;
 /// And at most, while the eye moves. On a path that is full one goes up in the time that an update takes of it or waits: a packet up has one answered that goes down, and sixty a
 /// second take a sixth of a path of 100 kbit/s from updates.
 const LONGEST_POSE_INTERVAL_S: f64 = 0.2;
+/// Where no update came for so long the path is not full of them.
+const FULL_FOR_S: f64 = 1.0;
 /// A frame that comes this much early still counts as the next one. Chosen: frames of a screen at 60 Hz come early by less. With a tenth of it their jitter would
 /// make poses wait for the frame after; with ten times it two poses might go within 7 ms.
 const POSE_TOLERANCE_S: f64 = 1e-3;
@@ -136,6 +138,7 @@ pub struct ClientSession {
     scene_clock: Option<SceneClock>,
     /// How much longer than a ping the last two updates were on their way: one alone may have lost a packet, or be large.
     late_s: [f64; 2],
+    updated_at_s: f64,
     heard_at_s: f64,
     busy_at_s: f64,
     bytes_received: u64,
@@ -182,6 +185,7 @@ impl ClientSession {
             ping: Ping::default(),
             scene_clock: None,
             late_s: [0.0; 2],
+            updated_at_s: now_s,
             heard_at_s: now_s,
             busy_at_s: now_s,
             bytes_received: 0,
@@ -259,7 +263,7 @@ impl ClientSession {
         self.broken = false;
         let ping_s = self.ping.least_s.zip(self.scene_clock);
         let late_s = ping_s.map_or(0.0, |(least_s, clock)| clock.on_its_way_s(sent_at_s, arrived_at_s) - least_s / 2.0);
-        self.late_s = [self.late_s[1], late_s];
+        (self.late_s, self.updated_at_s) = ([self.late_s[1], late_s], arrived_at_s);
         self.undecided.push_back((head.number, bytes.len() as u64));
         self.events.push_back(ClientEvent::Update(ReceivedUpdate { head, sent_at_s, arrived_at_s, bytes }));
         Ok(())
@@ -404,7 +408,9 @@ impl ClientSession {
         }
         let Some(pose) = self.pose_waiting.take() else { return };
         // Early ones are made up for, so that the mean keeps the rate.
-        let interval_s = self.late_s[0].min(self.late_s[1]).clamp(POSE_INTERVAL_S, LONGEST_POSE_INTERVAL_S);
+        let is_full = now_s - self.updated_at_s < FULL_FOR_S;
+        let late_s = if is_full { self.late_s[0].min(self.late_s[1]) } else { 0.0 };
+        let interval_s = late_s.clamp(POSE_INTERVAL_S, LONGEST_POSE_INTERVAL_S);
         self.next_pose_at_s = (self.next_pose_at_s + interval_s).max(now_s + interval_s - POSE_TOLERANCE_S);
         self.pose_seq += 1;
         self.busy_at_s = now_s;

@@ -10,7 +10,7 @@
 //! all is acknowledged, as BBR does (its ProbeRTT): the next update waits for nothing, and tells what the path itself takes.
 //!
 //! Many paths let some bytes through at once and only then keep to their rate (token buckets, of shapers and of radios). Small updates then tell of a bandwidth that there is not,
-//! and a large one would take seconds. So where an update took long lately, bandwidth is what came in half a second at least.
+//! and a large one would take seconds. So where an update took long lately, bandwidth is what came in a second and a half at least.
 
 use std::collections::VecDeque;
 

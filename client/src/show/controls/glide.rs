@@ -47,6 +47,9 @@ impl Glide {
             let share = 1.0 - (-dt_s / LATELY_S).exp();
             let now_px_s = (dragged_px / dt_s).clamp_length_max(MOST_PX_S);
             self.px_s += (now_px_s - self.px_s) * share;
+            if dragged_px == DVec2::ZERO && self.px_s.length() < STILL_PX_S {
+                self.px_s = DVec2::ZERO;
+            }
             return DVec2::ZERO;
         }
         if self.px_s.length() < STILL_PX_S {
@@ -58,8 +61,8 @@ impl Glide {
         way_px
     }
 
-    /// Whether the view goes on by itself.
+    /// Whether time changes something yet: a glide, or what letting go would throw.
     pub fn goes_on(&self) -> bool {
-        !self.is_down && self.px_s != DVec2::ZERO
+        self.px_s != DVec2::ZERO || self.dragged_px != DVec2::ZERO
     }
 }

@@ -174,7 +174,7 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
                     ui.end_row();
                 };
                 with_curve("Pictures", format!("{:.0} /s", stats.fps), Figure::Pictures);
-                with_curve("Longest", milliseconds(history.last(Figure::LongestFrame)), Figure::LongestFrame);
+                with_curve("Longest", milliseconds(history.now(Figure::LongestFrame)), Figure::LongestFrame);
                 with_curve("Received", format!("{:.2} Mbit/s", stats.mbit_per_s), Figure::Received);
                 with_curve("Round trip", milliseconds(stats.round_trip_ms.or(stats.ping_ms)), Figure::RoundTrip);
                 with_curve("Age", milliseconds(stats.age_ms), Figure::Age);
