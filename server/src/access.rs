@@ -5,7 +5,7 @@ use std::net::IpAddr;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use protocol::message::TOKEN_SUBPROTOCOL;
 
-/// Headers of every answer beside [`content_security_policy`]: the page is isolated, uses none of a machine's devices, and a rebuilt client is seen at once.
+/// Headers of every answer beside [`Access::content_security_policy`]: the page is isolated, uses none of a machine's devices, and a rebuilt client is seen at once.
 pub const SECURITY_HEADERS: [(HeaderName, HeaderValue); 7] = [
     (HeaderName::from_static("cross-origin-opener-policy"), HeaderValue::from_static("same-origin")),
     (HeaderName::from_static("cross-origin-embedder-policy"), HeaderValue::from_static("require-corp")),

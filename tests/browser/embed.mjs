@@ -70,10 +70,10 @@ export function embedTests({ bin, web, shots, renderer, at }) {
   const shot = (name) => join(shots, `${renderer}-embed-${name}.png`);
   const plain = { renderer, shadows: 'none', occlusion: 'none' };
 
-  const opened = async (use) => {
+  const opened = async (use, log = at.log) => {
     const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log });
     const foreigner = await startForeigner(server.origin);
-    const { page, close } = await openPage(renderer, at.log, { width: 640, height: 900 });
+    const { page, close } = await openPage(renderer, log, { width: 640, height: 900 });
     try {
       await page.goto(foreigner.origin, { waitUntil: 'load', timeout: PATIENCE_MS });
       await page.waitForFunction(() => customElements.get('vantage-view'));
@@ -161,7 +161,8 @@ export function embedTests({ bin, web, shots, renderer, at }) {
       assert.match(address, /begins with wss:/);
       const wish = await added(page, { ...plain, src: server.origin, mode: 'swim' }, 'ready').catch(({ message }) => message);
       assert.match(wish, /use walk or turn/);
-    })],
+      // What is refused on purpose the browser says as well.
+    }, (line) => /Framing|use walk or turn/.test(line) || at.log(line))],
     ['leaves nothing behind when it is removed, fifty times', () => opened(async (page, server) => {
       const remove = () => page.evaluate(() => document.querySelector('vantage-view').remove());
       const seen = [];
