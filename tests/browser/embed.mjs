@@ -159,6 +159,13 @@ export function embedTests({ bin, web, shots, renderer, at }) {
       await page.clock.resume();
       const address = await added(page, { ...plain, src: 'ftp://somewhere' }, 'ready').catch(({ message }) => message);
       assert.match(address, /begins with wss:/);
+      // What is asked for where nothing is shown is answered, too.
+      const refused = await page.evaluate(async () => {
+        const view = document.createElement('vantage-view');
+        document.body.append(view);
+        return view.link().catch(({ message }) => message);
+      });
+      assert.match(refused, /shows nothing/);
       const wish = await added(page, { ...plain, src: server.origin, mode: 'swim' }, 'ready').catch(({ message }) => message);
       assert.match(wish, /use walk or turn/);
       // What is refused on purpose the browser says as well.

@@ -91,6 +91,7 @@ export class VantageViewElement extends HTMLElement {
       if (!this.isConnected) return;
       this.#leave();
       if (this.src) this.#open();
+      else this.#giveUp('the element shows nothing');
     });
   }
 

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use super::stats::Stats;
 
 /// How far back curves go.
-pub const CURVES_S: f64 = 60.0;
+const CURVES_S: f64 = 60.0;
 /// How far back updates go, and how many of them are kept at most.
-pub const UPDATES_S: f64 = 10.0;
+const UPDATES_S: f64 = 10.0;
 const MOST_UPDATES: usize = 512;
 /// Between two points of a curve at least.
 const INTERVAL_S: f64 = 0.2;
