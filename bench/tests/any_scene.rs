@@ -42,15 +42,37 @@ fn arguments(topic: &str) -> &'static [&'static str] {
     }
 }
 
+/// Every topic is in one of so many parts, so that as many cores have something to do.
+const PARTS: usize = 4;
+
 #[test]
 fn every_topic_takes_a_file_and_a_trace() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("any-scene");
+    topics_take_a_file_and_a_trace(0);
+}
+
+#[test]
+fn every_topic_takes_a_file_and_a_trace_second_part() {
+    topics_take_a_file_and_a_trace(1);
+}
+
+#[test]
+fn every_topic_takes_a_file_and_a_trace_third_part() {
+    topics_take_a_file_and_a_trace(2);
+}
+
+#[test]
+fn every_topic_takes_a_file_and_a_trace_fourth_part() {
+    topics_take_a_file_and_a_trace(3);
+}
+
+fn topics_take_a_file_and_a_trace(part: usize) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("any-scene-{part}"));
     std::fs::create_dir_all(&folder).expect("a folder");
     let (scene, trace) = (folder.join("room.obj"), folder.join("walk.txt"));
     write_room(&scene);
     // Looks along -z and walks to the right.
     std::fs::write(&trace, "-0.5 1.5 1.5 0 0 0 0\n0.5 1.5 1.5 0 10 0 200\n").expect("written");
-    for topic in topics::ALL {
+    for topic in topics::ALL.iter().skip(part).step_by(PARTS) {
         let name = topic.name();
         let matches = topic.arguments(Command::new(name)).get_matches_from([name].iter().chain(arguments(name)));
         let scenes = vec![scene.to_string_lossy().into_owned()];

@@ -9,9 +9,10 @@ use protocol::body::{Clip, Skin, Wrap};
 use protocol::ends::{MOST, with_level};
 use protocol::inventory::Part;
 use protocol::message::{Clock, Draws, Hello, Resume, Role, Shadows, VERSION, ViewSize, Welcome};
+use protocol::staging::{Excerpt, Parts, Playback, SceneMotion, Section};
 use protocol::{
     Body, ClientMessage, DepthImage, DepthScale, Edit, Instance, Inventory, Lighting, Look, Mask, Material, ObjectPose,
-    ObjectShift, Patch, PatchId, Purpose, ServerMessage, Steps,
+    ObjectShift, Patch, PatchId, Purpose, ServerMessage, Staging, Steps,
 };
 
 /// Numbers that code forgets.
@@ -348,6 +349,7 @@ impl<'a> Source<'a> {
             draws: self.draws(),
             role: self.role(),
             world_from_eye: self.flag().then(|| self.pose()),
+            staging: self.flag().then(|| Box::new(self.staging())),
             resume: self.flag().then(|| Resume {
                 secret: self.byte().into(),
                 number: self.byte().into(),
@@ -356,8 +358,26 @@ impl<'a> Source<'a> {
         }))
     }
 
+    fn playback(&mut self) -> Playback {
+        let odd = self.below(8) == 7;
+        let mut number = |usual: f64| if odd { self.number() } else { usual };
+        Playback { from_s: number(1.0), scene_time_s: number(2.0), rate: number(0.5) }
+    }
+
+    /// How a scene is put before a client, and now and then how none is.
+    pub fn staging(&mut self) -> Staging {
+        let objects = |source: &mut Self| (0..source.below(4)).map(|_| source.short()).collect();
+        let parts = match self.below(3) {
+            0 => Parts::All,
+            1 => Parts::But(objects(self)),
+            _ => Parts::Only(objects(self)),
+        };
+        let section = self.flag().then(|| Section { normal_world: DVec3::Y, offset_m: self.number() });
+        Staging { playback: self.playback(), excerpt: Excerpt { parts, section } }
+    }
+
     pub fn client_message(&mut self, clock: Clock) -> ClientMessage {
-        match self.below(11) {
+        match self.below(13) {
             0 => self.hello(clock),
             1 => ClientMessage::View(self.view()),
             2..=4 => {
@@ -372,6 +392,8 @@ impl<'a> Source<'a> {
             7 => ClientMessage::Ping(self.byte().into()),
             8 => ClientMessage::Advance { to_s: self.number() },
             10 => ClientMessage::Inventory,
+            11 => ClientMessage::Stages(Box::new(self.staging())),
+            12 => ClientMessage::AskName { object: self.short() },
             _ => ClientMessage::Draws(self.draws()),
         }
     }
@@ -386,6 +408,7 @@ impl<'a> Source<'a> {
             near_m: number(0.05),
             update_interval_s: number(0.1),
             scene_time_s: number(0.0),
+            motion: SceneMotion::Loop { period_s: number(2.0) },
             scene_name: self.text(),
             start_world_from_eye: self.pose(),
             walk: self.flag(),
@@ -397,13 +420,14 @@ impl<'a> Source<'a> {
 
     /// Anything but an update.
     pub fn server_message(&mut self) -> ServerMessage {
-        match self.below(13) {
+        match self.below(14) {
             0 => ServerMessage::Welcome(self.welcome()),
             1..=5 => ServerMessage::Pong(self.below(6).into()),
             6 => ServerMessage::Advanced { to_s: self.number() },
             7 => ServerMessage::Goodbye { reason: self.text(), again: self.flag() },
             12 => ServerMessage::Inventory(self.inventory()),
-            _ => ServerMessage::Presenter { world_from_eye: self.pose() },
+            13 => ServerMessage::Name { object: self.short(), name: self.text() },
+            _ => ServerMessage::Presenter { world_from_eye: self.pose(), playback: self.playback() },
         }
     }
 

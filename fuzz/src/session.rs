@@ -152,6 +152,8 @@ fn client(source: &mut Source<'_>, clock: Clock) {
             10 => {
                 client.set_pose(source.pose(), camera::Motion::STILL, now_s);
                 client.set_draws(source.draws(), now_s);
+                client.set_staging(&source.staging(), now_s);
+                client.ask_name(source.short(), now_s);
                 Ok(())
             }
             _ => {
@@ -195,7 +197,8 @@ fn hear(client: &mut ClientSession, copy: &mut Held, now_s: f64) {
                 false => client.broken(now_s),
             },
             ClientEvent::Welcome(welcome) => assert!(welcome.start_world_from_eye.is_valid()),
-            ClientEvent::Presenter(eye) => assert!(eye.is_valid()),
+            ClientEvent::Presenter(eye, playback) => assert!(eye.is_valid() && playback.is_valid()),
+            ClientEvent::Name { .. } => {}
             ClientEvent::Advanced { .. } | ClientEvent::Inventory(_) => {}
         }
     }

@@ -24,6 +24,24 @@ export interface VantageState {
   readonly megabitPerSecond: number;
 }
 
+/** How a scene is put before a view, which others need not share. */
+export interface VantageStaging {
+  /** Whether the scene moves, and begins again. */
+  readonly motion: 'still' | 'endless' | 'loop';
+  /** After so many seconds; null where it does not. */
+  readonly period: number | null;
+  /** The scene's time, in seconds; null before it is known. */
+  readonly time: number | null;
+  /** How many times as fast as the clock it goes. */
+  readonly rate: number;
+  /** Whether all objects are shown, all but some, or some alone. */
+  readonly which: 'all' | 'but' | 'only';
+  /** Those, with their names as far as they are known. */
+  readonly objects: readonly { readonly object: number; readonly name: string | null }[];
+  /** What lies beyond this plane is cut off; null where nothing is. */
+  readonly section: { readonly normal: Point; readonly offset: number } | null;
+}
+
 export interface VantageEventMap {
   /** The first picture of what is loaded is there. */
   ready: Event;
@@ -36,7 +54,7 @@ export interface VantageEventMap {
 /**
  * Attributes: `src`, the server's address (wss://host/ws, or that of its page); `token`, what it must be told, where it asks for that; and what the server's page takes in its own address:
  * `scene`, `eye` and `target` ("x,y,z"), `mode` ("walk" or "turn"), `fov` (degrees), `exposure` (stops), `renderer` ("webgpu" or "webgl2"), `shadows`, `occlusion`, `antialias`, `camera`,
- * `present`, `follow`, and `bare`, without figures and buttons. A change of any loads anew.
+ * `present`, `follow`, `time` (seconds, where it stops) or `rate`, `hide` or `only` (numbers of objects, with commas between them), `cut` ("x,y,z,metres"), and `bare`, without figures and buttons. A change of any loads anew.
  */
 export class VantageViewElement extends HTMLElement {
   src: string;
@@ -47,6 +65,19 @@ export class VantageViewElement extends HTMLElement {
   picture(size?: { width?: number; height?: number }): Promise<Blob>;
   /** The address of the view as it is now, for another browser. */
   link(): Promise<string>;
+  /** The scene's time goes on so many times as fast from now on, for this view alone: once without a number; 0 stops it. */
+  play(rate?: number): Promise<void>;
+  pause(): Promise<void>;
+  /** The scene's time is this one now, in seconds. */
+  seek(time: number): Promise<void>;
+  /** All of the scene's objects but these are shown; all without any. */
+  hide(...objects: number[]): Promise<void>;
+  /** These objects alone are shown; all without any. */
+  showOnly(...objects: number[]): Promise<void>;
+  /** Nothing is shown that lies farther along a normal than so many metres from the origin; all is without one. */
+  cut(plane?: { normal: Point; offset: number }): Promise<void>;
+  /** How the scene is put before this view now. */
+  staging(): Promise<VantageStaging>;
   addEventListener<K extends keyof VantageEventMap>(type: K, listener: (event: VantageEventMap[K]) => void, options?: boolean | AddEventListenerOptions): void;
   addEventListener(type: string, listener: EventListenerOrEventListenerObject, options?: boolean | AddEventListenerOptions): void;
 }

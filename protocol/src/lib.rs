@@ -5,6 +5,7 @@
 //! - [`held`]: [`Patch`], [`Edit`], [`Update`], and [`Held`], the copy of the client that both ends keep.
 //! - [`body`]: objects as triangles, where samples of them would be more.
 //! - [`inventory`]: what is made for a client, and what is left out, for people.
+//! - [`staging`]: how a client has the scene put before it: its time, its parts, where it is cut.
 //! - [`look`]: materials, lights and how colour is shown.
 //! - [`sky`]: light from far around. [`message`]: what both ends say. [`wire`]: its bytes, and the only file that names the serializer. [`codec`]: the bytes of
 //!   samples. [`plain`]: an update where bytes are handed over within one machine.
@@ -27,6 +28,7 @@ pub mod plain;
 pub mod session;
 mod shadow_views;
 pub mod sky;
+pub mod staging;
 pub mod wire;
 
 pub use body::Body;
@@ -43,3 +45,4 @@ pub use message::{ClientMessage, ServerMessage};
 pub use occluder_views::Ball;
 pub use shadow_views::{Viewpoint, shadow_views};
 pub use sky::Sky;
+pub use staging::Staging;

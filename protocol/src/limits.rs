@@ -3,7 +3,7 @@
 /// What a decoder accepts at most. The defaults suit a client; a server's own limits on messages are the same.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
-    /// One message from a client. The largest, `Hello` or `Pose`, stays under 200 bytes.
+    /// One message from a client. Poses stay under 200 bytes; the largest is a `Hello` that names as many parts as it may.
     pub client_message_bytes: usize,
     /// One message from a server: a fragment of [`crate::wire::FRAGMENT_BYTES`] with its header, or a welcome.
     pub server_message_bytes: usize,

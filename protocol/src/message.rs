@@ -10,9 +10,10 @@ use serde::{Deserialize, Serialize};
 use crate::held::Update;
 use crate::inventory::Inventory;
 use crate::look::Look;
+use crate::staging::{Playback, SceneMotion, Staging};
 
 /// The version of the protocol; both ends must agree.
-pub const VERSION: u16 = 26;
+pub const VERSION: u16 = 27;
 
 /// The websocket protocol that is spoken. A page that gives a token offers it beside [`TOKEN_SUBPROTOCOL`], as it can set no header.
 pub const SUBPROTOCOL: &str = "vantage";
@@ -107,6 +108,8 @@ pub struct Hello {
     pub world_from_eye: Option<Rigid>,
     /// What it still holds, where a session was cut off.
     pub resume: Option<Resume>,
+    /// How it has the scene put before it, where that is not as it is.
+    pub staging: Option<Box<Staging>>,
 }
 
 /// What a client holds of a session that was cut off.
@@ -160,6 +163,13 @@ pub enum ClientMessage {
     Draws(Draws),
     /// Answered by a [`ServerMessage::Inventory`].
     Inventory,
+    /// From now on it has the scene put before it so.
+    Stages(Box<Staging>),
+    /// Answered by a [`ServerMessage::Name`].
+    AskName {
+        /// By its id.
+        object: u16,
+    },
 }
 
 /// From the server. `Update` is bulk: it is coded by the codec and travels in fragments.
@@ -176,13 +186,22 @@ pub enum ServerMessage {
         /// Seconds.
         to_s: f64,
     },
-    /// To a follower: where the presenter's eye is.
+    /// To a follower: where the presenter's eye is, and how the time goes of what he is shown.
     Presenter {
         /// The eye.
         world_from_eye: Rigid,
+        /// The time.
+        playback: Playback,
     },
     /// What is made for the client, and what is left out.
     Inventory(Inventory),
+    /// What an object is called.
+    Name {
+        /// By its id.
+        object: u16,
+        /// For a person; empty where there is no such object.
+        name: String,
+    },
     /// Why the server hangs up.
     Goodbye {
         /// For a person.
@@ -215,6 +234,8 @@ pub struct Welcome {
     pub update_interval_s: f64,
     /// Scene time at the start of the session.
     pub scene_time_s: f64,
+    /// How the scene moves by itself.
+    pub motion: SceneMotion,
     /// Names this session to the server when it was cut off, see [`Resume`]; nobody else may know it.
     pub secret: u128,
     /// Whether what the client holds of the session that it named is what updates build on from here. If not, the first one clears it.
@@ -227,6 +248,6 @@ impl Welcome {
         let bounds = self.bounds_min_world.iter().chain(&self.bounds_max_world);
         let finite = bounds.chain([&self.scene_time_s]).all(|value| value.is_finite());
         let positive = [self.near_m, self.update_interval_s].iter().all(|value| value.is_finite() && *value > 0.0);
-        finite && positive && self.start_world_from_eye.is_valid()
+        finite && positive && self.motion.is_valid() && self.start_world_from_eye.is_valid()
     }
 }

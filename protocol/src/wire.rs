@@ -28,6 +28,7 @@ use crate::held::{Edit, PatchId, Update};
 use crate::inventory::Inventory;
 use crate::limits::Limits;
 use crate::message::{ClientMessage, ServerMessage, Welcome};
+use crate::staging::Playback;
 pub use graph::GRAPH_MAX_FRUSTA;
 
 /// Bytes of an update in one message at most.
@@ -115,8 +116,9 @@ enum ServerControl {
     Pong(u32),
     Advanced { to_s: f64 },
     Goodbye { reason: String, again: bool },
-    Presenter { world_from_eye: Rigid },
+    Presenter { world_from_eye: Rigid, playback: Playback },
     Inventory(Inventory),
+    Name { object: u16, name: String },
 }
 
 /// The bytes of a client's message.
@@ -145,8 +147,9 @@ pub fn encode_server(envelope: &Envelope<ServerMessage>) -> Vec<Bytes> {
         ServerMessage::Pong(number) => ServerControl::Pong(*number),
         ServerMessage::Advanced { to_s } => ServerControl::Advanced { to_s: *to_s },
         ServerMessage::Goodbye { reason, again } => ServerControl::Goodbye { reason: reason.clone(), again: *again },
-        &ServerMessage::Presenter { world_from_eye } => ServerControl::Presenter { world_from_eye },
+        &ServerMessage::Presenter { world_from_eye, playback } => ServerControl::Presenter { world_from_eye, playback },
         ServerMessage::Inventory(inventory) => ServerControl::Inventory(inventory.clone()),
+        ServerMessage::Name { object, name } => ServerControl::Name { object: *object, name: name.clone() },
     };
     vec![encode_control(envelope.at_s, &control).into()]
 }
@@ -162,8 +165,11 @@ pub fn decode_server(bytes: &[u8], limits: &Limits) -> Result<Envelope<ServerPac
             ServerControl::Pong(number) => ServerMessage::Pong(number),
             ServerControl::Advanced { to_s } => ServerMessage::Advanced { to_s },
             ServerControl::Goodbye { reason, again } => ServerMessage::Goodbye { reason, again },
-            ServerControl::Presenter { world_from_eye } => ServerMessage::Presenter { world_from_eye },
+            ServerControl::Presenter { world_from_eye, playback } => {
+                ServerMessage::Presenter { world_from_eye, playback }
+            }
             ServerControl::Inventory(inventory) => ServerMessage::Inventory(inventory),
+            ServerControl::Name { object, name } => ServerMessage::Name { object, name },
         }),
         FRAGMENT => {
             let (update, total_bytes, offset) = (reader.u32()?, reader.u32()?, reader.u32()?);
@@ -203,7 +209,10 @@ pub(crate) fn travel(bytes: &[u8]) -> Result<Option<f64>, WireError> {
     let travels = kind != CONTROL
         || matches!(
             decode_control(&mut reader)?,
-            ServerControl::Pong(_) | ServerControl::Presenter { .. } | ServerControl::Inventory(_)
+            ServerControl::Pong(_)
+                | ServerControl::Presenter { .. }
+                | ServerControl::Inventory(_)
+                | ServerControl::Name { .. }
         );
     Ok(travels.then_some(at_s))
 }
@@ -222,6 +231,8 @@ pub fn client_message_kind(bytes: &[u8]) -> Option<&'static str> {
         ClientMessage::Advance { .. } => "advance",
         ClientMessage::Draws(_) => "draws",
         ClientMessage::Inventory => "inventory",
+        ClientMessage::Stages(_) => "stages",
+        ClientMessage::AskName { .. } => "ask_name",
     })
 }
 
@@ -238,6 +249,7 @@ pub fn server_message_kind(bytes: &[u8]) -> Option<&'static str> {
         ServerControl::Goodbye { .. } => "goodbye",
         ServerControl::Presenter { .. } => "presenter",
         ServerControl::Inventory(_) => "inventory",
+        ServerControl::Name { .. } => "name",
     })
 }
 

@@ -13,16 +13,23 @@ use vantage_protocol::message::{
     Clock, Draws, Hello, Resume, Role, ServerMessage, Shadows, VERSION, ViewSize, Welcome,
 };
 use vantage_protocol::plain::{read_update, write_update};
+use vantage_protocol::staging::{Excerpt, Parts, Playback, SceneMotion, Section};
 use vantage_protocol::wire::{
     Assembler, Envelope, FRAGMENT_BYTES, Fragment, ServerPacket, UpdateHead, WireError, client_message_kind,
     decode_client, decode_server, decode_update, encode_client, encode_server, encode_update, server_message_kind,
 };
 use vantage_protocol::{
     Area, AreaShape, ClientMessage, Edit, Held, Instance, Light, Lighting, Limits, Look, Material, NextSteps,
-    ObjectPose, ObjectShift, ObjectSteps, PatchId, Step, Steps, Update,
+    ObjectPose, ObjectShift, ObjectSteps, PatchId, Staging, Step, Steps, Update,
 };
 
 const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
+
+fn staging(parts: u16) -> Staging {
+    let section = Some(Section { normal_world: DVec3::Y, offset_m: 2.5 });
+    let excerpt = Excerpt { parts: Parts::But((0..parts).collect()), section };
+    Staging { playback: Playback { from_s: 1.0, scene_time_s: 2.0, rate: 0.5 }, excerpt }
+}
 
 fn client_messages() -> Vec<ClientMessage> {
     vec![
@@ -35,6 +42,7 @@ fn client_messages() -> Vec<ClientMessage> {
             role: Role::Follower("ein Führer".to_owned()),
             world_from_eye: Some(Rigid::IDENTITY),
             resume: Some(Resume { secret: u128::MAX, number: 7, digest: u64::MAX }),
+            staging: None,
         })),
         ClientMessage::View(VIEW),
         ClientMessage::Pose {
@@ -47,6 +55,8 @@ fn client_messages() -> Vec<ClientMessage> {
         ClientMessage::Restart,
         ClientMessage::Ping(9),
         ClientMessage::Advance { to_s: 3.5 },
+        ClientMessage::Stages(Box::new(staging(9))),
+        ClientMessage::AskName { object: 65535 },
     ]
 }
 
@@ -62,6 +72,7 @@ fn welcome() -> Welcome {
         look: Look::Flat,
         update_interval_s: 0.1,
         scene_time_s: 0.0,
+        motion: SceneMotion::Loop { period_s: 2.5 },
         secret: 0,
         resumed: false,
     }
@@ -127,13 +138,26 @@ fn every_client_message_comes_back_and_is_small() {
 }
 
 #[test]
+fn a_greeting_that_names_as_many_parts_as_it_may_is_let_in() {
+    let ClientMessage::Hello(mut hello) = client_messages().swap_remove(0) else { panic!("the first is a greeting") };
+    hello.staging = Some(Box::new(staging(Parts::MOST as u16)));
+    hello.role = Role::Presenter("x".repeat(Role::MAX_NAME_BYTES));
+    let envelope = Envelope { at_s: 0.25, message: ClientMessage::Hello(hello) };
+    assert_eq!(decode_client(&encode_client(&envelope), &Limits::default()).unwrap(), envelope);
+}
+
+#[test]
 fn every_server_message_comes_back() {
     let messages = [
         ServerMessage::Welcome(welcome()),
         ServerMessage::Pong(3),
         ServerMessage::Advanced { to_s: 1.0 },
         ServerMessage::Goodbye { reason: "because".into(), again: true },
-        ServerMessage::Presenter { world_from_eye: Rigid::look_at(DVec3::ONE, DVec3::ZERO) },
+        ServerMessage::Presenter {
+            world_from_eye: Rigid::look_at(DVec3::ONE, DVec3::ZERO),
+            playback: Playback::default(),
+        },
+        ServerMessage::Name { object: 65535, name: "Tür".into() },
     ];
     for message in messages {
         let bytes = encode_server(&Envelope { at_s: -1.0, message: message.clone() });
@@ -146,7 +170,7 @@ fn every_server_message_comes_back() {
 fn messages_are_told_apart_without_their_sessions() {
     let sent = client_messages().into_iter().map(|message| encode_client(&Envelope { at_s: 0.25, message }));
     let kinds: Vec<_> = sent.filter_map(|bytes| client_message_kind(&bytes)).collect();
-    assert_eq!(kinds, ["hello", "view", "pose", "ack", "restart", "ping", "advance"]);
+    assert_eq!(kinds, ["hello", "view", "pose", "ack", "restart", "ping", "advance", "stages", "ask_name"]);
     let kind = |message| server_message_kind(&encode_server(&Envelope { at_s: 0.0, message })[0]);
     assert_eq!(kind(ServerMessage::Update(Box::new(update_of((8, 8))))), Some("update"));
     assert_eq!(kind(ServerMessage::Pong(3)), Some("pong"));

@@ -445,6 +445,11 @@ pub trait Animation: Send + Sync {
         self.at(scene, time_s).world_from_mesh
     }
 
+    /// After how long everything begins again, in seconds; `None` where it never does, or nobody knows.
+    fn period_s(&self) -> Option<f64> {
+        None
+    }
+
     /// The instances that bones alone bend or move, in the same way over and over.
     fn rigs(&self) -> Vec<Rig> {
         Vec::new()

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use protocol::Inventory;
 use protocol::message::Draws;
 use protocol::session::DEFAULT_BUDGET_BYTES;
+use protocol::staging::{Excerpt, Playback, Staging};
 
 use crate::account::{Account, Known};
 use crate::asked::Asked;
@@ -12,7 +13,7 @@ use crate::bodies::KeptBodies;
 use crate::impostors::relief::KeptReliefs;
 use crate::impostors::{Choices, Kept};
 use crate::pace::Pace;
-use crate::plan::Focus;
+use crate::plan::{Focus, Rules};
 use crate::portions::Portions;
 use crate::{anticipate, lights, occluders, rest};
 
@@ -27,6 +28,8 @@ pub struct Client {
     pub pace: Pace,
     /// Server time when it was sent its first picture, coarse as it may be; `None` before.
     pub picture_sent_at_s: Option<f64>,
+    /// Server time of the last look at what it lacks; 0 before any.
+    pub looked_at_s: f64,
     /// Server time when an update was made for it last; 0 before any.
     pub made_at_s: f64,
     /// Which impostors serve the reflectors that it sees.
@@ -57,6 +60,12 @@ pub struct Client {
     pub asked: Option<Asked>,
     /// What it draws, and so has a use for.
     pub draws: Draws,
+    /// What of the scene it is shown.
+    pub excerpt: Excerpt,
+    /// How its scene time goes.
+    pub playback: Playback,
+    /// Whether it was put to another time, which no look has been for yet.
+    pub is_elsewhen: bool,
     /// What its copy may cost it, in bytes; see [`crate::account::BYTES_PER_SAMPLE`].
     pub budget_bytes: u64,
     /// Where its copy is drawn; see [`crate::imager::Imager::device`].
@@ -87,6 +96,7 @@ impl Default for Client {
             focus: None,
             pace: Pace::default(),
             picture_sent_at_s: None,
+            looked_at_s: 0.0,
             made_at_s: 0.0,
             choices: Choices::default(),
             impostors: Kept::default(),
@@ -102,6 +112,9 @@ impl Default for Client {
             inventory: Arc::default(),
             asked: None,
             draws: Draws::default(),
+            excerpt: Excerpt::default(),
+            playback: Playback::default(),
+            is_elsewhen: false,
             budget_bytes: DEFAULT_BUDGET_BYTES,
             device: 0,
         }
@@ -145,6 +158,27 @@ impl Client {
         if std::mem::replace(&mut self.draws, draws) != draws {
             self.focus.iter_mut().for_each(|focus| focus.settled = false);
         }
+    }
+
+    /// How it has the scene put before it from now on. What another excerpt shows is looked for anew, as lights and mirrors have other things before them.
+    pub fn stage(&mut self, staging: &Staging) {
+        if self.playback != staging.playback {
+            self.playback = staging.playback;
+            self.is_elsewhen = true;
+            // A camera's image is of another time.
+            self.asked.iter_mut().for_each(Asked::start_anew);
+        }
+        if self.excerpt != staging.excerpt {
+            self.excerpt = staging.excerpt.clone();
+            self.choices = Choices::default();
+            self.start_anew();
+        }
+    }
+
+    /// The rules as they hold for it: what stands still for it is no scene that changes with time.
+    pub fn rules(&self, of_scene: &Rules) -> Rules {
+        let animated = of_scene.animated && (self.is_elsewhen || !self.playback.is_paused());
+        Rules { animated, rests: of_scene.rests && !animated, ..*of_scene }
     }
 
     /// The client's copy is broken: the next update starts anew.

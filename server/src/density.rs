@@ -8,7 +8,8 @@
 use camera::{Bounds, ImageBounds, ImagePoint, Pinhole};
 use glam::{DVec2, DVec3};
 use protocol::message::ViewSize;
-use scene::{Scene, Snapshot};
+use protocol::staging::Parts;
+use scene::{Deformed, Scene, Snapshot};
 
 use crate::plan::{SIZE_STEP_PX, output_focal_px};
 
@@ -47,10 +48,11 @@ pub fn around(view: &Pinhole, bounds: &Bounds, output: ViewSize, densest: f64) -
     }
 }
 
-/// The box around everything that a snapshot shows: around the boxes of meshes, and the vertices of what deforms; `None` of nothing.
-pub fn extent(scene: &Scene, snapshot: &Snapshot) -> Option<Bounds> {
-    let rigid = scene.instances.iter().zip(0..).filter(|(instance, _)| !instance.deforms);
-    let deformed = snapshot.deformed.iter().filter_map(|deformed| {
+/// The box around the parts of a scene that a snapshot shows: around the boxes of meshes, and the vertices of what deforms; `None` of nothing.
+pub fn extent(scene: &Scene, snapshot: &Snapshot, parts: &Parts) -> Option<Bounds> {
+    let rigid = scene.instances.iter().zip(0..).filter(|(instance, id)| !instance.deforms && parts.shows(*id));
+    let is_shown = |deformed: &&Deformed| u16::try_from(deformed.instance).is_ok_and(|id| parts.shows(id));
+    let deformed = snapshot.deformed.iter().filter(is_shown).filter_map(|deformed| {
         let place = snapshot.world_from_mesh.get(deformed.instance as usize)?;
         let vertices = deformed.vertices.iter().map(|vertex| DVec3::from(vertex.position.map(f64::from)));
         Bounds::around(vertices.map(|vertex| place.transform_point3(vertex)))

@@ -17,6 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use camera::Pinhole;
 use protocol::held::ObjectPose;
 use protocol::message::Shadows;
+use protocol::staging::{Excerpt, Parts};
 use protocol::{Material, Purpose};
 use scene::{Bounds, Instance, Scene, Snapshot};
 
@@ -241,6 +242,7 @@ impl Stage {
         let snapshot = self.snapshot(0.0);
         self.imager.draw_for(Occasion::Passing);
         self.imager.leave_out(LeftOut::default());
+        self.imager.show(&Excerpt::default());
         let has_worked = reliefs.judge_next((&self.scene, &snapshot), &mut *self.imager)?;
         self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         Ok(has_worked)
@@ -248,6 +250,8 @@ impl Stage {
 
     /// Makes what a client lacks at a time, or nothing where it lacks nothing.
     pub fn update(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
+        client.looked_at_s = now_s;
+        self.imager.show(&client.excerpt);
         let made = match client.asked {
             Some(_) => self.camera_image(viewer, client, now_s),
             None => self.view(viewer, client, now_s),
@@ -255,13 +259,14 @@ impl Stage {
         if made.is_some() {
             client.made_at_s = now_s;
         }
+        client.is_elsewhen = false;
         Ok(made)
     }
 
     /// Of what the client sees from where it is, what it lacks.
     fn view(&mut self, viewer: &Viewer, client: &mut Client, now_s: f64) -> Result<Option<Made>, StageError> {
         // Who stands still sees his own view before anything that he does not see.
-        let strip = rest::lacking(&self.rules, client, viewer, now_s);
+        let strip = rest::lacking(&client.rules(&self.rules), client, viewer, now_s);
         client.begins_coarsely = self.begins_coarsely(client, viewer, now_s);
         let plan = if strip.is_none() { self.plan(viewer, client, now_s) } else { None };
         if strip.is_none() && plan.is_none() {
@@ -269,10 +274,12 @@ impl Stage {
         }
         let time_s = self.scene_time_s(viewer, client, now_s);
         let by_clip = client.account.moved_by_clips();
-        let made = self.with_surroundings(time_s, by_clip, |stage, snapshot, now| match (strip, plan) {
-            (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
-            (None, Some(plan)) => stage.look_once(&plan, snapshot, now, client, viewer),
-            (None, None) => Ok(None),
+        let made = self.with_surroundings(time_s, (by_clip, client.playback.rate), |stage, snapshot, now| {
+            match (strip, plan) {
+                (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
+                (None, Some(plan)) => stage.look_once(&plan, snapshot, now, client, viewer),
+                (None, None) => Ok(None),
+            }
         })?;
         client.picture_sent_at_s.get_or_insert(now_s);
         Ok(made)
@@ -282,7 +289,7 @@ impl Stage {
     fn with_surroundings(
         &mut self,
         scene_time_s: f64,
-        by_clip: BTreeSet<u16>,
+        (by_clip, rate): (BTreeSet<u16>, f64),
         make: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> Result<Option<Made>, StageError>,
     ) -> Result<Option<Made>, StageError> {
         let snapshot = self.snapshot(scene_time_s);
@@ -307,7 +314,7 @@ impl Stage {
         if let Some(made) = &mut made
             && made.reason != Reason::Camera
         {
-            made.update.next = self.next_steps(&made.update, &moving, &by_clip);
+            made.update.next = self.next_steps(&made.update, rate, &moving, &by_clip);
         }
         Ok(made)
     }
@@ -352,8 +359,9 @@ impl Stage {
         (images, share): (usize, f64),
     ) -> Option<Plan> {
         let image_size_px = (f64::from(self.image_size_px(client)) * share).round() as u32;
-        let animated = self.rules.animated && !self.goes_by_itself(client);
-        plan(&Rules { images, image_size_px, animated, ..self.rules }, viewer, now_s, last)
+        let rules = client.rules(&self.rules);
+        let animated = rules.animated && (client.is_elsewhen || !self.goes_by_itself(client));
+        plan(&Rules { images, image_size_px, animated, ..rules }, viewer, now_s, last)
     }
 
     /// What an update may bring. On the virtual clock a trace begins with the first set, however long that takes.
@@ -376,7 +384,9 @@ impl Stage {
     fn goes_by_itself(&self, client: &Client) -> bool {
         let shown = client.account.shown_bent();
         let stands = |instance: &Instance| !instance.moves && !instance.deforms;
-        let is_shown = |(instance, object): (&Instance, u16)| stands(instance) || shown.contains(&object);
+        let is_shown = |(instance, object): (&Instance, u16)| {
+            stands(instance) || shown.contains(&object) || !client.excerpt.parts.shows(object)
+        };
         // Mirrors and soft shadows are of images, in which bodies stand as they stood.
         let by_images = !self.needs.is_nothing() || client.draws.shadows == Shadows::Soft;
         let is_all = || self.scene.instances.iter().zip(0_u16..).all(is_shown);
@@ -407,12 +417,12 @@ impl Stage {
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
         let mut pixels = plan.pixels();
-        let denser = self.denser(snapshot, viewer);
+        let denser = self.denser(snapshot, client, viewer);
         let plan = &Plan { views: plan.views.iter().map(denser).collect(), ..plan.clone() };
         self.imager.draw_for(if Stage::stands(plan, viewer) { Occasion::Standing } else { Occasion::Passing });
         client.account.draw_with(Purpose::Eye, || self.imager.new_surfaces());
         client.account.begin(now)?;
-        self.drop_rest(now, client, viewer)?;
+        self.drop_rest(client, viewer)?;
         // Nothing is held that would stand for anything: a set of images by itself (2016 paper, Alg. 1 and 3).
         let anew = self.method == Discretization::Conventional || plan.reason == Reason::First;
         if anew {
@@ -430,7 +440,7 @@ impl Stage {
             self.look_in_portions(plan, snapshot, now, client, viewer)?
         } else {
             let mut is_whole = true;
-            if !self.may_lack(plan, snapshot, &client.account) {
+            if !self.may_lack(plan, snapshot, client) {
                 pixels = 0;
             } else if is_passing && !anew && !plan.allowance.is_all() {
                 is_whole = self.look_in_passing(plan, snapshot, now, client)?;
@@ -509,7 +519,7 @@ impl Stage {
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
         client.account.begin_rest(now)?;
-        self.drop_rest(now, client, viewer)?;
+        self.drop_rest(client, viewer)?;
         let precision = precision_within(&self.rules, viewer.view, 0.0);
         let fine = rest::parts::fine(&strip.camera);
         let in_parts = client.draws.antialiased && fine.width_px <= self.imager.largest_side_px();
@@ -534,8 +544,9 @@ impl Stage {
     }
 
     /// Takes back what was sent of a view at rest that the viewer has left.
-    fn drop_rest(&self, now: &Surroundings<'_>, client: &mut Client, viewer: &Viewer) -> Result<(), StageError> {
-        for patch in rest::outdated(&self.rules, client, viewer, now.time_s) {
+    fn drop_rest(&self, client: &mut Client, viewer: &Viewer) -> Result<(), StageError> {
+        let rules = client.rules(&self.rules);
+        for patch in rest::outdated(&rules, client, viewer, client.looked_at_s) {
             client.account.remove_whole(patch)?;
         }
         Ok(())
@@ -568,19 +579,22 @@ impl Stage {
         if self.still.is_some() {
             return now_s;
         }
-        let is_set_back = now_s < client.made_at_s;
+        let is_set_back = now_s < client.made_at_s || client.is_elsewhen;
         let shown_for_s = viewer.taken_s.max(self.rules.update_interval_s);
         let deforms = !self.first_triangles.is_empty();
         let ahead_s = viewer.one_way_s + shown_for_s * if deforms { 0.5 } else { 1.0 };
         let held_s = client.account.held().scene_time_s;
-        if is_set_back { now_s + ahead_s } else { (now_s + ahead_s).max(held_s) }
+        let there_s = client.playback.scene_time_s(now_s + ahead_s);
+        if is_set_back { there_s } else { there_s.max(held_s) }
     }
 
     /// Makes views of a snapshot spend their pixels where something is.
-    fn denser(&self, snapshot: &Snapshot, viewer: &Viewer) -> impl Fn(&Pinhole) -> Pinhole + use<> {
+    fn denser(&self, snapshot: &Snapshot, client: &Client, viewer: &Viewer) -> impl Fn(&Pinhole) -> Pinhole + use<> {
         let Bounds { min, max } = self.scene.bounds;
         let at_rest = || (!self.scene.bounds.is_empty()).then_some(camera::Bounds { min, max });
-        let extent = if self.still.is_some() { at_rest() } else { density::extent(&self.scene, snapshot) };
+        let parts = &client.excerpt.parts;
+        let is_all_at_rest = self.still.is_some() && *parts == Parts::All;
+        let extent = if is_all_at_rest { at_rest() } else { density::extent(&self.scene, snapshot, parts) };
         let (output, densest) = (viewer.view, self.densest);
         move |view| extent.map_or(*view, |extent| density::around(view, &extent, output, densest))
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use camera::{Bounds, Camera, Pinhole};
 use glam::DVec3;
 use gpu::Gpu;
+use protocol::staging::Excerpt;
 use protocol::{DepthImage, Lighting, Mask, Material, Purpose, Sky};
 use scene::{Scene, Snapshot};
 use surface::{AddressPass, AddressView, HeldSurfaces, SurfaceError};
@@ -169,6 +170,9 @@ pub trait Imager: Send {
 
     /// Makes no samples of objects in [`Imager::captures`] from now on.
     fn leave_out(&mut self, _: LeftOut) {}
+
+    /// Draws this part of the scene alone from now on.
+    fn show(&mut self, _: &Excerpt) {}
 
     /// The layers that what is blended is sent in.
     fn layers(&self) -> Vec<Layer> {
@@ -406,6 +410,10 @@ impl Imager for GpuImager {
 
     fn leave_out(&mut self, left_out: LeftOut) {
         self.renderer.leave_out(left_out);
+    }
+
+    fn show(&mut self, excerpt: &Excerpt) {
+        self.renderer.show(excerpt);
     }
 
     fn layers(&self) -> Vec<Layer> {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::Context;
+use clap::CommandFactory;
 use gpu::{Gpu, GpuError};
 use vantage_server::app::Attendance;
 use vantage_server::notify::{self, notify};
@@ -30,6 +31,14 @@ const EXIT_NO_ADAPTER: u8 = 69;
 const EXIT_USAGE: u8 = 2;
 
 fn main() -> ExitCode {
+    match manual::print_asked(std::env::args_os(), Options::command(), &mut stdout()) {
+        Ok(false) => {}
+        Ok(true) => return ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(EXIT_USAGE);
+        }
+    }
     let settings = match settings::read::<Options>(std::env::args_os()) {
         Ok(settings) => settings,
         Err(SettingsError::Usage(error)) => error.exit(),

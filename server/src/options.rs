@@ -22,7 +22,7 @@ use crate::uploads::options::UploadOptions;
 
 /// Renders a scene as depth images and streams their samples to viewers.
 #[derive(Debug, Clone, Parser)]
-#[command(name = "vantage-server", version, after_help = EXIT_CODES, args_conflicts_with_subcommands = true)]
+#[command(name = "vantage-server", version, after_help = format!("{EXAMPLES}{}", manual::HELP), args_conflicts_with_subcommands = true)]
 pub struct Options {
     /// A scene file (glTF, GLB, OBJ, PLY, STL) or the name of a built-in scene; without it, a built-in moving one. NAME+FILE: the model of a
     /// file as what reflects in a built-in scene, as in mirror-teapots+bunny.obj
@@ -134,8 +134,13 @@ pub struct Options {
     pub command: Option<Command>,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
-    Logging: RUST_LOG=debug also shows why each set of images is made.";
+const EXAMPLES: &str = "Examples:\n  \
+    vantage-server pillars                              a built-in scene, at http://127.0.0.1:8080 where its page is built in\n  \
+    vantage-server engine.glb --web target/web/serve    a file, with the page of a folder\n  \
+    vantage-server --scenes models --allow-uploads      every scene of a folder, and those that people bring\n  \
+    vantage-server --config /etc/vantage/vantage-server.toml --print-config\n\n\
+    Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\
+    Logging: RUST_LOG=debug also shows why each set of images is made.\n";
 
 /// What a server can be in place of one.
 #[derive(Debug, Clone, clap::Subcommand)]

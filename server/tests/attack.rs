@@ -37,7 +37,7 @@ impl Rng {
 
 fn hello(resume: Option<Resume>) -> ClientMessage {
     let draws = Draws::default();
-    let (budget_bytes, world_from_eye, role) = (1 << 30, None, Role::Viewer);
+    let (budget_bytes, world_from_eye, role, staging) = (1 << 30, None, Role::Viewer, None);
     ClientMessage::Hello(Box::new(Hello {
         version: VERSION,
         clock: Clock::Wall,
@@ -47,6 +47,7 @@ fn hello(resume: Option<Resume>) -> ClientMessage {
         role,
         world_from_eye,
         resume,
+        staging,
     }))
 }
 

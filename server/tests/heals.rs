@@ -11,6 +11,7 @@ use common::{moving_ball, swing};
 use glam::DVec3;
 use protocol::message::{Clock, VERSION, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, ServerConfig, ServerEvent, ServerSession};
+use protocol::staging::SceneMotion;
 use protocol::wire::{decode_update, encode_update};
 use protocol::{Edit, Held, Limits, Look, Update};
 
@@ -80,6 +81,7 @@ impl Pair {
             look: Look::Plain,
             update_interval_s: INTERVAL_S,
             scene_time_s: 0.0,
+            motion: SceneMotion::Still,
             secret: 0,
             resumed: false,
         };
@@ -146,6 +148,8 @@ impl Pair {
                 | ServerEvent::Draws
                 | ServerEvent::Acked { .. }
                 | ServerEvent::Inventory
+                | ServerEvent::Stages
+                | ServerEvent::AskName { .. }
                 | ServerEvent::Advance { .. } => {}
             }
         }

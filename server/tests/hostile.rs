@@ -23,7 +23,7 @@ fn hello(version: u16, clock: Clock) -> Message {
 
 fn hello_for(version: u16, clock: Clock, role: Role) -> Message {
     let draws = Draws::default();
-    let (budget_bytes, world_from_eye, resume) = (1 << 30, None, None);
+    let (budget_bytes, world_from_eye, resume, staging) = (1 << 30, None, None, None);
     say(ClientMessage::Hello(Box::new(Hello {
         version,
         clock,
@@ -33,6 +33,7 @@ fn hello_for(version: u16, clock: Clock, role: Role) -> Message {
         role,
         world_from_eye,
         resume,
+        staging,
     })))
 }
 

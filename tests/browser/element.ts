@@ -12,6 +12,9 @@ view.addEventListener('change', ({ detail }) => {
 view.addEventListener('error', ({ detail }) => console.log(detail.toUpperCase()));
 
 export async function saved(): Promise<[Blob, string]> {
+  await view.pause();
+  await view.hide(3, 4);
+  await view.cut({ normal: [0, 1, 0], offset: (await view.staging()).time ?? 0 });
   return [await view.picture({ width: 3840, height: 2160 }), await view.link()];
 }
 

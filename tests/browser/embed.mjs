@@ -114,6 +114,19 @@ export function embedTests({ bin, web, shots, renderer, at }) {
       const picture = await decoded(page, Buffer.from(text, 'base64'));
       assert.deepEqual([picture.width, picture.height], [320, 200]);
       assert.ok(contrast(picture) > 50, 'it shows nothing');
+      const staged = await page.evaluate(async () => {
+        const one = document.getElementById('one');
+        await one.hide(3, 1);
+        await one.cut({ normal: [0, 2, 0], offset: 1.5 });
+        const before = await one.staging();
+        await one.hide();
+        await one.cut();
+        return [before, await one.staging(), await one.cut({ normal: [0, 0, 0] }).catch(({ message }) => message)];
+      });
+      assert.deepEqual(staged[0].objects.map(({ object }) => object), [1, 3]);
+      assert.deepEqual([staged[0].which, staged[0].section, staged[0].motion], ['but', { normal: [0, 1, 0], offset: 1.5 }, 'still']);
+      assert.deepEqual([staged[1].which, staged[1].section], ['all', null]);
+      assert.match(staged[2], /points somewhere/);
       const refused = await page.evaluate(() => document.getElementById('one').goTo({ eye: [1, 1], target: [0, 0, 0] }).catch(({ message }) => message));
       assert.match(refused, /eye: three numbers/);
       await page.screenshot({ path: shot('led') });

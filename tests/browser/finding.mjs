@@ -95,6 +95,36 @@ export function findingTests({ bin, web, shots, renderer, at }) {
       console.log(`        glides by ${thrown.toFixed(4)} rad, and by ${calm.toFixed(4)}`);
       assert.ok(thrown > 0.005 && calm < thrown / 3, `${thrown} and ${calm}`);
     })],
+    // The hall is 12 m to each side, and its start looks along it.
+    ['is stopped by walls, slides along them, and goes through where it is let', () => opened('&eye=-9,1.6,3&target=-12,1.6,3', async (page) => {
+      await settled(page);
+      const at = async () => (await until(page, 'a picture', (now) => now.picture)).pose.position;
+      await page.locator('#view').focus();
+      await page.keyboard.down('w');
+      await sleep(6000);
+      await page.keyboard.up('w');
+      const stopped = await at();
+      console.log(`        stands at x ${stopped[0].toFixed(2)} m`);
+      assert.ok(stopped[0] > -12 && stopped[0] < -9.5, `${stopped}`);
+      await page.keyboard.press('c');
+      await page.keyboard.down('w');
+      const through = await until(page, 'the other side', (now) => now.pose.position[0] < -12.5);
+      await page.keyboard.up('w');
+      assert.equal(through.walls, false);
+    })],
+    ['draws as finely as one chooses, and marks what it does not hold', () => opened('&eye=0,1.6,0&target=0,1.6,-3', async (page) => {
+      await settled(page);
+      await page.locator('#quality').selectOption('fine');
+      const fine = await until(page, 'shadows', (now) => now.picture && now.effects?.every((drawn) => drawn === 'on'));
+      assert.ok(fine.connected);
+      await page.locator('#quality').selectOption('fast');
+      await until(page, 'no shadows', (now) => now.picture && now.effects?.every((drawn) => drawn === 'off'));
+      await page.locator('#holes').check();
+      await page.locator('#holes').uncheck();
+      await page.locator('#quality').selectOption('auto');
+      const { updates } = await until(page, 'a picture', (now) => now.picture && now.effects);
+      assert.ok(updates > 0, 'the session goes on');
+    })],
     ['draws curves of its figures, and its last updates', () => opened('', async (page) => {
       await page.keyboard.down('w');
       await sleep(3000);

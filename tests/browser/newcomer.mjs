@@ -205,6 +205,23 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     })],
+    ['cancels what it brings, and brings the next', async () => withFiles({ 'slow.obj': '#'.repeat(1 << 21), ...model() }, async ([slow, ...right]) => {
+      const server = await served(['--allow-uploads']);
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
+      await page.locator('#scenes-open').waitFor({ state: 'visible' });
+      // 20 kB a second up: a minute and a half.
+      const network = await page.context().newCDPSession(page);
+      await network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: 20_000 });
+      await drop(page, [slow]);
+      await page.locator('#bring-cancel').click();
+      await page.locator('#bring-text', { hasText: 'Cancelled' }).waitFor();
+      await page.locator('#bring-cancel').waitFor({ state: 'hidden' });
+      await network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: -1 });
+      await drop(page, right);
+      await shows(page, 'first box');
+      await close();
+      await server.stop();
+    })],
     ['chooses among scenes by their pictures', async () => withFiles(model(), async (_, folder) => {
       const server = await served(['--scenes', folder]);
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&scene=first+box&eye=9,9,9&target=0,0,0`);

@@ -20,6 +20,7 @@ import { PATIENCE_MS, settled, still, turned, until } from './lib/state.mjs';
 import { embedTests } from './embed.mjs';
 import { findingTests } from './finding.mjs';
 import { newcomerTests } from './newcomer.mjs';
+import { stagingTests } from './staging.mjs';
 
 // A closed room with columns: every pixel of the true picture shows a surface.
 const SCENE = 'pillars';
@@ -513,6 +514,7 @@ function tests(renderer) {
       await page.close();
     }],
     ...newcomerTests({ bin, web, shots, renderer, at }),
+    ...stagingTests({ bin, web, shots, renderer, at }),
     ...findingTests({ bin, web, shots, renderer, at }),
     ...embedTests({ bin, web, shots, renderer, at }),
     ['said nothing wrong in the console', async () => {

@@ -46,6 +46,12 @@ impl System {
         Ok(System { scene, gpu, runtime, server: Some(server) })
     }
 
+    /// Where clients connect, as a websocket's address.
+    pub fn url(&self) -> anyhow::Result<String> {
+        let addr = self.server.as_ref().context("the server runs until it is dropped")?.addr;
+        Ok(format!("ws://{addr}"))
+    }
+
     /// The pose where a viewer begins.
     pub fn start_pose(&self) -> Rigid {
         server::start::start_pose(&self.scene)
@@ -53,8 +59,7 @@ impl System {
 
     /// A viewer's run on the virtual clock along a trace: 384x384 pixels, nothing filled.
     pub fn view(&self, trace: Trace, configure: impl FnOnce(&mut headless::Options)) -> anyhow::Result<Vec<Shown>> {
-        let addr = self.server.as_ref().context("the server runs until it is dropped")?.addr;
-        let mut options = headless::Options::new(format!("ws://{addr}"), Way::Trace(trace));
+        let mut options = headless::Options::new(self.url()?, Way::Trace(trace));
         options.clock = Clock::Virtual;
         options.size_px = (384, 384);
         options.picture.frame.fill = false;

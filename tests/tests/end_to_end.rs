@@ -3,7 +3,10 @@
 //! A runner of its own, so that a test whose data lies outside of the repository counts as skipped (`ignored`), never as
 //! passed, where `VANTAGE_ASSETS` is not set.
 
+use std::process::Command;
+
 use anyhow::{Context, ensure};
+use bench::compare::{Picture, score};
 use bench::raytrace::{self, Effects, RayTruth};
 use camera::{Pinhole, Rigid};
 use client::draw::antialiasing::Antialias;
@@ -12,7 +15,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use network::Link;
 use protocol::Look;
 use protocol::codec::Profile;
-use protocol::message::{Draws, Shadows};
+use protocol::message::{Clock, Draws, Shadows};
 use scene::Scene;
 use server::look::SceneLook;
 use vantage_tests::system::{Shown, System, moved, trace};
@@ -61,6 +64,7 @@ fn main() {
         trials.push(test(antialiased, move || exact_at_rest(built_in(name)?, true)));
     }
     trials.push(test("every pose gets its picture at 500 ms".into(), every_pose_gets_its_picture));
+    trials.push(test("the example of the client saves a picture of the scene".into(), the_example_saves_a_picture));
     trials.push(test("an unlit box costs next to nothing".into(), unlit_box_costs_nothing));
     trials.push(test("a scene far from the origin looks as at the origin".into(), far_looks_as_near));
     libtest_mimic::run(&arguments, trials).exit();
@@ -127,6 +131,30 @@ fn exact_at_rest(scene: Scene, antialias: bool) -> anyhow::Result<()> {
         // What goes as its triangles is nearly exact on the way, too: no share of the error there has to go at rest.
         ensure!(flips[1] < flips[0] && flips[1] <= MOST_FLIP_AT_REST[usize::from(antialias)], "FLIP {flips:?}");
     }
+    Ok(())
+}
+
+/// `client/examples/picture.rs`, as anybody runs it. It is built with the tests.
+fn the_example_saves_a_picture() -> anyhow::Result<()> {
+    let system = System::start(built_in("pillars")?, |config| config.clock = Clock::Wall)?;
+    let folder = std::env::current_exe()?;
+    let example = folder.ancestors().nth(2).context("a folder of builds")?.join("examples/picture");
+    let file = std::env::temp_dir().join(format!("vantage-example-{}.png", std::process::id()));
+    let ran = Command::new(&example).args([system.url()?.as_ref(), file.as_os_str()]).output();
+    let ran = ran.with_context(|| format!("{} is built with all tests", example.display()))?;
+    ensure!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    let shown = image::open(&file)?.to_rgba8();
+    std::fs::remove_file(&file)?;
+    let size_px = shown.dimensions();
+    let near_m = server::start::near_m(&system.scene);
+    let camera = Pinhole::symmetric(system.start_pose(), size_px, 1.0, near_m);
+    let mut stage = bench::stage::Stage::new(&system.gpu, (*system.scene).clone(), Look::Plain)?;
+    stage.show(0.0, camera.world_from_eye.translation)?;
+    let truth = bench::stage::picture(&stage.truth(&camera)?);
+    let picture = Picture::from_rgba(size_px.0, size_px.1, shown.as_raw());
+    let flip = score(&picture, &truth, None)?.flip_covered.context("all of it is covered")?;
+    println!("FLIP {flip:.4}");
+    ensure!(flip <= MOST_FLIP_AT_REST[0], "FLIP {flip:.4} > {}", MOST_FLIP_AT_REST[0]);
     Ok(())
 }
 

@@ -1,17 +1,19 @@
 //! The viewer's life on the page: start, frames, a lost device, and what tests look at.
 
 pub mod exports;
+mod places;
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use camera::{Pinhole, Rigid};
+use camera::Rigid;
 use client::draw::picture::PictureOptions;
 use client::receive::viewer::{SocketCommand, Viewer};
 use client::show::begin::Start;
 use client::show::controls::{Controls, Input, Mode};
-use client::show::tape::{Mark, Tape};
+use client::show::quality::Quality;
+use client::show::tape::Tape;
 use glam::{DVec2, DVec3};
 use protocol::message::{Clock, Role, ViewSize};
 use protocol::session::AUDIENCE_BUDGET_BYTES;
@@ -27,6 +29,7 @@ use crate::server::{self, Address};
 use crate::socket::Socket;
 use crate::wishes::wishes;
 use crate::worker;
+use places::{Eye, Places, Tool};
 
 /// Uploading and applying updates takes no more than this share of the time between frames, or one piece or update: four milliseconds where frames come in time, and where
 /// they are slow, what they wait for is there after as many.
@@ -60,7 +63,9 @@ struct App {
     /// `None` while a lost device is being replaced.
     screen: Option<Screen>,
     wished: Option<Renderer>,
+    /// As the address asks for it.
     picture: PictureOptions,
+    quality: Quality,
     start: Option<Start>,
     mode: Option<Mode>,
     fov_y_rad: f64,
@@ -71,27 +76,13 @@ struct App {
     recording: Option<Recording>,
     /// The path that is gone.
     replay: Option<Replay>,
-    /// A place of the page, in CSS pixels, that something is to be done with as soon as it can be asked what is there.
-    seeks: Option<(DVec2, Sought)>,
-    /// What is to be done with what is being asked for.
-    sought: Option<Sought>,
-    /// While something is measured.
-    tape: Option<Tape>,
+    places: Places,
     panel_at_s: f64,
     /// When the server was asked last what it sends.
     asked_at_s: f64,
     advanced_at_s: f64,
     /// The page's own trouble, beside the connection's.
     trouble: Option<String>,
-}
-
-/// What becomes of a place of the picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sought {
-    /// The eye goes there.
-    Visit,
-    /// An end of a tape.
-    Mark,
 }
 
 /// The last picture.
@@ -115,7 +106,8 @@ pub async fn start() -> Result<(), String> {
     let mut viewer = Viewer::new(&wishes.server.shown(), Clock::Wall, view, decoder, now_s())
         .with_budget(BUDGET_BYTES)
         .with_draws(wishes.picture.draws())
-        .with_role(wishes.role);
+        .with_role(wishes.role)
+        .with_staging(wishes.staging);
     if let Some(start) = wishes.start {
         viewer = viewer.with_eye(start.world_from_eye);
     }
@@ -131,6 +123,7 @@ pub async fn start() -> Result<(), String> {
         screen: Some(screen),
         wished: wishes.renderer,
         picture: wishes.picture,
+        quality: Quality::default(),
         start: wishes.start,
         mode: wishes.mode,
         fov_y_rad: wishes.fov_y_rad,
@@ -139,9 +132,7 @@ pub async fn start() -> Result<(), String> {
         drawn: Drawn { stale: true, ..Drawn::default() },
         recording: None,
         replay: None,
-        seeks: None,
-        sought: None,
-        tape: None,
+        places: Places::default(),
         panel_at_s: f64::NEG_INFINITY,
         asked_at_s: f64::NEG_INFINITY,
         advanced_at_s: now_s(),
@@ -242,10 +233,10 @@ impl App {
     fn frame(app: &Rc<RefCell<App>>) {
         let mut this = app.borrow_mut();
         let now_s = now_s();
-        this.act();
+        this.act(now_s);
         let apply_budget_s = APPLY_SHARE * (now_s - this.advanced_at_s);
         this.turn(now_s, apply_budget_s);
-        this.seek();
+        this.seek(now_s);
         this.move_eye(now_s);
         if let Err(why) = this.draw(now_s) {
             this.screen = None;
@@ -253,7 +244,7 @@ impl App {
             this.trouble = Some(format!("the graphics device was lost ({why}); making a new one"));
             wasm_bindgen_futures::spawn_local(App::recover(Rc::clone(app)));
         }
-        this.show_tape();
+        this.show_tool(now_s);
         if now_s - this.panel_at_s >= PANEL_INTERVAL_S {
             this.panel_at_s = now_s;
             this.show_panel(now_s);
@@ -261,7 +252,7 @@ impl App {
     }
 
     /// What the person did since the last frame.
-    fn act(&mut self) {
+    fn act(&mut self, now_s: f64) {
         let actions = std::mem::take(&mut *self.actions.borrow_mut());
         for action in actions {
             match (action, &mut self.controls) {
@@ -275,11 +266,14 @@ impl App {
                 (Action::SwitchMode, Some(controls)) => {
                     controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
                 }
-                (Action::Visit(at_px), _) if self.tape.is_none() => self.seeks = Some((at_px, Sought::Visit)),
-                (Action::VisitMiddle, _) => self.seeks = Some((self.middle_px(), Sought::Visit)),
-                (Action::Mark(at_px), _) if self.tape.is_some() => self.seeks = Some((at_px, Sought::Mark)),
-                (Action::MarkMiddle, _) if self.tape.is_some() => self.seeks = Some((self.middle_px(), Sought::Mark)),
-                (Action::Measure, _) => self.tape = if self.tape.is_none() { Some(Tape::default()) } else { None },
+                (Action::Visit(at_px), _) if !self.places.has_tool() => self.places.visit(at_px),
+                (Action::VisitMiddle, _) => self.places.visit(self.middle_px()),
+                (Action::Use(at_px), _) => self.places.apply(at_px),
+                (Action::UseMiddle, _) => self.places.apply(self.middle_px()),
+                (Action::Point(at_px), _) => self.places.point(at_px, now_s),
+                (Action::Measure, _) => self.places.toggle(Tool::Tape(Tape::default())),
+                (Action::ChooseParts, _) => self.places.toggle(Tool::Parts(None)),
+                (Action::SwitchWalls, Some(controls)) => controls.set_walls(!controls.has_walls()),
                 (Action::ChangeFov(degrees), _) => self.change_fov(degrees),
                 (Action::GoTo(side), Some(controls)) => controls.go_to(side),
                 (Action::ChangeSpeed(factor), Some(controls)) => controls.change_speed(factor),
@@ -288,7 +282,7 @@ impl App {
                 (Action::Shown, _) => {
                     self.drawn.stale = true;
                     self.viewer.rests();
-                    self.viewer.retry_now(now_s());
+                    self.viewer.retry_now(now_s);
                 }
                 _ => {}
             }
@@ -301,6 +295,24 @@ impl App {
         canvas.map_or(DVec2::ZERO, |canvas| {
             DVec2::new(f64::from(canvas.client_width()), f64::from(canvas.client_height())) / 2.0
         })
+    }
+
+    /// Where the last picture was taken from.
+    fn eye(&self) -> Option<Eye> {
+        let near_m = near_m(&self.viewer);
+        self.drawn.pose.map(|pose| Eye { pose, fov_y_rad: self.fov_y_rad, near_m })
+    }
+
+    fn seek(&mut self, now_s: f64) {
+        let eye = self.eye();
+        if let (Some(screen), Some(eye)) = (&mut self.screen, eye) {
+            self.places.seek((screen, &self.viewer), &mut self.controls, eye, now_s);
+        }
+    }
+
+    fn show_tool(&mut self, now_s: f64) {
+        let seen = self.screen.as_ref().zip(self.eye());
+        self.places.show(&self.page, &mut self.viewer, seen, now_s);
     }
 
     fn change_fov(&mut self, degrees: f64) {
@@ -369,6 +381,7 @@ impl App {
         self.start.iter().for_each(|start| controls.turn_about(start.distance_m));
         self.mode.iter().for_each(|&mode| controls.set_mode(mode));
         controls.set_glides(!page::wants_less_motion());
+        controls.set_walls(true);
         Some(controls)
     }
 
@@ -389,7 +402,13 @@ impl App {
             self.replay = None;
         }
         controls.handle(Input::Sticks { go, look });
+        if let Some(wall) = screen.picture.felt() {
+            controls.meet(wall);
+        }
         controls.advance(dt_s);
+        if let Some((way, body_m)) = controls.feels() {
+            screen.picture.feel(self.viewer.held(), way, (body_m, near_m(&self.viewer)));
+        }
         if let Some(replay) = &self.replay {
             let (pose, is_over) = replay.at(now_s);
             controls.put(pose);
@@ -399,35 +418,6 @@ impl App {
             recording.see(controls.pose(), now_s);
         }
         self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
-    }
-
-    /// Asks what is at a place that something is to be done with, and does that once it is known. Where nothing is, nothing is done.
-    fn seek(&mut self) {
-        let (Some(screen), Some(pose)) = (&mut self.screen, self.drawn.pose) else { return };
-        if let Some(found) = screen.picture.picked() {
-            match (self.sought.take(), found, &mut self.controls, &mut self.tape) {
-                (Some(Sought::Visit), Some(at_world), Some(controls), _) => controls.visit(at_world),
-                (Some(Sought::Mark), Some(at_world), _, Some(tape)) => {
-                    tape.mark(Mark::of(self.viewer.held(), at_world));
-                }
-                _ => {}
-            }
-        }
-        if let Some((at_px, sought)) = self.seeks
-            && screen.pick(self.viewer.held(), pose, self.fov_y_rad, near_m(&self.viewer), at_px)
-        {
-            (self.seeks, self.sought) = (None, Some(sought));
-        }
-    }
-
-    /// Shows the tape where its ends are in the picture.
-    fn show_tape(&self) {
-        let (Some(tape), Some(screen), Some(pose)) = (&self.tape, &self.screen, self.drawn.pose) else {
-            return self.page.show_tape(None);
-        };
-        let size_px = (screen.canvas.client_width().max(1) as u32, screen.canvas.client_height().max(1) as u32);
-        let camera = Pinhole::symmetric(pose, size_px, self.fov_y_rad, near_m(&self.viewer));
-        self.page.show_tape(Some((&tape.in_picture(&camera), &tape.in_words())));
     }
 
     /// Draws where something changed.
@@ -469,7 +459,7 @@ impl App {
     async fn recover(app: Rc<RefCell<App>>) {
         let (losses, wished, picture) = {
             let this = app.borrow();
-            (this.losses, this.wished, this.picture)
+            (this.losses, this.wished, this.picture())
         };
         if losses > LOSSES_BEFORE_GIVING_UP {
             app.borrow_mut().trouble = Some("the graphics device is lost again and again; reload the page".to_owned());
@@ -489,6 +479,11 @@ impl App {
             }
             Err(why) => this.trouble = Some(format!("the graphics device was lost, and {why}; reload the page")),
         }
+    }
+
+    /// How pictures are drawn.
+    fn picture(&self) -> PictureOptions {
+        self.quality.options(self.picture)
     }
 
     fn status(&self, now_s: f64) -> String {

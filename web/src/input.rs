@@ -40,10 +40,16 @@ pub enum Action {
     VisitMiddle,
     /// Measures from now on, or no more.
     Measure,
-    /// An end of what is measured lies at a place of the page, in CSS pixels.
-    Mark(DVec2),
+    /// Chooses parts from now on, or no more.
+    ChooseParts,
+    /// The tool is used at a place of the page, in CSS pixels.
+    Use(DVec2),
     /// The same in the middle of the picture.
-    MarkMiddle,
+    UseMiddle,
+    /// A pointer that is not down is at a place of the page, in CSS pixels.
+    Point(DVec2),
+    /// Walls stop who walks, or no longer.
+    SwitchWalls,
     /// So many times as fast as before.
     ChangeSpeed(f64),
     /// So many degrees more of the scene from top to bottom.
@@ -70,14 +76,16 @@ pub fn listen_to_page(sink: &Sink) -> Result<(), String> {
     listen(page::element("mode")?.as_ref(), "click", move |_: Event| mode(Action::SwitchMode));
     let follow = Rc::clone(sink);
     listen(page::element("role")?.as_ref(), "click", move |_: Event| follow(Action::Follow));
-    let measure = Rc::clone(sink);
-    listen(page::element("tape-toggle")?.as_ref(), "click", move |_: Event| {
-        // Keys put its ends, too.
-        if let Ok(canvas) = page::canvas() {
-            let _ = canvas.focus();
-        }
-        measure(Action::Measure);
-    });
+    for (button, action) in [("tape-toggle", Action::Measure), ("parts-toggle", Action::ChooseParts)] {
+        let sink = Rc::clone(sink);
+        listen(page::element(button)?.as_ref(), "click", move |_: Event| {
+            // Keys use them, too.
+            if let Ok(canvas) = page::canvas() {
+                let _ = canvas.focus();
+            }
+            sink(action);
+        });
+    }
     for (button, dialog) in [("help-open", Dialog::Help), ("inventory-open", Dialog::Inventory)] {
         listen(page::element(button)?.as_ref(), "click", move |_: Event| page::toggle(dialog));
     }
@@ -103,6 +111,9 @@ pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
     let moved = Rc::clone(sink);
     listen(canvas, "pointermove", move |event: PointerEvent| {
         moved(Action::Move(Input::PointerMove { id: pointer(&event), at_px: place(&event) }));
+        if event.buttons() == 0 {
+            moved(Action::Point(place(&event)));
+        }
     });
     for name in ["pointerup", "pointercancel"] {
         let sink = Rc::clone(sink);
@@ -125,7 +136,7 @@ pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
     let mark = Rc::clone(sink);
     listen(canvas, "click", move |event: MouseEvent| {
         if place(&event).distance(down_px.get()) <= CLICK_PX {
-            mark(Action::Mark(place(&event)));
+            mark(Action::Use(place(&event)));
         }
     });
     listen(canvas, "contextmenu", |event: Event| event.prevent_default());
@@ -155,8 +166,13 @@ fn on_key(event: &KeyboardEvent, down: bool, sink: &dyn Fn(Action)) {
         "Digit2" => sink(Action::GoTo(Side::Right)),
         "Digit3" => sink(Action::GoTo(Side::Top)),
         "Enter" if page::looks_at_view() => sink(Action::VisitMiddle),
-        "Space" if page::looks_at_view() => sink(Action::MarkMiddle),
+        "Space" if page::looks_at_view() && page::has_tool() => sink(Action::UseMiddle),
+        "Space" if page::looks_at_view() => page::press("play"),
         "KeyT" => page::press("tape-toggle"),
+        "KeyX" => page::press("parts-toggle"),
+        "KeyK" => page::press("play"),
+        "KeyC" => sink(Action::SwitchWalls),
+        "Delete" => page::press("part-hide"),
         "BracketLeft" => sink(Action::ChangeFov(-FOV_STEP_DEG)),
         "BracketRight" => sink(Action::ChangeFov(FOV_STEP_DEG)),
         "Equal" | "NumpadAdd" => sink(Action::ChangeSpeed(FASTER)),

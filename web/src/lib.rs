@@ -78,6 +78,49 @@ pub fn go(eye: &[f64], target: &[f64]) -> Result<(), JsValue> {
     exports::go(eye, target).map_err(|error| js_sys::Error::new(&error).into())
 }
 
+/// Draws as finely as is asked for from now on: `auto`, `fast` or `fine`. Fails with words for a person.
+#[wasm_bindgen]
+pub fn set_quality(name: &str) -> Result<(), JsValue> {
+    exports::set_quality(name).map_err(|error| js_sys::Error::new(&error).into())
+}
+
+/// Shows where nothing is held, in magenta, from now on, or no longer.
+#[wasm_bindgen]
+pub fn mark_holes(are_marked: bool) {
+    exports::mark_holes(are_marked);
+}
+
+/// How the scene is put before the viewer, as JSON: see `staging.js` for the fields.
+#[wasm_bindgen]
+pub fn staged() -> String {
+    exports::staged()
+}
+
+/// Scene time goes on so many times as fast from now on; 0 stops it.
+#[wasm_bindgen]
+pub fn play(rate: f64) {
+    exports::play(rate);
+}
+
+/// Scene time is this one now, in seconds.
+#[wasm_bindgen]
+pub fn seek(time_s: f64) {
+    exports::seek(time_s);
+}
+
+/// Shows `all` of the scene's objects from now on, all `but` some, or `only` those, by their numbers. Fails with words for a person.
+#[wasm_bindgen]
+pub fn show_parts(which: &str, objects: Vec<u16>) -> Result<(), JsValue> {
+    exports::show_parts(which, objects).map_err(|error| js_sys::Error::new(&error).into())
+}
+
+/// Cuts the scene open by a plane: what lies farther along its normal than so many metres from the origin is not shown. No longer, where the normal is empty. Fails with words for a
+/// person.
+#[wasm_bindgen]
+pub fn cut(normal: &[f64], offset_m: f64) -> Result<(), JsValue> {
+    exports::cut(normal, offset_m).map_err(|error| js_sys::Error::new(&error).into())
+}
+
 /// A picture of the view as it is now, of any size up to 8K. Fails with words for a person.
 #[wasm_bindgen]
 pub async fn photo(width_px: u32, height_px: u32) -> Result<web_sys::ImageData, JsValue> {

@@ -87,6 +87,9 @@ pub struct Page {
     tape: Element,
     measured: HtmlElement,
     tape_toggle: HtmlElement,
+    named: HtmlElement,
+    parts: HtmlElement,
+    parts_toggle: HtmlElement,
 }
 
 impl Page {
@@ -128,6 +131,9 @@ impl Page {
             tape: drawing("tape")?,
             measured: element("measured")?,
             tape_toggle: element("tape-toggle")?,
+            named: element("named")?,
+            parts: element("parts")?,
+            parts_toggle: element("parts-toggle")?,
         })
     }
 
@@ -217,6 +223,22 @@ impl Page {
         set_attribute(&self.tape, "d", &ends_px.iter().map(ring).chain([line]).collect::<String>());
     }
 
+    /// Shows the name of what is at a place of the page, or none.
+    pub fn show_name(&self, name: Option<(DVec2, &str)>) {
+        self.named.set_hidden(name.is_none());
+        let Some((at_px, name)) = name else { return };
+        set_as_is(&self.named, name);
+        // The style exists; setting lengths cannot fail.
+        let _ = self.named.style().set_property("left", &format!("{:.0}px", at_px.x));
+        let _ = self.named.style().set_property("top", &format!("{:.0}px", at_px.y));
+    }
+
+    /// Shows what is done with parts, while they are chosen.
+    pub fn show_parts(&self, are_chosen: bool) {
+        set_attribute(&self.parts_toggle, "aria-pressed", if are_chosen { "true" } else { "false" });
+        self.parts.set_hidden(!are_chosen);
+    }
+
     /// Shows what is wrong, or nothing.
     pub fn show_status(&self, status: &str) {
         set_text(&self.status, status);
@@ -277,6 +299,12 @@ pub fn has_open_dialog() -> bool {
 pub fn looks_at_view() -> bool {
     let active = document().active_element();
     active.is_none_or(|element| element.id() == "view" || element.tag_name() == "BODY")
+}
+
+/// Whether clicks on the picture are for a tool.
+pub fn has_tool() -> bool {
+    let tools = "#tape-toggle[aria-pressed=true], #parts-toggle[aria-pressed=true]";
+    document().query_selector(tools).is_ok_and(|found| found.is_some())
 }
 
 /// Whether what moves the eye is meant for this page: it has the focus, and no dialog is open.

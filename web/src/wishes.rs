@@ -10,6 +10,8 @@ use client::draw::soft::{self, Choice, Pace};
 use client::draw::steady::FrameRate;
 use client::show::begin::{self, Start};
 use client::show::controls::Mode;
+use client::show::staging;
+use protocol::Staging;
 use protocol::message::Role;
 use wasm_bindgen::prelude::*;
 
@@ -30,6 +32,8 @@ pub struct Wishes {
     /// How to move instead of as the scene suggests.
     pub mode: Option<Mode>,
     pub fov_y_rad: f64,
+    /// How the scene is put before the viewer.
+    pub staging: Staging,
 }
 
 /// Of the page; fails with words for a person.
@@ -91,5 +95,6 @@ pub fn wishes() -> Result<Wishes, String> {
     let mode = query.get("mode").map(|mode| begin::mode(&mode)).transpose()?;
     let fov_y_rad = query.get("fov").map_or(Ok(FOV_Y_RAD), |degrees| begin::fov_y_rad(&degrees))?;
     let role = begin::role(query.get("camera"), query.get("present"), query.get("follow"))?;
-    Ok(Wishes { server, renderer, picture, role, start, mode, fov_y_rad })
+    let staging = staging::staging(|name| query.get(name))?;
+    Ok(Wishes { server, renderer, picture, role, start, mode, fov_y_rad, staging })
 }

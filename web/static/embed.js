@@ -1,5 +1,5 @@
 // What a page that frames this one asks of it, through its element (vantage-view.js), and what it is told. The server says who may frame the page, so whoever does may ask.
-import { go, link, photo } from './vantage_web.js';
+import { cut, go, link, photo, play, seek, show_parts as showParts, staged } from './vantage_web.js';
 import { byId, pngOf } from './elements.js';
 
 const GREETING = 'vantage-view';
@@ -18,6 +18,14 @@ const answers = {
     const url = new URL(link());
     url.searchParams.delete('bare');
     return url.href;
+  },
+  play: ({ rate }) => play(rate),
+  seek: ({ time }) => seek(time),
+  parts: ({ which, objects }) => showParts(which, Uint16Array.from(objects)),
+  cut: ({ normal, offset }) => cut(Float64Array.from(normal), offset),
+  staging: () => {
+    const { motion, period_s: period, time_s: time, rate, parts: which, objects, section } = JSON.parse(staged());
+    return { motion, period, time, rate, which, objects, section: section && { normal: section[0], offset: section[1] } };
   },
   picture: ({ width, height }) => {
     const view = byId('view');

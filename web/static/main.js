@@ -5,6 +5,7 @@ import { byId } from './elements.js';
 import { offerEmbedding, tellFailure } from './embed.js';
 import { offerScenes } from './scenes.js';
 import { offerSharing } from './share.js';
+import { offerStaging } from './staging.js';
 import { say, sayPage } from './words.js';
 
 function fail(text, detail) {
@@ -56,6 +57,7 @@ try {
   await start();
   running = true;
   offerSharing();
+  offerStaging();
   offerScenes();
 } catch (error) {
   fail('The viewer could not start', String(error?.message ?? error));

@@ -6,7 +6,7 @@
 
 const GREETING = 'vantage-view';
 /** Attributes that the server's page takes in its address, under the same names. */
-const OPTIONS = ['scene', 'eye', 'target', 'mode', 'fov', 'exposure', 'renderer', 'shadows', 'occlusion', 'antialias', 'camera', 'present', 'follow', 'lang', 'bare'];
+const OPTIONS = ['scene', 'eye', 'target', 'mode', 'fov', 'exposure', 'renderer', 'shadows', 'occlusion', 'antialias', 'camera', 'present', 'follow', 'time', 'rate', 'hide', 'only', 'cut', 'lang', 'bare'];
 /** A page that says nothing for so long is not there, or may not be framed. */
 const PATIENCE_MS = 30_000;
 
@@ -77,6 +77,26 @@ export class VantageViewElement extends HTMLElement {
 
   /** The address of the view as it is now, for another browser. */
   link() { return this.#ask({ ask: 'link' }); }
+
+  /** The scene's time goes on so many times as fast from now on, for this view alone; 0 stops it. */
+  play(rate = 1) { return this.#ask({ ask: 'play', rate }); }
+
+  pause() { return this.play(0); }
+
+  /** The scene's time is this one now, in seconds. */
+  seek(time) { return this.#ask({ ask: 'seek', time }); }
+
+  /** All of the scene's objects but these are shown. */
+  hide(...objects) { return this.#ask({ ask: 'parts', which: objects.length > 0 ? 'but' : 'all', objects }); }
+
+  /** These objects alone are shown; all of them without any. */
+  showOnly(...objects) { return this.#ask({ ask: 'parts', which: objects.length > 0 ? 'only' : 'all', objects }); }
+
+  /** Nothing is shown that lies farther along a normal than so many metres from the origin; all is, without one. */
+  cut({ normal = [], offset = 0 } = {}) { return this.#ask({ ask: 'cut', normal: [...normal], offset }); }
+
+  /** How the scene is put before this view now. */
+  staging() { return this.#ask({ ask: 'staging' }); }
 
   focus(options) { this.#frame?.focus(options); }
 

@@ -28,6 +28,10 @@ enum How {
 const RULES: &[(&str, How)] = &[
     ("cargo xtask serve", How::Serves),
     ("cargo xtask test", How::Needs("that is what runs this")),
+    (
+        "cargo run --release --package vantage-client --example",
+        How::Needs("a release; end-to-end tests run it as tests are built"),
+    ),
     ("cargo test", How::Needs("the tests of cargo, which it is one of")),
     ("cd tests/browser && node beside", How::Needs("pictures of `cargo xtask beside`")),
     ("cargo xtask package", How::Needs("a quarter of an hour; `cargo xtask test packaging` tries what it made")),

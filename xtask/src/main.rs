@@ -125,7 +125,7 @@ fn serve(here: &Path, scene: Option<OsString>, port: u16, mut server_arguments: 
         server_arguments.push("--allow-uploads".into());
     }
     setup::install(&[Need::Vulkan, Need::WasmTarget, Need::Clang])?;
-    let server = built(Profile::Serve, "vantage-server", "vantage-server")?;
+    let [server, _] = run::built_to_serve()?;
     let web_dir = std::path::absolute(web::build(web::Profile::Serve)?)?;
     run::Tool::new(server)
         .dir(here)

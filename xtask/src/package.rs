@@ -46,12 +46,28 @@ pub fn package() -> anyhow::Result<()> {
     };
     copy(&target_dir().join("release/vantage-server"), "vantage-server")?;
     FILES.iter().try_for_each(|(from, name)| copy(Path::new(from), name))?;
+    manual(&to)?;
     println!("    {}", to.display());
     notebook()?;
     let npm = element()?;
     if setup::on_path("npm") {
         step("Packing the element for pages of others");
         Tool::new("npm").args(["pack", "--pack-destination", ".."]).dir(&npm).check()?;
+    }
+    Ok(())
+}
+
+/// Completions for shells and the manual page, as the packaged server prints them.
+fn manual(to: &Path) -> anyhow::Result<()> {
+    let server = std::path::absolute(to.join("vantage-server"))?;
+    for (arguments, name) in [
+        (&["--manual"][..], "vantage-server.1"),
+        (&["--completions", "bash"], "vantage-server.bash"),
+        (&["--completions", "zsh"], "_vantage-server"),
+        (&["--completions", "fish"], "vantage-server.fish"),
+    ] {
+        let text = Tool::new(&server).args(arguments).output().context("the packaged server prints its manual")?;
+        std::fs::write(to.join(name), text).with_context(|| format!("writing {name}"))?;
     }
     Ok(())
 }

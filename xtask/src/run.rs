@@ -40,13 +40,28 @@ impl Profile {
 
 /// Builds a binary; where it is.
 pub fn built(profile: Profile, package: &str, binary: &str) -> anyhow::Result<PathBuf> {
+    let [built] = built_together(profile, [(package, binary)])?;
+    Ok(built)
+}
+
+/// Builds the server, and what binds its page for the browser; where they are. Always both: alone, what they share would have other features, and be built twice.
+pub fn built_to_serve() -> anyhow::Result<[PathBuf; 2]> {
+    built_together(Profile::Serve, [("vantage-server", "vantage-server"), ("vantage-bindgen", "vantage-bindgen")])
+}
+
+/// Builds binaries of packages at once, so that no core waits for the end of one before the next begins; where they are.
+fn built_together<const N: usize>(profile: Profile, wanted: [(&str, &str); N]) -> anyhow::Result<[PathBuf; N]> {
     let profile = profile.unless_dev();
-    step(&format!("Building {binary} (profile {})", profile.name()));
+    let binaries = wanted.map(|(_, binary)| binary);
+    step(&format!("Building {} (profile {})", binaries.join(" and "), profile.name()));
     // Tests are built with the features of the whole workspace, so that nothing of theirs is built twice.
-    let what: &[&str] = if profile == Profile::Dev { &["--workspace"] } else { &["--package", package] };
-    cargo().args(["build", "--profile", profile.name(), "--bin", binary]).args(what).check()?;
+    let packages = wanted.iter().flat_map(|(package, _)| ["--package", package]);
+    let what: Vec<&str> = if profile == Profile::Dev { vec!["--workspace"] } else { packages.collect() };
+    let binaries = wanted.iter().flat_map(|(_, binary)| ["--bin", binary]);
+    cargo().args(["build", "--profile", profile.name()]).args(binaries).args(what).check()?;
     let folder = if profile == Profile::Dev { "debug" } else { profile.name() };
-    Ok(std::path::absolute(target_dir().join(folder).join(binary))?)
+    let target = std::path::absolute(target_dir())?;
+    Ok(wanted.map(|(_, binary)| target.join(folder).join(binary)))
 }
 
 /// Announces what happens next.

@@ -21,17 +21,20 @@ pub enum Profile {
 /// Builds the web client and returns the folder that a server can serve.
 pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
     let profile = if run::Profile::Serve.unless_dev() == run::Profile::Dev { Profile::Fast } else { profile };
-    let (name, binds) = match profile {
-        Profile::Release => ("web", run::Profile::Dev),
-        Profile::Serve => ("serve", run::Profile::Serve),
-        Profile::Fast => ("web-dev", run::Profile::Dev),
+    let name = match profile {
+        Profile::Release => "web",
+        Profile::Serve => "serve",
+        Profile::Fast => "web-dev",
     };
     step(&format!("Building the web client (profile {name})"));
     wasm_cargo("build").args(["--package", "vantage-web", "--lib", "--profile", name]).check()?;
     let out_dir = target_dir().join("web").join(name);
     std::fs::create_dir_all(&out_dir).with_context(|| format!("making {}", out_dir.display()))?;
     let wasm = target_dir().join("wasm32-unknown-unknown").join(name).join("vantage_web.wasm");
-    let bindgen = run::built(binds, "vantage-bindgen", "vantage-bindgen")?;
+    let bindgen = match profile {
+        Profile::Serve => run::built_to_serve()?[1].clone(),
+        Profile::Release | Profile::Fast => run::built(run::Profile::Dev, "vantage-bindgen", "vantage-bindgen")?,
+    };
     step("Binding it for the browser");
     Tool::new(bindgen).args([&wasm, &out_dir]).check()?;
     copy_files(Path::new("web/static"), &out_dir)?;

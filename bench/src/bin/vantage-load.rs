@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context;
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use protocol::message::Clock;
 use vantage_bench::load::{self, Limits, Load, Report, Script};
 
@@ -17,7 +17,8 @@ use vantage_bench::load::{self, Limits, Load, Report, Script};
     after_help = "Behaviours: walk (made paths or traces), orbit (a round in 10 s), idle (stands still, each elsewhere), arrive (stands where the scene begins), reconnect (all leave without a word every 5 s \
                   and come back within half a second), stall (reads nothing in the last 3 s of every 8 s).\n\n\
                   Exit codes: 0 all clients got updates and every limit was kept; 1 a client ended by an error or got nothing, or a limit was passed; \
-                  2 wrong usage."
+                  2 wrong usage.\n\n\
+                  --completions SHELL prints completions for a shell, --manual the manual page."
 )]
 struct Options {
     /// The server, ws://HOST:PORT; add ?token=... where it asks for one
@@ -77,6 +78,14 @@ enum ClockName {
 }
 
 fn main() -> ExitCode {
+    match manual::print_asked(std::env::args_os(), Options::command(), &mut std::io::stdout()) {
+        Ok(false) => {}
+        Ok(true) => return ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(2);
+        }
+    }
     match run(&Options::parse()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,

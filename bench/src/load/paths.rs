@@ -142,6 +142,7 @@ impl Made {
 mod tests {
     use protocol::Look;
     use protocol::message::VERSION;
+    use protocol::staging::SceneMotion;
 
     use super::*;
 
@@ -157,6 +158,7 @@ mod tests {
             look: Look::Plain,
             update_interval_s: 0.05,
             scene_time_s: 0.0,
+            motion: SceneMotion::Still,
             secret: 0,
             resumed: false,
         }

@@ -180,7 +180,7 @@ impl<'a> Visit<'a> {
                     self.pose();
                 }
                 ClientEvent::Update(received) => self.update(received).await?,
-                ClientEvent::Presenter(_) | ClientEvent::Inventory(_) => {}
+                ClientEvent::Presenter(..) | ClientEvent::Inventory(_) | ClientEvent::Name { .. } => {}
                 ClientEvent::Advanced { .. } => advanced = true,
             }
         }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, ValueEnum};
+use clap::{CommandFactory, Parser, ValueEnum};
 use client::draw::antialiasing::Antialias;
 use client::draw::effects::InTime;
 use client::draw::frame;
@@ -25,13 +25,16 @@ use vantage_client as client;
 
 /// No adapter: `EX_UNAVAILABLE` of sysexits.h.
 const EXIT_NO_ADAPTER: u8 = 69;
-const EXIT_CODES: &str = "Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\n\
+const EXAMPLES: &str = "Examples:\n  \
+    vantage-view --server wss://HOST:8080 --token SECRET    a window\n  \
+    vantage-view --headless --trace walk.txt --out frames   pictures along a path\n\n\
+    Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\n\
     Keys: W A S D or arrows move, Q E down and up, Shift is faster, R back to the start, M walks or turns, Home 1 2 3 show all of it, + - change the speed, P hides the panel, F follows the \
-    presenter again.";
+    presenter again, K or Space plays or pauses what moves, X hides the part at the pointer, U shows all, Enter goes there, C lets one through walls.\n";
 
 /// Looks around in the scene of a Vantage server.
 #[derive(Debug, Parser)]
-#[command(name = "vantage-view", version, after_help = EXIT_CODES)]
+#[command(name = "vantage-view", version, after_help = format!("{EXAMPLES}{}", manual::HELP))]
 #[command(group(clap::ArgGroup::new("shown").args(["trace", "camera"]).multiple(true)))]
 struct Arguments {
     /// The server: ws://HOST:PORT, HOST:PORT, over TLS wss://HOST:PORT, or with a path ws://HOST:PORT/ws
@@ -318,6 +321,14 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
+    match manual::print_asked(std::env::args_os(), Arguments::command(), &mut std::io::stdout()) {
+        Ok(false) => {}
+        Ok(true) => return ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("vantage-view: {error}");
+            return ExitCode::from(2);
+        }
+    }
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()
         .unwrap_or_else(|_| "warn,wgpu_hal=error,wgpu_core=error".into());
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();

@@ -4,7 +4,7 @@ mod buffers;
 
 use bytemuck::{Pod, Zeroable};
 use camera::Pinhole;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use gpu::Gpu;
 use protocol::{Held, Update};
 use surface::{BuiltSurfaces, GBuffer, HeldSurfaces, Slices, Smoothing, SurfaceError};
@@ -13,6 +13,7 @@ use wgpu::{BindingResource, TextureFormat, TextureView};
 use crate::draw::antialiasing::{Antialias, FrameTimes};
 use crate::draw::coverage::{self, Coverage};
 use crate::draw::effects::Strengths;
+use crate::draw::feel::Feel;
 use crate::draw::fill::{FillPass, Pyramid};
 use crate::draw::fullscreen::{EMBEDDED, FullscreenPass, Target, uniform};
 use crate::draw::held_pass::HeldPass;
@@ -235,6 +236,11 @@ impl FrameRenderer {
     /// Asks what a camera sees at a place of its picture; not while slices are drawn.
     pub(crate) fn pick(&mut self, pick: &mut Pick, shown: Shown<'_>, camera: &Pinhole, at_px: DVec2) {
         pick.ask(&self.gpu, &mut self.held, shown, camera, at_px);
+    }
+
+    /// Asks what a body meets on its way, see [`Feel::ask`]; not while slices are drawn.
+    pub(crate) fn feel(&mut self, feel: &mut Feel, shown: Shown<'_>, way: (DVec3, DVec3), body: (f64, f64)) {
+        feel.ask(&self.gpu, &mut self.held, shown, way, body);
     }
 
     /// Those of the last picture, where they are of this size.

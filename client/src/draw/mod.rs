@@ -6,6 +6,7 @@
 //! - [`occlusion`]: how much ambient light arrives. [`shadow`]: which lights do, softly by [`soft`];
 //!   [`light_images`]: what casts soft shadows.
 //! - [`effects`]: which of both are drawn, by how long frames take.
+//! - [`pick`]: what lies at a place of the picture. [`feel`]: what stops who walks.
 //! - [`antialiasing`]: whether outlines are smooth while the view changes.
 //! - [`steady`]: how frames come in time where a device is too slow to draw all that is held for each.
 //! - [`camera_image`]: the image of a camera that was asked for by its name, in place of all else.
@@ -18,6 +19,7 @@ pub mod camera_image;
 mod coverage;
 mod device_times;
 pub mod effects;
+pub mod feel;
 mod fill;
 pub mod frame;
 mod fullscreen;
@@ -30,7 +32,8 @@ mod lit;
 mod map_space;
 pub mod occlusion;
 mod parts;
-mod pick;
+mod peek;
+pub mod pick;
 pub mod picture;
 mod planes;
 pub mod reflect;

@@ -12,6 +12,7 @@ use web_time::Instant;
 use crate::draw::bodies::Bodies;
 use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
 use crate::draw::effects::{Drawn, Effects, InTime};
+use crate::draw::feel::{Feel, Wall};
 use crate::draw::frame::{self, FrameRenderer};
 use crate::draw::fullscreen::EMBEDDED;
 use crate::draw::held_pass;
@@ -19,7 +20,7 @@ use crate::draw::impostors::Impostors;
 use crate::draw::layers::Layers;
 use crate::draw::light_images::LightImages;
 use crate::draw::occlusion::{self, Occlusion};
-use crate::draw::pick::Pick;
+use crate::draw::pick::{Pick, Picked};
 use crate::draw::rest::RestView;
 use crate::draw::shadow::{self, SoftProgress};
 use crate::draw::shown::Shown;
@@ -113,6 +114,7 @@ pub struct Picture {
     /// When an object last moved.
     moved: Option<Instant>,
     pick: Pick,
+    feel: Feel,
     build_ms: f64,
 }
 
@@ -146,6 +148,7 @@ impl Picture {
             steady: (options.frame_rate == FrameRate::Held).then(|| Steady::new(gpu, format)),
             moved: None,
             pick: Pick::default(),
+            feel: Feel::default(),
             options,
             build_ms: 0.0,
         })
@@ -159,7 +162,7 @@ impl Picture {
     /// Puts what moves where it is when the next picture is seen, as soon as what is being drawn is; whether that changes it. Where updates leave them they
     /// are put by each of these.
     pub fn show_moment(&mut self, moment: &Moment) -> bool {
-        let Moment { scene_time_s, world_from_objects } = moment;
+        let Moment { scene_time_s, changes, world_from_objects } = moment;
         if !self.is_ready() {
             return self.surfaces.poses_now() != world_from_objects || self.bodies.is_other_at(*scene_time_s);
         }
@@ -169,6 +172,7 @@ impl Picture {
         self.occluders.iter_mut().for_each(|occluders| occluders.set_poses(world_from_objects));
         let layers_moved = self.layers.move_objects(world_from_objects);
         let bodies_moved = self.bodies.show_at(*scene_time_s);
+        self.rest.show_at(changes.then_some(*scene_time_s));
         let moved = layers_moved || bodies_moved || self.surfaces.revision() != before;
         if moved {
             self.moved = Some(Instant::now());
@@ -344,9 +348,23 @@ impl Picture {
         true
     }
 
-    /// The point that was found there, in world space, once: `Some(None)` where nothing is. `None` as long as it is not known.
-    pub fn picked(&mut self) -> Option<Option<DVec3>> {
+    /// What was found there, once: `Some(None)` where nothing is. `None` as long as it is not known.
+    pub fn picked(&mut self) -> Option<Option<Picked>> {
         self.pick.take()
+    }
+
+    /// Asks what would stop a body of a radius on its way from an eye, along a unit vector, where that can be asked now.
+    pub fn feel(&mut self, held: &Held, way: (DVec3, DVec3), body: (f64, f64)) {
+        if self.is_ready() {
+            let (impostors, bodies) = (Some(&self.impostors), Some(&self.bodies));
+            let shown = Shown { impostors, bodies, ..(&self.surfaces, held).into() };
+            self.renderer.feel(&mut self.feel, shown, way, body);
+        }
+    }
+
+    /// What stops it, once: `Some(None)` where the way is free. `None` as long as it is not known.
+    pub fn felt(&mut self) -> Option<Option<Wall>> {
+        self.feel.take()
     }
 
     /// Whether the next picture may show more than the last one, though nothing moves.

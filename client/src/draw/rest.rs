@@ -21,6 +21,8 @@ const SAME_PX: f64 = 1e-6;
 pub struct RestView {
     gpu: Gpu,
     rows: Vec<Rows>,
+    /// The time of a scene that changes with it: rows are of that time alone.
+    scene_time_s: Option<f64>,
     revision: u64,
 }
 
@@ -28,6 +30,7 @@ pub struct RestView {
 #[derive(Debug)]
 struct Rows {
     id: PatchId,
+    captured_at_s: f64,
     camera: Pinhole,
     /// Of the formats of [`GBuffer::colour`], whose alpha is the share of the pixel that is covered, [`GBuffer::normal_ids`] and
     /// [`GBuffer::w`].
@@ -55,12 +58,18 @@ struct Placed<'a> {
 impl RestView {
     /// Holds nothing yet.
     pub fn new(gpu: &Gpu) -> RestView {
-        RestView { gpu: gpu.clone(), rows: Vec::new(), revision: 0 }
+        RestView { gpu: gpu.clone(), rows: Vec::new(), scene_time_s: None, revision: 0 }
     }
 
     /// A number that grows with every change.
     pub fn revision(&self) -> u64 {
         self.revision
+    }
+
+    /// Shows what was captured at a time of the scene alone from now on, where it changes with time.
+    pub fn show_at(&mut self, scene_time_s: Option<f64>) {
+        let before = std::mem::replace(&mut self.scene_time_s, scene_time_s);
+        self.revision += u64::from(before != scene_time_s && !self.rows.is_empty());
     }
 
     /// Takes in everything held, on a device that has none of it yet.
@@ -76,7 +85,8 @@ impl RestView {
 
     pub(crate) fn rows_of(&self, camera: &Pinhole) -> RowsOf<'_> {
         let mut placed: Vec<Placed<'_>> = Vec::new();
-        for rows in &self.rows {
+        let is_of_now = |rows: &&Rows| self.scene_time_s.is_none_or(|time_s| rows.captured_at_s == time_s);
+        for rows in self.rows.iter().filter(is_of_now) {
             if let Some(first_row) = rows.first_row_in(camera) {
                 let layer = placed.iter().filter(|before| before.first_row == first_row).count();
                 placed.push(Placed { rows, first_row, layer });
@@ -117,7 +127,13 @@ impl Rows {
             return None;
         }
         let planes = planes::of(gpu, image);
-        Some(Rows { id: patch.id, camera, planes, has_shares: !image.share.is_empty() })
+        Some(Rows {
+            id: patch.id,
+            captured_at_s: patch.capture_time_s,
+            camera,
+            planes,
+            has_shares: !image.share.is_empty(),
+        })
     }
 
     /// Where these rows begin in a camera's image; `None` where they are of another view.

@@ -9,6 +9,8 @@ use glam::DAffine3;
 pub struct Moment {
     /// Seconds.
     pub scene_time_s: f64,
+    /// Whether the scene changes with time at all.
+    pub changes: bool,
     /// By object.
     pub world_from_objects: BTreeMap<u16, DAffine3>,
 }

@@ -9,6 +9,7 @@ use super::scene_clock::SceneClock;
 use crate::inventory::Inventory;
 use crate::limits::Limits;
 use crate::message::{ClientMessage, Clock, Draws, Hello, Resume, Role, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::staging::{Playback, Staging};
 use crate::wire::{self, Assembler, Envelope, ServerPacket, UpdateHead};
 
 /// Seconds between two poses at least.
@@ -55,6 +56,8 @@ pub struct ClientConfig {
     pub world_from_eye: Option<Rigid>,
     /// What is held of a session that was cut off.
     pub resume: Option<Resume>,
+    /// How the scene is put before it.
+    pub staging: Staging,
     /// Caps on what the server sends.
     pub limits: Limits,
     /// Without a word from the server for this long, it is gone. Several pings; sooner where one is not answered.
@@ -69,7 +72,8 @@ impl ClientConfig {
     pub fn new(clock: Clock, view: ViewSize) -> ClientConfig {
         let (budget_bytes, limits) = (DEFAULT_BUDGET_BYTES, Limits::default());
         let (draws, role, silence_s) = (Draws::default(), Role::Viewer, 20.0);
-        ClientConfig { clock, view, budget_bytes, draws, role, world_from_eye: None, resume: None, limits, silence_s }
+        let (world_from_eye, resume, staging) = (None, None, Staging::default());
+        ClientConfig { clock, view, budget_bytes, draws, role, world_from_eye, resume, staging, limits, silence_s }
     }
 }
 
@@ -80,8 +84,15 @@ pub enum ClientEvent {
     Welcome(Box<Welcome>),
     /// An update came in whole: decode and apply it, then call [`ClientSession::applied`] or [`ClientSession::broken`].
     Update(ReceivedUpdate),
-    /// A follower's: where the presenter's eye is.
-    Presenter(Rigid),
+    /// A follower's: where the presenter's eye is, and how the time goes.
+    Presenter(Rigid, Playback),
+    /// What an object is called, as [it asked](ClientSession::ask_name).
+    Name {
+        /// By its id.
+        object: u16,
+        /// Empty where there is no such object.
+        name: String,
+    },
     /// What is made for it, as [it asked](ClientSession::ask).
     Inventory(Inventory),
     /// Virtual clock: everything up to `to_s` has come.
@@ -168,6 +179,7 @@ impl ClientSession {
             role: config.role.clone(),
             world_from_eye: config.world_from_eye,
             resume: config.resume,
+            staging: Some(&config.staging).filter(|staging| **staging != Staging::default()).cloned().map(Box::new),
         }));
         ClientSession {
             config,
@@ -236,10 +248,13 @@ impl ClientSession {
             }
             ServerMessage::Pong(number) => self.pong(number, at_s, now_s)?,
             ServerMessage::Advanced { to_s } => self.events.push_back(ClientEvent::Advanced { to_s }),
-            ServerMessage::Presenter { world_from_eye } if world_from_eye.is_valid() => {
-                self.events.push_back(ClientEvent::Presenter(world_from_eye));
+            ServerMessage::Presenter { world_from_eye, playback }
+                if world_from_eye.is_valid() && playback.is_valid() =>
+            {
+                self.events.push_back(ClientEvent::Presenter(world_from_eye, playback));
             }
-            ServerMessage::Presenter { .. } => return Err(SessionError::Range("the presenter's eye")),
+            ServerMessage::Presenter { .. } => return Err(SessionError::Range("the presenter's eye or time")),
+            ServerMessage::Name { object, name } => self.events.push_back(ClientEvent::Name { object, name }),
             ServerMessage::Inventory(inventory) => self.events.push_back(ClientEvent::Inventory(inventory)),
             ServerMessage::Goodbye { reason, again } => return Err(SessionError::Goodbye { reason, again }),
             ServerMessage::Update(_) => unreachable!("updates come in fragments"),
@@ -385,6 +400,19 @@ impl ClientSession {
             self.config.draws = draws;
             self.send(ClientMessage::Draws(draws), now_s);
         }
+    }
+
+    /// How the scene is put before it changed.
+    pub fn set_staging(&mut self, staging: &Staging, now_s: f64) {
+        if *staging != self.config.staging {
+            self.config.staging = staging.clone();
+            self.send(ClientMessage::Stages(Box::new(staging.clone())), now_s);
+        }
+    }
+
+    /// Asks what an object is called, see [`ClientEvent::Name`].
+    pub fn ask_name(&mut self, object: u16, now_s: f64) {
+        self.send(ClientMessage::AskName { object }, now_s);
     }
 
     /// Asks what is made for it, see [`ClientEvent::Inventory`].

@@ -15,6 +15,7 @@ use super::{AUDIENCE_BUDGET_BYTES, SessionError};
 use crate::inventory::Inventory;
 use crate::limits::Limits;
 use crate::message::{ClientMessage, Clock, Draws, Hello, Resume, Role, ServerMessage, VERSION, ViewSize, Welcome};
+use crate::staging::Staging;
 use crate::wire::{self, EncodedUpdate, Envelope, PackedUpdate};
 
 /// Largest output side that is believed.
@@ -25,6 +26,8 @@ const MAX_ADVANCE_S: f64 = 60.0;
 const MAX_INBOX: usize = 16 * 1024;
 /// Longest text sent to a client.
 const MAX_TEXT_CHARS: usize = 256;
+/// Messages that wait for the socket at most when a name is added to them: who asks and does not listen is not answered.
+const MAX_WAITING_NAMES: usize = 64;
 /// Fresh starts that are not a nuisance: a few at once, then one in ten seconds.
 const RESTARTS_PER_S: f64 = 0.1;
 const RESTART_BURST: f64 = 5.0;
@@ -84,6 +87,13 @@ pub enum ServerEvent {
     Pose,
     /// The client asks what is made for it: answer by [`ServerSession::tell`].
     Inventory,
+    /// The client has the scene put before it otherwise from now on, see [`ServerSession::staging`].
+    Stages,
+    /// The client asks what an object is called: answer by [`ServerSession::name`].
+    AskName {
+        /// By its id.
+        object: u16,
+    },
     /// The client holds an update.
     Acked {
         /// Its number.
@@ -158,6 +168,7 @@ pub struct ServerSession {
     view: Option<ViewSize>,
     budget_bytes: u64,
     draws: Draws,
+    staging: Staging,
     role: Role,
     camera: Option<usize>,
     start_world_from_eye: Option<Rigid>,
@@ -195,6 +206,7 @@ impl ServerSession {
             view: None,
             budget_bytes: 0,
             draws: Draws::default(),
+            staging: Staging::default(),
             role: Role::Viewer,
             camera: None,
             start_world_from_eye: None,
@@ -255,7 +267,7 @@ impl ServerSession {
     }
 
     fn take_hello(&mut self, hello: Hello, at_s: f64, now_s: f64) -> Result<(), SessionError> {
-        let Hello { version, clock, view, budget_bytes, draws, role, world_from_eye, resume } = hello;
+        let Hello { version, clock, view, budget_bytes, draws, role, world_from_eye, resume, staging } = hello;
         (self.budget_bytes, self.draws) = (budget_bytes, draws);
         check_ends(version, (clock, self.config.clock))?;
         self.take_role(role)?;
@@ -263,6 +275,7 @@ impl ServerSession {
         if world_from_eye.is_some_and(|eye| !eye.is_valid()) {
             return Err(SessionError::Range("the eye of Hello"));
         }
+        self.staging = staging.map_or(Ok(Staging::default()), |staging| checked(*staging))?;
         (self.view, self.start_world_from_eye) = (Some(view), world_from_eye);
         match resume.filter(|_| clock == Clock::Wall && self.role.is_asking()) {
             Some(held) => {
@@ -403,6 +416,11 @@ impl ServerSession {
                     self.events.push_back(ServerEvent::Inventory);
                 }
             }
+            ClientMessage::Stages(staging) => {
+                self.staging = checked(*staging)?;
+                self.events.push_back(ServerEvent::Stages);
+            }
+            ClientMessage::AskName { object } => self.events.push_back(ServerEvent::AskName { object }),
             ClientMessage::Hello(_) | ClientMessage::Advance { .. } => unreachable!("taken on receipt"),
         }
         Ok(())
@@ -439,6 +457,13 @@ impl ServerSession {
     pub fn tell(&mut self, inventory: &Inventory, now_s: f64) {
         if self.state == State::Open && self.control.is_empty() {
             self.say(ServerMessage::Inventory(inventory.clone()), now_s);
+        }
+    }
+
+    /// Says what an object is called; not while many earlier messages wait.
+    pub fn name(&mut self, object: u16, name: &str, now_s: f64) {
+        if self.state == State::Open && self.control.len() < MAX_WAITING_NAMES {
+            self.say(ServerMessage::Name { object, name: shortened(name) }, now_s);
         }
     }
 
@@ -584,6 +609,11 @@ impl ServerSession {
         self.draws
     }
 
+    /// How the client has the scene put before it.
+    pub fn staging(&self) -> &Staging {
+        &self.staging
+    }
+
     /// What the client is there for; a viewer before Hello.
     pub fn role(&self) -> &Role {
         &self.role
@@ -670,6 +700,11 @@ fn check_ends(version: u16, (client, server): (Clock, Clock)) -> Result<(), Sess
     } else {
         Ok(())
     }
+}
+
+fn checked(staging: Staging) -> Result<Staging, SessionError> {
+    let is_valid = staging.playback.is_valid() && staging.excerpt.is_valid();
+    if is_valid { Ok(staging) } else { Err(SessionError::Range("how the scene is put before the client")) }
 }
 
 fn check_view(view: &ViewSize) -> Result<(), SessionError> {

@@ -5,14 +5,21 @@ use glam::DVec3;
 use vantage_protocol::codec::Coding;
 use vantage_protocol::message::{Clock, Draws, Hello, Role, ServerMessage, VERSION, ViewSize, Welcome};
 use vantage_protocol::session::{ClientConfig, ClientSession, Fault, ServerConfig, ServerSession, SessionError};
+use vantage_protocol::staging::Playback;
 use vantage_protocol::wire::{Envelope, WireError, encode_server, encode_update};
-use vantage_protocol::{ClientMessage, Held};
+use vantage_protocol::{ClientMessage, Held, Staging};
 
 use super::{VIEW, message, pose, welcome};
 
 fn greeting() -> Hello {
     let (version, clock, budget_bytes, draws, role) = (VERSION, Clock::Wall, 0, Draws::default(), Role::Viewer);
-    Hello { version, clock, view: VIEW, budget_bytes, draws, role, world_from_eye: None, resume: None }
+    let (world_from_eye, resume, staging) = (None, None, None);
+    Hello { version, clock, view: VIEW, budget_bytes, draws, role, world_from_eye, resume, staging }
+}
+
+/// No time goes so.
+fn backwards() -> Staging {
+    Staging { playback: Playback { rate: -1.0, ..Playback::default() }, ..Staging::default() }
 }
 
 fn said(hello: Hello) -> Vec<u8> {
@@ -52,6 +59,7 @@ fn hostile_clients_are_refused_by_name() {
     for other in [
         Hello { view: ViewSize { width_px: 0, ..VIEW }, ..greeting() },
         Hello { world_from_eye: Some(super::pose(f64::NAN)), ..greeting() },
+        Hello { staging: Some(Box::new(backwards())), ..greeting() },
     ] {
         assert!(matches!(refusal(&[said(other)]), SessionError::Range(_)));
     }
@@ -60,6 +68,10 @@ fn hostile_clients_are_refused_by_name() {
     let advance = message(0.0, ClientMessage::Advance { to_s: 1.0 });
     assert!(matches!(refusal(&[hello(), advance]), SessionError::Unexpected(_)));
     assert!(matches!(refusal(&[hello(), message(0.0, pose(1, f64::NAN))]), SessionError::Range(_)));
+    assert!(matches!(
+        refusal(&[hello(), message(0.0, ClientMessage::Stages(Box::new(backwards())))]),
+        SessionError::Range(_)
+    ));
     for motion in [Motion::along(DVec3::X * f64::INFINITY), Motion { fades_in_s: Some(0.0), ..Motion::STILL }] {
         let pose = ClientMessage::Pose { seq: 1, sampled_at_s: 0.0, world_from_eye: Rigid::IDENTITY, motion };
         assert!(matches!(refusal(&[hello(), message(0.0, pose)]), SessionError::Range(_)));

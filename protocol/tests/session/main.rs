@@ -18,8 +18,9 @@ use vantage_protocol::message::{Clock, Draws, Shadows, VERSION, ViewSize, Welcom
 use vantage_protocol::session::{
     ClientConfig, ClientEvent, ClientSession, SendError, ServerConfig, ServerEvent, ServerSession,
 };
+use vantage_protocol::staging::{Excerpt, Parts, Playback, SceneMotion};
 use vantage_protocol::wire::{Envelope, decode_update, encode_client, encode_update};
-use vantage_protocol::{ClientMessage, Edit, Held, Limits, Look};
+use vantage_protocol::{ClientMessage, Edit, Held, Limits, Look, Staging};
 
 const VIEW: ViewSize = ViewSize { width_px: 640, height_px: 360, fov_y_rad: 1.0 };
 /// Of a websocket frame, there and back: header, and the client's masking key.
@@ -37,6 +38,7 @@ fn welcome() -> Welcome {
         look: Look::Plain,
         update_interval_s: 0.1,
         scene_time_s: 0.0,
+        motion: SceneMotion::Still,
         secret: 0,
         resumed: false,
     }
@@ -62,6 +64,8 @@ struct Pair {
     decode_s: f64,
     busy_until_s: f64,
     received: VecDeque<vantage_protocol::session::ReceivedUpdate>,
+    asked_names: Vec<u16>,
+    names: Vec<(u16, String)>,
 }
 
 impl Pair {
@@ -85,6 +89,8 @@ impl Pair {
             decode_s: 0.0,
             busy_until_s: 0.0,
             received: VecDeque::new(),
+            asked_names: Vec::new(),
+            names: Vec::new(),
         }
     }
 
@@ -100,6 +106,9 @@ impl Pair {
         }
         self.client_events();
         while let Some(event) = self.server.poll_event() {
+            if let ServerEvent::AskName { object } = event {
+                self.asked_names.push(object);
+            }
             if event == ServerEvent::Restart {
                 self.restarts += 1;
                 let refused = self.server.send_update(
@@ -128,8 +137,10 @@ impl Pair {
 
     fn client_events(&mut self) {
         while let Some(event) = self.client.poll_event() {
-            if let ClientEvent::Update(update) = event {
-                self.received.push_back(update);
+            match event {
+                ClientEvent::Update(update) => self.received.push_back(update),
+                ClientEvent::Name { object, name } => self.names.push((object, name)),
+                _ => {}
             }
         }
         while self.now_s >= self.busy_until_s
@@ -240,6 +251,26 @@ fn who_draws_something_else_says_so_once() {
     }
     (0..100).for_each(|_| pair.step(0.001));
     assert_eq!((pair.server.draws(), pair.messages[0] - before), (draws, 1));
+}
+
+#[test]
+fn who_has_the_scene_put_before_him_otherwise_says_so_once_and_is_told_names() {
+    let mut pair = Pair::new("rtt=50");
+    (0..200).for_each(|_| pair.step(0.001));
+    let playback = Playback { rate: 0.0, ..Playback::default() };
+    let staging = Staging { playback, excerpt: Excerpt { parts: Parts::Only(vec![3]), section: None } };
+    let before = pair.messages[0];
+    for _ in 0..3 {
+        pair.client.set_staging(&staging, pair.now_s);
+    }
+    (0..100).for_each(|_| pair.step(0.001));
+    assert_eq!((pair.server.staging(), pair.messages[0] - before), (&staging, 1));
+    pair.client.ask_name(3, pair.now_s);
+    (0..50).for_each(|_| pair.step(0.001));
+    assert_eq!(pair.asked_names, [3]);
+    pair.server.name(3, "a door", pair.now_s);
+    (0..50).for_each(|_| pair.step(0.001));
+    assert_eq!(pair.names, [(3, "a door".to_owned())]);
 }
 
 #[test]

@@ -17,7 +17,7 @@ pub struct LoadLimits {
     pub depth: u64,
     /// Vertices stored: each morph target of a vertex counts as one more.
     pub vertices: u64,
-    /// Triangles stored (instances do not count).
+    /// Triangles stored (instances do not count), and those of parts that are put together.
     pub triangles: u64,
     /// Points and lines drawn, each as a solid of six vertices; where there are more, every n-th is drawn.
     pub points: u64,
@@ -25,8 +25,10 @@ pub struct LoadLimits {
     pub texture_pixels: u64,
     /// Numbers in all keyframes of an animation.
     pub keyframe_values: u64,
-    /// Instances drawn; object ids have 16 bits.
+    /// Parts of a file that are drawn.
     pub instances: u64,
+    /// Objects of a scene, whose ids have 16 bits: where a file has more parts, some of them are put together.
+    pub objects: u64,
 }
 
 impl Default for LoadLimits {
@@ -41,7 +43,8 @@ impl Default for LoadLimits {
             points: 1 << 20,
             texture_pixels: 1 << 28,
             keyframe_values: 1 << 26,
-            instances: 65_535,
+            instances: 1 << 20,
+            objects: 65_535,
         }
     }
 }

@@ -54,7 +54,7 @@ pub(super) fn still_scene(
     if parts.is_empty() {
         return Err(LoadError::NothingToDraw { reason: warnings.explain("the file has no faces") });
     }
-    LoadError::check_limit("instances of the scene", parts.len() as u64, request.limits.instances)?;
+    LoadError::check_limit("objects of the scene", parts.len() as u64, request.limits.objects)?;
     let mut still = Still::default();
     let (mut meshes, mut instances) = (Vec::with_capacity(parts.len()), Vec::with_capacity(parts.len()));
     for (index, part) in parts.into_iter().enumerate() {

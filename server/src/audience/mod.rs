@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 use bytes::Bytes;
 use camera::Rigid;
 use protocol::message::ServerMessage;
+use protocol::staging::Playback;
 use protocol::wire::{Envelope, PackedUpdate, encode_server};
 use tokio::sync::{Notify, watch};
 
@@ -197,9 +198,10 @@ impl Presenting {
         self.seat.audience.tell();
     }
 
-    /// Tells followers where the presenter's eye is at a time.
-    pub fn look_from(&self, world_from_eye: Rigid, at_s: f64) {
-        let messages = encode_server(&Envelope { at_s, message: ServerMessage::Presenter { world_from_eye } });
+    /// Tells followers where the presenter's eye is at a time, and how the time goes of what he is shown.
+    pub fn look_from(&self, world_from_eye: Rigid, playback: Playback, at_s: f64) {
+        let messages =
+            encode_server(&Envelope { at_s, message: ServerMessage::Presenter { world_from_eye, playback } });
         let mut state = self.seat.audience.state();
         let count = state.eye.as_ref().map_or(0, |(count, _)| *count);
         state.eye = Some((count + 1, messages));

@@ -39,11 +39,11 @@ impl Sent {
     pub const NOTHING: Sent = Sent { bytes: 0.0, are_all: true };
 }
 
-/// Sends a client bodies of objects that it is better sent so, as many as an update may bring. `probe` draws what is seen, in a small image, where that must be known.
+/// Sends a client bodies of objects that it is better sent so and that are not hidden, as many as an update may bring. `probe` draws what is seen, in a small image, where that must be known.
 pub fn serve(
     bodies: &Bodies,
     (scene, snapshot): (&Scene, &Snapshot),
-    codes: &[Option<u8>],
+    (codes, hidden): (&[Option<u8>], &BTreeSet<u16>),
     eye: &Eye,
     now: &Surroundings<'_>,
     (account, kept): (&mut Account, &mut KeptBodies),
@@ -51,7 +51,7 @@ pub fn serve(
 ) -> Result<Sent, StageError> {
     kept.0.retain(|_, id| account.held().bodies.contains_key(id));
     // Many of one shape are shown by one relief for all.
-    let shown = account.shown_otherwise();
+    let shown: BTreeSet<u16> = account.shown_otherwise().union(hidden).copied().collect();
     let question = Question { scene, snapshot, codes, eye, shown: &shown, held: &kept.0.clone() };
     let probed = if question.needs_probe(bodies) { probe()? } else { None };
     let seen_px = probed.map_or(BTreeMap::new(), |probe| eye.seen_px(&probe));

@@ -128,6 +128,7 @@ fn read<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, NoteError> {
 mod tests {
     use camera::Rigid;
     use protocol::Look;
+    use protocol::staging::SceneMotion;
 
     use super::*;
 
@@ -143,6 +144,7 @@ mod tests {
             look: Look::Plain,
             update_interval_s: 0.1,
             scene_time_s: 0.0,
+            motion: SceneMotion::Still,
             secret: u128::MAX,
             resumed: true,
         }

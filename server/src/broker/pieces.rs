@@ -3,6 +3,7 @@
 use bytes::{BufMut, Bytes, BytesMut};
 use protocol::limits::Limits;
 use protocol::message::ServerMessage;
+use protocol::staging::Playback;
 use protocol::wire::{self, FRAGMENT_BYTES, Fragment, PackedUpdate, ServerPacket, UpdateHead};
 use thiserror::Error;
 
@@ -33,12 +34,14 @@ pub(crate) enum PieceError {
     Wrong(&'static str),
 }
 
-/// The eye that a message tells.
-pub(crate) fn eye(message: &[u8]) -> Result<(camera::Rigid, f64), PieceError> {
+/// The eye that a message tells, how the time goes of what it sees, and when that was.
+pub(crate) fn eye(message: &[u8]) -> Result<(camera::Rigid, Playback, f64), PieceError> {
     let envelope = wire::decode_server(message, &Limits::default())?;
     match envelope.message {
-        ServerPacket::Control(ServerMessage::Presenter { world_from_eye }) if world_from_eye.is_valid() => {
-            Ok((world_from_eye, envelope.at_s))
+        ServerPacket::Control(ServerMessage::Presenter { world_from_eye, playback })
+            if world_from_eye.is_valid() && playback.is_valid() =>
+        {
+            Ok((world_from_eye, playback, envelope.at_s))
         }
         _ => Err(PieceError::Wrong("no place of an eye")),
     }
@@ -185,9 +188,10 @@ mod tests {
     #[test]
     fn an_eye_is_one_only_where_it_is_valid() {
         let told = |world_from_eye| {
-            wire::encode_server(&Envelope { at_s: 2.0, message: ServerMessage::Presenter { world_from_eye } }).remove(0)
+            let message = ServerMessage::Presenter { world_from_eye, playback: Playback::default() };
+            wire::encode_server(&Envelope { at_s: 2.0, message }).remove(0)
         };
-        assert_eq!(eye(&told(Rigid::IDENTITY)), Ok((Rigid::IDENTITY, 2.0)));
+        assert_eq!(eye(&told(Rigid::IDENTITY)), Ok((Rigid::IDENTITY, Playback::default(), 2.0)));
         let mut wrong = Rigid::IDENTITY;
         wrong.translation.x = f64::NAN;
         assert!(eye(&told(wrong)).is_err());

@@ -25,10 +25,12 @@ impl Stage {
         let Some(focus) = client.focus.filter(|_| anticipate::may(&self.rules, client, viewer, now_s)) else {
             return Ok(None);
         };
+        client.looked_at_s = now_s;
+        self.imager.show(&client.excerpt);
         let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
         let own = own_view(&focus.coverage, &rules);
         let by_clip = client.account.moved_by_clips();
-        self.with_surroundings(now_s, by_clip, |stage, snapshot, now| {
+        self.with_surroundings(now_s, (by_clip, client.playback.rate), |stage, snapshot, now| {
             stage.look_ahead(&own, snapshot, now, client, viewer)
         })
     }
@@ -59,7 +61,7 @@ impl Stage {
             is_seen: false,
             precision: precision_within(&self.rules, viewer.view, 0.0),
         };
-        let denser = self.denser(snapshot, viewer);
+        let denser = self.denser(snapshot, client, viewer);
         let view_from = |world_from_eye| denser(&Pinhole { world_from_eye, ..*own });
         let mut pixels = 0;
         for _ in 0..LOOKS_AHEAD {

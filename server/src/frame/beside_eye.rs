@@ -7,6 +7,7 @@ use std::time::Instant;
 use camera::Pinhole;
 use glam::DVec3;
 use protocol::message::Shadows;
+use protocol::staging::{Excerpt, Parts};
 use protocol::{Lighting, Viewpoint};
 use scene::Snapshot;
 
@@ -76,11 +77,16 @@ impl Stage {
         }
         let eye_world = plan.coverage.world_from_eye.translation;
         let focal_px = f64::from(viewer.view.height_px) / 2.0 / (viewer.view.fov_y_rad / 2.0).tan();
-        // One coarse image is there sooner than reliefs.
-        let eye = (!client.begins_coarsely).then_some(Eye { eye_world, focal_px });
-        let bodies = client.bodies.objects(&self.bodies);
+        // One coarse image is there sooner than reliefs, and none is cut open.
+        let shows = !client.begins_coarsely && client.excerpt.section.is_none();
+        let eye = shows.then_some(Eye { eye_world, focal_px });
+        let mut otherwise = client.bodies.objects(&self.bodies);
+        otherwise.extend(self.hidden(client));
+        // Their images are all clients'.
+        self.imager.show(&Excerpt::default());
         let held = (&mut client.account, &mut client.reliefs);
-        relief::serve(&mut reliefs, (&self.scene, snapshot), (eye, &bodies), now, held, &mut *self.imager)?;
+        relief::serve(&mut reliefs, (&self.scene, snapshot), (eye, &otherwise), now, held, &mut *self.imager)?;
+        self.imager.show(&client.excerpt);
         self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         Ok(())
     }
@@ -94,9 +100,11 @@ impl Stage {
         client: &mut Client,
         viewer: &Viewer,
     ) -> Result<bodies::Sent, StageError> {
-        if self.bodies.is_nothing() {
+        // None is cut open.
+        if self.bodies.is_nothing() || client.excerpt.section.is_some() {
             return Ok(bodies::Sent::NOTHING);
         }
+        let hidden = self.hidden(client).collect();
         let eye = bodies::Eye {
             eye_world: plan.coverage.world_from_eye.translation,
             focal_px: output_focal_px(viewer.view),
@@ -117,7 +125,13 @@ impl Stage {
             imager.blend(Blended::LeftOut);
             Ok(imager.captures(snapshot, &views, Discretization::Conventional)?.pop())
         };
-        bodies::serve(&bodies, at, &self.material_codes, &eye, now, held, probe)
+        bodies::serve(&bodies, at, (&self.material_codes, &hidden), &eye, now, held, probe)
+    }
+
+    /// The objects that a client is not shown.
+    fn hidden(&self, client: &Client) -> impl Iterator<Item = u16> {
+        let objects = if client.excerpt.parts == Parts::All { 0 } else { self.scene.instances.len() };
+        (0_u16..).take(objects).filter(|object| !client.excerpt.parts.shows(*object))
     }
 
     /// Sends the impostors that a client needs and does not hold as they are now, `most` at most.

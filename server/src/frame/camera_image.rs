@@ -24,7 +24,7 @@ impl Stage {
         now_s: f64,
     ) -> Result<Option<Made>, StageError> {
         let time_s = self.scene_time_s(viewer, client, now_s);
-        self.with_surroundings(time_s, BTreeSet::new(), |stage, snapshot, now| {
+        self.with_surroundings(time_s, (BTreeSet::new(), client.playback.rate), |stage, snapshot, now| {
             // Nothing in the image is taken along as objects move: it is drawn anew.
             let now = &Surroundings { moving: &[], ..*now };
             let Some(asked) = &mut client.asked else { return Ok(None) };

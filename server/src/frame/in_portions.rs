@@ -86,7 +86,7 @@ impl Stage {
         now: &Surroundings<'_>,
         client: &mut Client,
     ) -> Result<usize, StageError> {
-        if !self.may_lack(plan, snapshot, &client.account) {
+        if !self.may_lack(plan, snapshot, client) {
             return Ok(0);
         }
         let changed = |client: &Client| {

@@ -23,12 +23,18 @@ const LEAST: f64 = 1e-6;
 
 impl Stage {
     /// The steps that moving objects go from an update on: of those that go anywhere, and of those that the update moves, but for those that
-    /// clients move by clips.
-    pub(super) fn next_steps(&self, update: &Update, moving: &[ObjectPose], by_clip: &BTreeSet<u16>) -> NextSteps {
-        if moving.iter().all(|pose| by_clip.contains(&pose.object)) {
+    /// clients move by clips. `rate` is how fast scene time goes: where it stands nothing goes anywhere.
+    pub(super) fn next_steps(
+        &self,
+        update: &Update,
+        rate: f64,
+        moving: &[ObjectPose],
+        by_clip: &BTreeSet<u16>,
+    ) -> NextSteps {
+        if rate == 0.0 || moving.iter().all(|pose| by_clip.contains(&pose.object)) {
             return NextSteps::default();
         }
-        let step_s = self.rules.update_interval_s * INTERVALS;
+        let step_s = self.rules.update_interval_s * INTERVALS * rate;
         // On the lattice, so that what stands goes nowhere.
         let places = [-1.0, 1.0, 2.0, 3.0, 4.0]
             .map(|steps| self.lattice.settled(self.scene.places(update.scene_time_s + steps * step_s)));

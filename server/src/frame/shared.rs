@@ -82,7 +82,8 @@ impl Stage {
             begins_coarsely: client.begins_coarsely,
             judged_shapes: self.judged_shapes.load(Ordering::Relaxed),
         };
-        Some((pool, Request { settings: Settings::default(), subject: Subject::Look(Box::new(look)) }))
+        let settings = Settings { excerpt: client.excerpt.clone(), ..Settings::default() };
+        Some((pool, Request { settings, subject: Subject::Look(Box::new(look)) }))
     }
 
     /// Does what a look did for another client.
@@ -94,7 +95,7 @@ impl Stage {
         viewer: &Viewer,
     ) -> Result<Option<Made>, StageError> {
         client.account.begin_draft();
-        self.drop_rest(now, client, viewer)?;
+        self.drop_rest(client, viewer)?;
         let account = &mut client.account;
         let dropped = account.edits();
         let edits = looked.made.as_ref().map_or(&[][..], |made| &made.update.edits);

@@ -7,7 +7,7 @@ use glam::Vec3;
 use protocol::Purpose;
 use scene::Snapshot;
 
-use super::{Account, AccountRules, Plan, Stage, StageError, Surroundings, half_view, region_views};
+use super::{Account, AccountRules, Client, Plan, Stage, StageError, Surroundings, half_view, region_views};
 use crate::discretize::placement::{self, Budget, Placement};
 use crate::discretize::{Capture, Discretization};
 use crate::look_times::{Part, timed};
@@ -20,7 +20,8 @@ const PLACES_ON_RIM: usize = 12;
 
 impl Stage {
     /// Whether a look from a plan's views can change anything: samples are held for the eye, or an object lies in a view that is shown by samples.
-    pub(super) fn may_lack(&self, plan: &Plan, snapshot: &Snapshot, account: &Account) -> bool {
+    pub(super) fn may_lack(&self, plan: &Plan, snapshot: &Snapshot, client: &Client) -> bool {
+        let account = &client.account;
         if account.holds_for(Purpose::Eye) {
             return true;
         }
@@ -33,7 +34,7 @@ impl Stage {
                 let bounds = mesh().map(|mesh| world_bounds(world_from_mesh, mesh.bounds.map(Vec3::from)));
                 bounds.is_some_and(|bounds| !frusta.iter().any(|frustum| frustum.may_see(&bounds)))
             };
-            !otherwise.contains(&object) && !is_outside()
+            client.excerpt.parts.shows(object) && !otherwise.contains(&object) && !is_outside()
         })
     }
 

@@ -24,7 +24,7 @@ pub struct Rules {
     pub margin_m: f64,
     /// Whether the scene changes with time.
     pub animated: bool,
-    /// Whether a viewer who stands still is sent his own view, see [`crate::rest`].
+    /// Whether a viewer who stands still in what stands still is sent his own view, see [`crate::rest`].
     pub rests: bool,
     /// Whether what a viewer will need next is sent while nobody needs anything, see [`crate::anticipate`].
     pub anticipates: bool,

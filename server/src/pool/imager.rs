@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use camera::{Bounds, Camera, Pinhole};
 use glam::DVec3;
+use protocol::staging::Excerpt;
 use protocol::{DepthImage, Lighting, Mask, Material, Purpose, Sky};
 use scene::Snapshot;
 use surface::{AddressView, HeldSurfaces};
@@ -188,6 +189,11 @@ impl Imager for SharingImager {
     fn leave_out(&mut self, left_out: LeftOut) {
         self.settings.left_out = left_out.clone();
         self.inner.leave_out(left_out);
+    }
+
+    fn show(&mut self, excerpt: &Excerpt) {
+        self.settings.excerpt.clone_from(excerpt);
+        self.inner.show(excerpt);
     }
 
     fn layers(&self) -> Vec<Layer> {

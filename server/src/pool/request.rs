@@ -3,6 +3,7 @@
 use camera::{Camera, Pinhole};
 use protocol::image::Ends;
 use protocol::message::{Draws, ViewSize};
+use protocol::staging::Excerpt;
 use protocol::{DepthImage, Edit, Mask};
 
 use crate::account::Past;
@@ -23,6 +24,8 @@ pub struct Settings {
     pub left_out: LeftOut,
     /// See [`Imager::blend`](crate::imager::Imager::blend).
     pub blended: Blended,
+    /// See [`Imager::show`](crate::imager::Imager::show).
+    pub excerpt: Excerpt,
 }
 
 /// What is to be drawn.

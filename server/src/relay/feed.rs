@@ -130,8 +130,8 @@ impl Listener {
                 came?.map_or(Ok(()), |whole| self.pass_on_whole(whole))
             }
             Some(Kind::Eye) => {
-                let (world_from_eye, at_s) = eye(&message)?;
-                self.presenting.look_from(world_from_eye, at_s);
+                let (world_from_eye, playback, at_s) = eye(&message)?;
+                self.presenting.look_from(world_from_eye, playback, at_s);
                 Ok(())
             }
             None => Err(PieceError::Wrong("of no kind")),

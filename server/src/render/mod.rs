@@ -41,6 +41,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use gpu::uniforms::normal_matrix;
 use gpu::{Gpu, PinholeUniform};
 use protocol::Look;
+use protocol::staging::{Excerpt, Section};
 use scene::{Bounds, Scene, Snapshot, Vertex};
 use wgpu::util::DeviceExt;
 
@@ -143,6 +144,7 @@ pub struct SceneRenderer {
     indices: wgpu::Buffer,
     instances: wgpu::Buffer,
     surfaces: wgpu::Buffer,
+    section: wgpu::Buffer,
     /// What is in it.
     surface_materials: Vec<materials::SurfaceMaterial>,
     /// What is blended.
@@ -165,6 +167,8 @@ pub struct SceneRenderer {
     rays: Option<RayScene>,
     /// What [`SceneRenderer::draw`] makes no samples of.
     left_out: LeftOut,
+    /// What of the scene is drawn at all.
+    excerpt: Excerpt,
 }
 
 impl SceneRenderer {
@@ -207,6 +211,7 @@ impl SceneRenderer {
         }
         self.gpu.queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
         self.anchor_world = anchor_world;
+        self.write_section();
         if let Some(rays) = &mut self.rays {
             rays.update(snapshot, anchor_world);
         }
@@ -260,6 +265,24 @@ impl SceneRenderer {
             self.gpu.queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&self.records));
         }
         before
+    }
+
+    /// Draws this part of the scene alone from now on. Rays still meet all of it.
+    pub fn show(&mut self, excerpt: &Excerpt) {
+        let before = self.excerpt.section;
+        self.excerpt.clone_from(excerpt);
+        if before != excerpt.section {
+            self.write_section();
+        }
+    }
+
+    /// Writes where the scene is cut open, relative to the anchor.
+    fn write_section(&self) {
+        let plane = self.excerpt.section.map_or([0.0; 4], |Section { normal_world, offset_m }| {
+            let offset_m = offset_m - normal_world.dot(self.anchor_world);
+            normal_world.as_vec3().extend(offset_m as f32).to_array()
+        });
+        self.gpu.queue.write_buffer(&self.section, 0, bytemuck::bytes_of(&plane));
     }
 
     /// Keeps as much of surfaces as is wanted from now on.
@@ -386,7 +409,9 @@ impl SceneRenderer {
     /// The pipeline and the texture of a run.
     pub(crate) fn set_run(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &Pipelines, run: &Run) {
         let batch = &self.batches[run.batch];
+        let is_open = self.excerpt.section.is_some();
         let &Batch { double_sided, cut_out, detailed, .. } = batch;
+        let (double_sided, cut_out) = (double_sided || is_open, cut_out || is_open);
         pass.set_pipeline(pipelines.of(Variant { double_sided, mirrored: run.mirrored, cut_out, detailed }));
         pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
     }
@@ -415,7 +440,8 @@ impl SceneRenderer {
         for (batch_index, batch) in self.batches.iter().enumerate() {
             for slot in batch.slots.clone() {
                 let Slot { object, bounds_world: bounds, .. } = &self.slots[slot as usize];
-                if !is_drawn(*object as u16) || !may_see(bounds) {
+                let is_there = self.excerpt.parts.shows(*object as u16);
+                if !is_there || !is_drawn(*object as u16) || !may_see(bounds) {
                     continue;
                 }
                 let mirrored = self.records[slot as usize].flags & InstanceRecord::MIRRORED != 0;
@@ -463,7 +489,7 @@ impl SceneRenderer {
             }
         }
         let layout = Layouts::new(&self.gpu, false).scene;
-        let bound = [&self.instances, &self.surfaces, &self.second_uvs, &self.vertices, &self.indices];
+        let bound = [&self.instances, &self.surfaces, &self.second_uvs, &self.section, &self.vertices, &self.indices];
         Ok(pipelines::scene_group(&self.gpu, &layout, &bound))
     }
 

@@ -8,12 +8,15 @@ use super::error::RenderError;
 /// The depth buffer of every pass: reversed, so that near is 1.
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
+/// Of group 1: the plane that cuts the scene open.
+const SECTION: u32 = 3;
+
 /// The bind group layouts that all passes share. Two of one device are compatible.
 #[derive(Debug, Clone)]
 pub struct Layouts {
     /// Group 0: the camera.
     pub(crate) view: wgpu::BindGroupLayout,
-    /// Group 1: instances and materials, and the vertices where they are pulled.
+    /// Group 1: instances, materials, second texture coordinates and the section, and the vertices where they are pulled.
     pub(crate) scene: wgpu::BindGroupLayout,
     /// Group 2: the textures of a material, base colour and normals, and its codes.
     pub(crate) texture: wgpu::BindGroupLayout,
@@ -56,7 +59,8 @@ impl Layouts {
         let (uniform, storage) =
             (wgpu::BufferBindingType::Uniform, wgpu::BufferBindingType::Storage { read_only: true });
         let pulled = if native { 0 } else { 2 };
-        let scene: Vec<_> = (0..3 + pulled).map(|binding| buffer_entry(binding, both, storage)).collect();
+        let ty = |binding| if binding == SECTION { uniform } else { storage };
+        let scene: Vec<_> = (0..4 + pulled).map(|binding| buffer_entry(binding, both, ty(binding))).collect();
         let texture = |binding| wgpu::BindGroupLayoutEntry {
             ty: wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Float { filterable: true },

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use bytemuck::Zeroable;
 use gpu::Gpu;
+use protocol::staging::Excerpt;
 use rayon::prelude::*;
 use scene::model::{Texture, Wrap};
 use scene::{Bounds, Mesh, Scene, Vertex};
@@ -199,8 +200,9 @@ impl SceneRenderer {
             bytemuck::cast_slice(&geometry.second_uvs),
             wgpu::BufferUsages::empty(),
         );
-        let bound = [&instances, &surfaces, &second_uvs, &vertices, &indices];
-        let scene_group = scene_group(gpu, &layouts.scene, &bound[..if native { 3 } else { 5 }]);
+        let section = section_buffer(gpu);
+        let bound = [&instances, &surfaces, &second_uvs, &section, &vertices, &indices];
+        let scene_group = scene_group(gpu, &layouts.scene, &bound[..if native { 4 } else { 6 }]);
         let batch_of_deforming = slots
             .iter()
             .filter(|slot| geometry.deforming.contains_key(&slot.object))
@@ -216,6 +218,7 @@ impl SceneRenderer {
             indices,
             instances,
             surfaces,
+            section,
             surface_materials,
             blended: Layers::of(scene),
             detail: Detail::Motion,
@@ -231,6 +234,7 @@ impl SceneRenderer {
             anchor_world: glam::DVec3::ZERO,
             rays: None,
             left_out: LeftOut::default(),
+            excerpt: Excerpt::default(),
         };
         renderer.update(&scene.at(0.0), scene.bounds.centre())?;
         Ok(renderer)
@@ -250,8 +254,9 @@ impl SceneRenderer {
         let (instances, surfaces) = (own(&self.instances, "instances"), own(&self.surfaces, "surface materials"));
         self.gpu.queue.write_buffer(&instances, 0, bytemuck::cast_slice(&self.records));
         self.gpu.queue.write_buffer(&surfaces, 0, bytemuck::cast_slice(&self.surface_materials));
-        let bound = [&instances, &surfaces, &self.second_uvs, &self.vertices, &self.indices];
-        let scene_group = scene_group(&self.gpu, &self.layouts.scene, &bound[..if self.native { 3 } else { 5 }]);
+        let section = section_buffer(&self.gpu);
+        let bound = [&instances, &surfaces, &self.second_uvs, &section, &self.vertices, &self.indices];
+        let scene_group = scene_group(&self.gpu, &self.layouts.scene, &bound[..if self.native { 4 } else { 6 }]);
         Some(SceneRenderer {
             gpu: self.gpu.clone(),
             layouts: self.layouts.clone(),
@@ -261,6 +266,7 @@ impl SceneRenderer {
             indices: self.indices.clone(),
             instances,
             surfaces,
+            section,
             surface_materials: self.surface_materials.clone(),
             blended: self.blended.clone(),
             detail: Detail::Motion,
@@ -277,8 +283,19 @@ impl SceneRenderer {
             anchor_world: self.anchor_world,
             rays: None,
             left_out: LeftOut::default(),
+            excerpt: Excerpt::default(),
         })
     }
+}
+
+/// Of a plane that cuts the scene open: none yet, see [`SceneRenderer::show`].
+fn section_buffer(gpu: &Gpu) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("section"),
+        size: size_of::<[f32; 4]>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
 }
 
 /// What a material is drawn with: the textures of base colours and of normals, and the material whose codes lie as its own, itself.

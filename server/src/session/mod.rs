@@ -129,12 +129,13 @@ impl Connection<'_> {
                         *viewer = Viewer::at_start(view, world_from_eye, self.shared.now_s());
                     }
                     let budget_bytes = self.link.session.budget_bytes().min(self.shared.config.limits.budget_bytes);
-                    let draws = self.link.session.draws();
+                    let (draws, staging) = (self.link.session.draws(), self.link.session.staging());
                     let cameras = &self.shared.scene.named_cameras;
                     let asked = self.link.session.camera().and_then(|place| cameras.get(place));
                     self.client.iter_mut().for_each(|client| {
                         client.budget_bytes = budget_bytes;
                         client.set_draws(draws);
+                        client.stage(staging);
                         client.asked = asked.map(|named| Asked::of(named.camera.clone()));
                     });
                     tracing::debug!(peer = %self.link.peer, "opened with {}x{} pixels", view.width_px, view.height_px);
@@ -149,12 +150,17 @@ impl Connection<'_> {
                 let draws = self.link.session.draws();
                 self.client.iter_mut().for_each(|client| client.set_draws(draws));
             }
+            ServerEvent::Stages => {
+                let staging = self.link.session.staging();
+                self.client.iter_mut().for_each(|client| client.stage(staging));
+                drop(viewer);
+                self.tell_followers();
+            }
             ServerEvent::Pose => {
                 if let Some(pose) = self.link.session.pose() {
                     viewer.hear(pose.seq, pose.sampled_at_s, pose.world_from_eye, pose.motion, pose.received_at_s);
-                    if let Some(presenting) = &self.presenting {
-                        presenting.look_from(pose.world_from_eye, pose.received_at_s);
-                    }
+                    drop(viewer);
+                    self.tell_followers();
                 }
             }
             ServerEvent::Acked { .. } => {
@@ -176,9 +182,21 @@ impl Connection<'_> {
                 let inventory = self.shared.plans.of(self.link.number);
                 self.link.session.tell(&inventory.unwrap_or_default(), self.shared.now_s());
             }
+            ServerEvent::AskName { object } => {
+                drop(viewer);
+                let name = self.shared.scene.instances.get(usize::from(object)).map_or("", |instance| &instance.name);
+                self.link.session.name(object, name, self.shared.now_s());
+            }
             ServerEvent::Advance { .. } => {}
         }
         Ok(())
+    }
+
+    /// Tells who follows where this session's eye is, and how its time goes.
+    fn tell_followers(&self) {
+        if let (Some(presenting), Some(pose)) = (&self.presenting, self.link.session.pose()) {
+            presenting.look_from(pose.world_from_eye, self.link.session.staging().playback, pose.received_at_s);
+        }
     }
 
     /// Takes the place in an audience that the client greeted for.
@@ -212,11 +230,12 @@ impl Connection<'_> {
     /// What a turn at the worker would be for now; `None` where it would bring nothing. What will be needed next waits for all that is
     /// in flight, and in real time for all other sessions too.
     fn wish(&self, now_s: f64) -> Option<Wish> {
-        let (rules, viewer) = (&self.shared.rules, self.viewer());
+        let viewer = self.viewer();
         // What is made long before the path takes it shows what was.
         let is_soon = self.shared.config.clock == Clock::Virtual
-            || self.link.session.frees_in_s(now_s) <= rules.update_interval_s;
+            || self.link.session.frees_in_s(now_s) <= self.shared.rules.update_interval_s;
         let client = self.client.as_ref().filter(|_| is_soon && self.link.session.can_send_update())?;
+        let rules = &client.rules(&self.shared.rules);
         if let Some(asked) = &client.asked {
             let is_due = asked.is_due(rules.animated, self.link.session.in_flight_and_window_bytes().0);
             return is_due.then_some(Wish::Now);
@@ -257,6 +276,7 @@ impl Connection<'_> {
             }
         }
         client.set_draws(self.link.session.draws());
+        client.stage(self.link.session.staging());
         self.shared.plans.put(self.link.number, &client.inventory);
         self.client = Some(client);
     }

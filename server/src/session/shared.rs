@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use bytes::Bytes;
 use glam::DVec3;
 use protocol::message::{Clock, VERSION, Welcome};
+use protocol::staging::SceneMotion;
 use scene::Scene;
 use tokio::sync::{Notify, Semaphore, watch};
 
@@ -114,7 +115,7 @@ impl Shared {
             near_m: start::near_m(&scene),
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
-            rests: config.rest && !scene.is_animated(),
+            rests: config.rest,
             anticipates: config.anticipation && !scene.is_animated(),
             parallax_error_px: plan::PARALLAX_ERROR_PX,
         };
@@ -199,6 +200,14 @@ impl Shared {
     }
 }
 
+fn motion(scene: &Scene) -> SceneMotion {
+    match scene.animation.period_s() {
+        _ if !scene.is_animated() => SceneMotion::Still,
+        Some(period_s) => SceneMotion::Loop { period_s },
+        None => SceneMotion::Endless,
+    }
+}
+
 fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
     let bounds = if scene.bounds.is_empty() { [DVec3::ZERO; 2] } else { [scene.bounds.min, scene.bounds.max] };
     Welcome {
@@ -212,6 +221,7 @@ fn welcome(scene: &Scene, config: &Config, rules: &Rules) -> Welcome {
         look: config.look,
         update_interval_s: rules.update_interval_s,
         scene_time_s: 0.0,
+        motion: motion(scene),
         secret: 0,
         resumed: false,
     }

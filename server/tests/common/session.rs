@@ -101,7 +101,7 @@ impl Session {
             near_m: near_m(&scene),
             margin_m: Rules::margin_m(scene.walk, scene.bounds.radius_m()),
             animated: scene.is_animated(),
-            rests: rests && !scene.is_animated(),
+            rests,
             anticipates: false,
             parallax_error_px: PARALLAX_ERROR_PX,
         };

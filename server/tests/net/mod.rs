@@ -173,6 +173,8 @@ pub struct Client {
     pub advanced_to_s: f64,
     /// Where a follower was told that the presenter's eye is.
     pub presenter: Option<Rigid>,
+    /// What objects are called, as it asked.
+    pub names: Vec<(u16, String)>,
     /// What the server said last that it makes.
     pub inventory: protocol::Inventory,
     started: Instant,
@@ -203,6 +205,7 @@ impl Client {
             heard: Vec::new(),
             advanced_to_s: f64::NEG_INFINITY,
             presenter: None,
+            names: Vec::new(),
             inventory: protocol::Inventory::default(),
             started: Instant::now(),
         }
@@ -220,7 +223,8 @@ impl Client {
         while let Some(event) = self.session.poll_event() {
             match event {
                 ClientEvent::Welcome(welcome) => self.welcome = Some(*welcome),
-                ClientEvent::Presenter(world_from_eye) => self.presenter = Some(world_from_eye),
+                ClientEvent::Presenter(world_from_eye, _) => self.presenter = Some(world_from_eye),
+                ClientEvent::Name { object, name } => self.names.push((object, name)),
                 ClientEvent::Inventory(inventory) => self.inventory = inventory,
                 ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
                 ClientEvent::Update(received) => {

@@ -2,8 +2,8 @@
 // between them.
 #import "server/scene.wgsl"
 
-@group(1) @binding(3) var<storage, read> vertex_words: array<u32>;
-@group(1) @binding(4) var<storage, read> vertex_indices: array<u32>;
+@group(1) @binding(4) var<storage, read> vertex_words: array<u32>;
+@group(1) @binding(5) var<storage, read> vertex_indices: array<u32>;
 
 // Words of a vertex: position 3, normal 3, texture coordinates 2, colour 1.
 const VERTEX_WORDS: u32 = 9u;

@@ -82,6 +82,8 @@ struct SurfaceMaterial {
 @group(1) @binding(1) var<storage, read> materials: array<SurfaceMaterial>;
 // By vertex; texture coordinates beside those of the vertices, where any material needs some.
 @group(1) @binding(2) var<storage, read> second_uvs: array<vec2f>;
+// A plane that cuts the scene open: what lies beyond it, relative to the anchor, where dot(xyz, p) > w, is not there. No plane has a normal of 0.
+@group(1) @binding(3) var<uniform> section: vec4f;
 @group(2) @binding(0) var base_texture: texture_2d<f32>;
 @group(2) @binding(1) var base_sampler: sampler;
 @group(2) @binding(2) var normal_texture: texture_2d<f32>;
@@ -90,7 +92,7 @@ struct SurfaceMaterial {
 @group(2) @binding(4) var codes: texture_2d<u32>;
 @group(2) @binding(5) var second_codes: texture_2d<u32>;
 
-// Whether fragments below the material's alpha cut-off are dropped.
+// Whether fragments below the material's alpha cut-off, and those beyond the section, are dropped.
 override cut_out: bool = false;
 // Whether the material may have a normal map or vary from place to place: without, nothing is read for it.
 override detailed: bool = false;
@@ -266,7 +268,7 @@ struct Surface {
     material: u32,
     // What of it is kept finely: FINE_NORMAL, FINE_COLOUR.
     fine: u32,
-    // Whether the material's cut-off drops it, or it is of another layer.
+    // Whether the material's cut-off or the section drops it, or it is of another layer.
     cut: bool,
     // Of what is in a layer, how much it hides of `WHOLE`, 1 and more; else 0.
     hides: u32,
@@ -287,7 +289,9 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     // 0 where a triangle's normals cancel. The greatest number of the map of normals is 1, so that one of 1e-15, the root of this, is of a mesh made flat 1e15 times.
     var normal = v.normal_world * inverseSqrt(max(squared, 1e-30));
     let is_back = front_facing == ((instance.flags & MIRRORED) != 0u);
-    if material.double_sided != 0u && is_back {
+    // Where a plane cuts it open, its insides are seen.
+    let is_open = any(section.xyz != vec3f(0.0));
+    if (material.double_sided != 0u || is_open) && is_back {
         normal = -normal;
     }
     var out: Surface;
@@ -304,6 +308,6 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
         cutoff = select(select(0.5 / WHOLE, cutoff, is_pane), 2.0, is_other);
         out.hides = select(u32(round(clamp(base.a * WHOLE, 1.0, WHOLE))), u32(WHOLE), is_pane);
     }
-    out.cut = cut_out && base.a < cutoff;
+    out.cut = cut_out && (base.a < cutoff || dot(section.xyz, v.position + camera.eye_anchor) > section.w);
     return out;
 }

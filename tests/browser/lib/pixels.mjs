@@ -8,7 +8,7 @@ export async function canvasPixels(page, path) {
   // The page's policy lets no style in that is added as text.
   await page.evaluate(() => {
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync('#panel, nav, #status, #loading, #tape, #measured { visibility: hidden !important; }');
+    sheet.replaceSync('#panel, nav, #status, #loading, #tape, #measured, #named, #parts, #time { visibility: hidden !important; }');
     document.adoptedStyleSheets = [sheet];
   });
   // Frames come no faster than they are drawn: after two more, what was drawn before is shown.

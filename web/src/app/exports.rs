@@ -4,10 +4,15 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use camera::Trace;
+use client::receive::viewer::Viewer;
 use client::show::begin;
 use client::show::controls::{Controls, Mode};
+use client::show::quality::Quality;
+use client::show::staging;
 use client::show::tape::Tape;
 use glam::DVec3;
+use protocol::message::Role;
+use protocol::staging::{Parts, SceneMotion};
 use protocol::{Held, Purpose};
 
 use super::{APP, App, near_m, now_s};
@@ -56,9 +61,10 @@ pub fn snapshot() -> String {
         "size_px": app.screen.as_ref().map(Screen::size_px),
         "mode": app.controls.as_ref().map(|controls| if controls.mode() == Mode::Walk { "walk" } else { "turn" }),
         "pose": pose,
-        "measures": app.tape.as_ref().map(Tape::in_words),
+        "measures": app.places.tape().map(Tape::in_words),
         "fov_deg": app.fov_y_rad.to_degrees(),
         "replays": app.replay.is_some(),
+        "walls": app.controls.as_ref().map(Controls::has_walls),
         "led": app.controls.as_ref().is_some_and(Controls::is_led),
         "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
         "stats": stats,
@@ -71,7 +77,7 @@ pub fn snapshot() -> String {
 pub fn link() -> Option<String> {
     let app = app()?;
     let app = app.borrow();
-    share::address(app.controls.as_ref()?, app.viewer.welcome()?.walk, app.fov_y_rad)
+    share::address(app.controls.as_ref()?, &app.viewer, app.fov_y_rad, now_s())
 }
 
 /// See [`crate::token`].
@@ -116,6 +122,107 @@ pub fn go(eye: &[f64], target: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
+/// See [`crate::set_quality`].
+pub fn set_quality(name: &str) -> Result<(), String> {
+    let quality: Quality = name.parse()?;
+    let app = app().ok_or(EARLY)?;
+    let mut this = app.borrow_mut();
+    // Where none is there, one is being made: it is asked for again then.
+    if this.screen.take().is_none() {
+        return Err(EARLY.to_owned());
+    }
+    this.quality = quality;
+    drop(this);
+    wasm_bindgen_futures::spawn_local(App::recover(app));
+    Ok(())
+}
+
+/// See [`crate::mark_holes`].
+pub fn mark_holes(are_marked: bool) {
+    if let Some(app) = app() {
+        let mut app = app.borrow_mut();
+        app.picture.frame.mark_uncovered = are_marked;
+        app.screen.iter_mut().for_each(|screen| screen.picture.options_mut().mark_uncovered = are_marked);
+        app.drawn.stale = true;
+    }
+}
+
+/// See [`crate::staged`].
+pub fn staged() -> String {
+    let Some(app) = app() else { return "{}".to_owned() };
+    let mut app = app.borrow_mut();
+    let now_s = now_s();
+    let (parts, objects) = match app.viewer.staging().excerpt.parts.clone() {
+        Parts::All => ("all", Vec::new()),
+        Parts::But(hidden) => ("but", hidden),
+        Parts::Only(shown) => ("only", shown),
+    };
+    let (motion, period_s) = match app.viewer.scene_motion() {
+        SceneMotion::Still => ("still", None),
+        SceneMotion::Endless => ("endless", None),
+        SceneMotion::Loop { period_s } => ("loop", Some(period_s)),
+    };
+    let named = |object: u16, viewer: &mut Viewer| serde_json::json!({ "object": object, "name": viewer.name_of(object, now_s) });
+    let chosen = app.places.chosen();
+    let section = app.viewer.staging().excerpt.section;
+    let staged = serde_json::json!({
+        "motion": motion,
+        "period_s": period_s,
+        "time_s": app.viewer.scene_time_now_s(now_s),
+        "rate": app.viewer.playback().rate,
+        "follows": matches!(app.viewer.role(), Role::Follower(_)),
+        "parts": parts,
+        "objects": objects.into_iter().map(|object| named(object, &mut app.viewer)).collect::<Vec<_>>(),
+        "chooses": chosen.is_some(),
+        "chosen": chosen.flatten().map(|object| named(object, &mut app.viewer)),
+        "section": section.map(|section| (section.normal_world.to_array(), section.offset_m)),
+        "bounds": app.viewer.welcome().map(|welcome| [welcome.bounds_min_world, welcome.bounds_max_world]),
+    });
+    staged.to_string()
+}
+
+/// See [`crate::play`].
+pub fn play(rate: f64) {
+    with_viewer(|viewer| viewer.play(rate, now_s()));
+}
+
+/// See [`crate::seek`].
+pub fn seek(time_s: f64) {
+    with_viewer(|viewer| viewer.seek(time_s, now_s()));
+}
+
+/// See [`crate::show_parts`].
+pub fn show_parts(which: &str, mut objects: Vec<u16>) -> Result<(), String> {
+    objects.sort_unstable();
+    objects.dedup();
+    let parts = match which {
+        _ if objects.len() > Parts::MOST => return Err(format!("{} parts at most", Parts::MOST)),
+        "all" => Parts::All,
+        "but" => Parts::But(objects),
+        "only" => Parts::Only(objects),
+        other => return Err(format!("{other}: use all, but or only")),
+    };
+    with_viewer(|viewer| viewer.show_parts(parts, now_s()));
+    Ok(())
+}
+
+/// See [`crate::cut`].
+pub fn cut(normal: &[f64], offset_m: f64) -> Result<(), String> {
+    let section = match *normal {
+        [] => None,
+        [x, y, z] => Some(staging::plane(DVec3::new(x, y, z), offset_m)?),
+        _ => return Err("three numbers are a normal".to_owned()),
+    };
+    with_viewer(|viewer| viewer.cut(section, now_s()));
+    Ok(())
+}
+
+fn with_viewer(act: impl FnOnce(&mut Viewer)) {
+    if let Some(app) = app() {
+        act(&mut app.borrow_mut().viewer);
+    }
+}
+
 /// See [`crate::photo`].
 pub async fn photo(size_px: (u32, u32)) -> Result<Photo, String> {
     let app = app().ok_or(EARLY)?;
@@ -126,7 +233,7 @@ pub async fn photo(size_px: (u32, u32)) -> Result<Photo, String> {
         };
         let view = photo::View {
             gpu: screen.gpu.clone(),
-            options: this.picture,
+            options: this.picture(),
             draws: screen.picture.draws(),
             moment: this.viewer.moment_at(now_s()),
             world_from_eye: pose,

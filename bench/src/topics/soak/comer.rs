@@ -117,7 +117,10 @@ impl Visitor<'_> {
                         session.applied(received.head.number, self.held.digest(), now_s());
                         self.all.updates += 1;
                     }
-                    ClientEvent::Presenter(_) | ClientEvent::Inventory(_) | ClientEvent::Advanced { .. } => {}
+                    ClientEvent::Presenter(..)
+                    | ClientEvent::Inventory(_)
+                    | ClientEvent::Name { .. }
+                    | ClientEvent::Advanced { .. } => {}
                 }
             }
         }

@@ -9,8 +9,10 @@
 //! that clears it.
 
 mod decoder;
+mod figures;
 mod motion;
 mod round_trips;
+mod staged;
 #[cfg(test)]
 mod tests;
 mod tracks;
@@ -18,14 +20,18 @@ mod tracks;
 use camera::{Motion, Rigid};
 use protocol::message::{Clock, Draws, Resume, Role, ViewSize, Welcome};
 use protocol::session::{ClientConfig, ClientEvent, ClientSession, DEFAULT_BUDGET_BYTES, SceneClock, SessionError};
+use protocol::staging::{Excerpt, Parts, Playback, SceneMotion, Section, Staging};
 use protocol::{Held, Inventory, Limits};
 use surface::Build;
 
 use crate::receive::connection::{Command, Connection, Ended};
 use crate::receive::follow::Follow;
-use crate::receive::history::{Arrival, History};
+use crate::receive::history::History;
 use crate::receive::moment::Moment;
-use crate::receive::stats::{Mean, Rate, StageMs, Stats};
+use crate::receive::stats::Stats;
+
+use figures::Figures;
+use staged::Staged;
 
 pub use decoder::{DecodeWorker, Decoded, Decoder, answer_in_parts};
 pub use motion::MotionEstimator;
@@ -95,6 +101,8 @@ pub struct Viewer {
     trips: RoundTrips,
     motion: MotionEstimator,
     tracks: Tracks,
+    /// How the scene is put before it.
+    staged: Staged,
     /// Where the presenter's eye is, of a follower.
     presenter: Option<Rigid>,
     /// As the server said last.
@@ -102,20 +110,7 @@ pub struct Viewer {
     advanced_to_s: f64,
     bytes: u64,
     updates: u64,
-    counters: Counters,
-    history: History,
-}
-
-#[derive(Debug, Default)]
-struct Counters {
-    frames: u64,
-    frame_rate: Rate,
-    bit_rate: Rate,
-    decode_ms: Mean,
-    surface_ms: Mean,
-    light_ms: Mean,
-    last_decode_ms: f64,
-    uncovered_share: Option<f64>,
+    figures: Figures,
 }
 
 impl Viewer {
@@ -146,13 +141,13 @@ impl Viewer {
             trips: RoundTrips::default(),
             motion: MotionEstimator::default(),
             tracks: Tracks::default(),
+            staged: Staged::default(),
             presenter: None,
             inventory: Inventory::default(),
             advanced_to_s: f64::NEG_INFINITY,
             bytes: 0,
             updates: 0,
-            counters: Counters::default(),
-            history: History::default(),
+            figures: Figures::default(),
         }
     }
 
@@ -197,7 +192,7 @@ impl Viewer {
             }
             SocketEvent::Message(bytes) => {
                 self.bytes += bytes.len() as u64;
-                self.counters.bit_rate.add(bytes.len() as f64 * 8.0, now_s);
+                self.figures.received(bytes.len(), now_s);
                 if let Some(session) = &mut self.session {
                     let result = session.handle(&bytes, now_s);
                     self.after_session(result, now_s);
@@ -250,6 +245,7 @@ impl Viewer {
             role,
             world_from_eye,
             resume,
+            staging: self.staged.staging.clone(),
             ..ClientConfig::new(self.clock, self.view)
         };
         self.session = Some(ClientSession::new(config, now_s));
@@ -260,6 +256,8 @@ impl Viewer {
     }
 
     fn after_session(&mut self, result: Result<(), SessionError>, now_s: f64) {
+        let shown_s = self.scene_time_now_s(now_s);
+        let mut is_anew = false;
         let Some(session) = &mut self.session else { return };
         while let Some(event) = session.poll_event() {
             match event {
@@ -270,13 +268,17 @@ impl Viewer {
                         self.resume.iter_mut().for_each(|resume| resume.secret = welcome.secret);
                     } else {
                         self.resume = None;
+                        is_anew = true;
                     }
                     self.welcome = Some(*welcome);
                     // The server learns the pose anew.
                     self.motion = MotionEstimator::default();
                 }
                 ClientEvent::Update(update) => self.decoder.push(self.session_number, update),
-                ClientEvent::Presenter(world_from_eye) => self.presenter = Some(world_from_eye),
+                ClientEvent::Presenter(world_from_eye, playback) => {
+                    (self.presenter, self.staged.presented) = (Some(world_from_eye), Some(playback));
+                }
+                ClientEvent::Name { object, name } => self.staged.called(object, name),
                 ClientEvent::Inventory(inventory) => self.inventory = inventory,
                 ClientEvent::Advanced { to_s } => self.advanced_to_s = to_s,
             }
@@ -287,6 +289,9 @@ impl Viewer {
         }
         // What is shown stays, and its time, when a session ends.
         self.scene_clock = session.scene_clock().or(self.scene_clock);
+        if is_anew {
+            self.go_on_from(shown_s, now_s);
+        }
         if let Err(error) = result {
             self.session = None;
             self.closing = true;
@@ -351,6 +356,80 @@ impl Viewer {
         }
     }
 
+    /// How the scene is put before it from the next session on.
+    pub fn with_staging(mut self, staging: Staging) -> Viewer {
+        self.staged.staging = staging;
+        self
+    }
+
+    /// How the scene is put before it.
+    pub fn staging(&self) -> &Staging {
+        &self.staged.staging
+    }
+
+    fn put(&mut self, staging: Staging, now_s: f64) {
+        self.staged.staging = staging;
+        if let Some(session) = self.session.as_mut().filter(|session| session.is_open()) {
+            session.set_staging(&self.staged.staging, now_s);
+        }
+    }
+
+    /// How the scene moves by itself; not at all before Welcome.
+    pub fn scene_motion(&self) -> SceneMotion {
+        self.welcome.as_ref().map_or(SceneMotion::Still, |welcome| welcome.motion)
+    }
+
+    /// How scene time goes: who follows goes by the presenter's.
+    pub fn playback(&self) -> Playback {
+        match self.role {
+            Role::Follower(_) => self.staged.presented.unwrap_or_default(),
+            _ => self.staged.staging.playback,
+        }
+    }
+
+    /// Scene time goes on so many times as fast from now on; 0 stops it.
+    pub fn play(&mut self, rate: f64, now_s: f64) {
+        if let Some(server_s) = self.server_time_now_s(now_s) {
+            let playback = self.playback().at_rate(rate.clamp(0.0, Playback::FASTEST), server_s);
+            self.put(Staging { playback, ..self.staging().clone() }, now_s);
+        }
+    }
+
+    /// Scene time is this one now, in seconds.
+    pub fn seek(&mut self, scene_time_s: f64, now_s: f64) {
+        if let Some(server_s) = self.server_time_now_s(now_s).filter(|_| scene_time_s.is_finite()) {
+            let playback = self.playback().from(scene_time_s, server_s);
+            self.put(Staging { playback, ..self.staging().clone() }, now_s);
+        }
+    }
+
+    /// Shows these parts alone from now on.
+    pub fn show_parts(&mut self, parts: Parts, now_s: f64) {
+        let Staging { playback, excerpt } = self.staging().clone();
+        self.put(Staging { playback, excerpt: Excerpt { parts, ..excerpt } }, now_s);
+    }
+
+    /// Cuts the scene open from now on, or no longer.
+    pub fn cut(&mut self, section: Option<Section>, now_s: f64) {
+        let Staging { playback, excerpt } = self.staging().clone();
+        self.put(Staging { playback, excerpt: Excerpt { section, ..excerpt } }, now_s);
+    }
+
+    /// What an object is called, which is asked where it is not known; `None` until there is an answer.
+    pub fn name_of(&mut self, object: u16, now_s: f64) -> Option<String> {
+        let session = self.session.as_mut().filter(|session| session.is_open())?;
+        self.staged.name_of(object, || session.ask_name(object, now_s))
+    }
+
+    /// The server's clock may have begun anew: the scene goes on from where it was, in seconds.
+    fn go_on_from(&mut self, scene_time_s: Option<f64>, now_s: f64) {
+        self.staged.forget_names();
+        let goes_otherwise = self.staging().playback != Playback::default();
+        if let Some(scene_time_s) = scene_time_s.filter(|_| goes_otherwise) {
+            self.seek(scene_time_s, now_s);
+        }
+    }
+
     /// Asks the server what it makes for this client, see [`Viewer::inventory`].
     pub fn ask_inventory(&mut self, now_s: f64) {
         if let Some(session) = self.session.as_mut().filter(|session| session.is_open()) {
@@ -398,8 +477,7 @@ impl Viewer {
         let Some(session) = self.session.as_mut().filter(|_| decoded.session == self.session_number) else {
             return false;
         };
-        self.counters.decode_ms.add(decoded.decode_ms);
-        self.counters.last_decode_ms += decoded.decode_ms;
+        self.figures.decoded(decoded.decode_ms);
         // On the virtual clock decoding takes no time: the update is held from its arrival on.
         let held_at_s = if self.clock == Clock::Virtual { decoded.arrived_at_s } else { now_s };
         let anew = decoded.head.clears || self.held_session != self.session_number;
@@ -420,8 +498,7 @@ impl Viewer {
                 let secret = self.welcome.as_ref().map_or(0, |welcome| welcome.secret);
                 self.resume = Some(Resume { secret, number: update.number, digest: update.digest });
                 self.updates += 1;
-                let (bytes, decode_ms) = (decoded.bytes, decoded.decode_ms);
-                self.history.arrived(Arrival { at_s: now_s, bytes, decode_ms });
+                self.figures.arrived(decoded.bytes, decoded.decode_ms, now_s);
                 // Others' poses are not answered here.
                 if self.role.is_asking() {
                     self.trips.answered(update.pose_seq);
@@ -444,35 +521,30 @@ impl Viewer {
 
     /// A picture of what is held was drawn; `None` where a time is not known.
     pub fn drawn(&mut self, now_s: f64, surface_ms: Option<f64>, light_ms: Option<f64>) {
-        self.counters.frames += 1;
-        self.counters.frame_rate.add(1.0, now_s);
-        self.history.drawn(now_s);
+        self.figures.drawn(now_s, surface_ms, light_ms);
         if self.has_picture() {
             self.trips.shown(now_s);
-        }
-        for (mean, value) in [(&mut self.counters.surface_ms, surface_ms), (&mut self.counters.light_ms, light_ms)] {
-            value.into_iter().for_each(|value| mean.add(value));
         }
     }
 
     /// Nothing is to be drawn now, so that the next picture is not late.
     pub fn rests(&mut self) {
-        self.history.rests();
+        self.figures.history.rests();
     }
 
     /// The last minute, as far as [`Viewer::stats`] was asked for then.
     pub fn history(&self) -> &History {
-        &self.history
+        &self.figures.history
     }
 
     /// The share of a picture that no sample covers was counted.
     pub fn set_uncovered_share(&mut self, share: f64) {
-        self.counters.uncovered_share = Some(share);
+        self.figures.uncovered_share = Some(share);
     }
 
     /// What decoding took since this was last asked, in milliseconds.
     pub fn take_decode_ms(&mut self) -> f64 {
-        std::mem::take(&mut self.counters.last_decode_ms)
+        self.figures.take_decode_ms()
     }
 
     /// Whether updates are decoded beside the drawing; see [`Decoder::is_beside`].
@@ -550,21 +622,28 @@ impl Viewer {
         self.connection.retry_now(now_s);
     }
 
+    /// The server's clock now; `None` before Welcome.
+    fn server_time_now_s(&self, now_s: f64) -> Option<f64> {
+        self.scene_clock.map(|clock| clock.scene_time_s(now_s))
+    }
+
     /// Scene time now; `None` before Welcome.
     pub fn scene_time_now_s(&self, now_s: f64) -> Option<f64> {
-        self.scene_clock.map(|clock| clock.scene_time_s(now_s))
+        self.server_time_now_s(now_s).map(|server_s| self.playback().scene_time_s(server_s))
     }
 
     /// What is shown now: rigid objects not only where the last update left them, see [`Tracks`].
     pub fn moment_at(&self, now_s: f64) -> Moment {
         let scene_time_s = self.scene_time_now_s(now_s).unwrap_or(self.held.scene_time_s);
-        Moment { scene_time_s, world_from_objects: self.tracks.at(scene_time_s) }
+        let changes = self.scene_motion() != SceneMotion::Still;
+        Moment { scene_time_s, changes, world_from_objects: self.tracks.at(scene_time_s) }
     }
 
-    /// Scene time now less scene time shown; `None` while nothing is shown.
+    /// How long ago what is shown was so; `None` while nothing is shown, and where scene time stands.
     pub fn age_ms(&self, now_s: f64) -> Option<f64> {
-        let shown = self.has_picture().then_some(self.held.scene_time_s)?;
-        self.scene_time_now_s(now_s).map(|now| (now - shown) * 1e3)
+        let rate = self.playback().rate;
+        let shown = (self.has_picture() && rate > 0.0).then_some(self.held.scene_time_s)?;
+        self.scene_time_now_s(now_s).map(|now| (now - shown) / rate * 1e3)
     }
 
     /// The last round trip of a pose to its picture.
@@ -583,28 +662,19 @@ impl Viewer {
     /// The panel's figures.
     pub fn stats(&mut self, now_s: f64) -> Stats {
         let ping_ms = self.session.as_ref().and_then(ClientSession::round_trip_s).map(|s| s * 1e3);
-        let stats = Stats {
-            fps: self.counters.frame_rate.per_s(now_s),
-            mbit_per_s: self.counters.bit_rate.per_s(now_s) / 1e6,
+        let others = Stats {
             bytes_received: self.bytes_received(),
             round_trip_ms: self.round_trip_ms(),
             ping_ms,
             samples: samples_of_surfaces(&self.held) as u64,
             patches: self.held.patches.len(),
-            uncovered_share: self.counters.uncovered_share,
             age_ms: self.age_ms(now_s).map(|age_ms| age_ms.max(0.0)),
             update_interval_s: self.welcome.as_ref().map(|welcome| welcome.update_interval_s),
-            ms: StageMs {
-                decode: self.counters.decode_ms.get().unwrap_or(0.0),
-                surface: self.counters.surface_ms.get().unwrap_or(0.0),
-                light: self.counters.light_ms.get().unwrap_or(0.0),
-            },
             scene: self.welcome.as_ref().map_or_else(String::new, |welcome| welcome.scene_name.clone()),
-            frames: self.counters.frames,
             updates: self.updates,
+            ..Stats::default()
         };
-        self.history.see(&stats, now_s);
-        stats
+        self.figures.with(others, now_s)
     }
 }
 

@@ -6,6 +6,7 @@ use protocol::codec::Coding;
 use protocol::held::ObjectPose;
 use protocol::message::{Clock, VERSION, ViewSize, Welcome};
 use protocol::session::{ServerConfig, ServerEvent, ServerSession};
+use protocol::staging::SceneMotion;
 use protocol::wire::encode_update;
 use protocol::{DepthImage, DepthScale, Edit, Held, Lighting, Limits, Look, Mask, Patch, PatchId, Purpose, Update};
 use surface::BuiltSurfaces;
@@ -26,6 +27,7 @@ fn welcome() -> Welcome {
         look: Look::Plain,
         update_interval_s: 0.1,
         scene_time_s: 100.0,
+        motion: SceneMotion::Still,
         secret: 0,
         resumed: false,
     }

@@ -23,6 +23,7 @@ mod flight;
 mod glide;
 mod going;
 mod touch;
+mod walls;
 
 use camera::{Motion, Rigid};
 use glam::{DVec2, DVec3};
@@ -32,6 +33,9 @@ pub use flight::Side;
 use glide::Glide;
 pub use touch::Drag;
 use touch::Pointers;
+use walls::{Walls, body_m};
+
+use crate::draw::feel::Wall;
 
 /// Time constant with which the velocity of keys is approached, in seconds: short enough to feel direct, long enough not to jerk.
 const SMOOTHING_S: f64 = 0.08;
@@ -177,6 +181,7 @@ pub struct Controls {
     glides: bool,
     led: Led,
     flight: Option<Flight>,
+    walls: Walls,
     /// Corners of the scene's bounds.
     bounds_world: [DVec3; 2],
     size_px: DVec2,
@@ -225,6 +230,7 @@ impl Controls {
             glides: true,
             led: Led::No,
             flight: None,
+            walls: Walls::default(),
             bounds_world: [bounds_min, bounds_max],
             size_px: DVec2::new(1280.0, 720.0),
             fov_y_rad: 60_f64.to_radians(),
@@ -240,6 +246,30 @@ impl Controls {
     /// Whether what is dragged glides on when it is let go; who wants less motion wants none of that.
     pub fn set_glides(&mut self, glides: bool) {
         self.glides = glides;
+    }
+
+    /// Whether walls stop who walks, by keys, sticks or the wheel.
+    pub fn set_walls(&mut self, are_on: bool) {
+        self.walls = Walls { are_on, wall: None };
+    }
+
+    /// Whether they do.
+    pub fn has_walls(&self) -> bool {
+        self.walls.are_on
+    }
+
+    /// Where a wall may be: from the eye along a unit vector, for a body of a radius in metres; `None` where none would stop anybody.
+    pub fn feels(&self) -> Option<((DVec3, DVec3), f64)> {
+        let is_walking = self.mode == Mode::Walk && self.walls.are_on;
+        let asked = self.asked_velocity();
+        let velocity = if asked == DVec3::ZERO { self.velocity } else { asked };
+        let way = self.walking_way(velocity).with_y(0.0).try_normalize().filter(|_| is_walking)?;
+        Some(((self.anchor_world, way), body_m(self.speed_m_s)))
+    }
+
+    /// What was met there, or nothing.
+    pub fn meet(&mut self, wall: Option<Wall>) {
+        self.walls.wall = wall;
     }
 
     /// How the eye moves now.
@@ -367,7 +397,7 @@ impl Controls {
             }
             Input::Wheel { notches } if notches.is_finite() => match self.mode {
                 Mode::Orbit => self.zoom(ZOOM_PER_NOTCH.powf(notches)),
-                Mode::Walk => self.anchor_world += self.forward() * (self.speed_m_s * WALK_PER_NOTCH_S * notches),
+                Mode::Walk => self.walk(self.forward() * (self.speed_m_s * WALK_PER_NOTCH_S * notches)),
             },
             Input::Wheel { .. } => {}
             Input::Key { key, down } => self.keys[key as usize] = down,
@@ -425,8 +455,10 @@ impl Controls {
         }
         let motion = match self.mode {
             Mode::Walk => {
-                let (right, ahead) = self.ground_axes();
-                Motion::along((right * rate.x + DVec3::Y * rate.y + ahead * rate.z) * self.speed_m_s)
+                // In so short a time as nobody walks past a wall's end.
+                let way_m = self.walking_way(rate) * (self.speed_m_s * SMOOTHING_S);
+                let stopped_m = self.walls.stop(self.anchor_world, way_m, body_m(self.speed_m_s));
+                Motion::along(stopped_m / SMOOTHING_S)
             }
             Mode::Orbit => {
                 let turn = (DVec3::Y * rate.x - self.right() * rate.y) * TURNING_SPEED_RAD_S;
@@ -453,15 +485,23 @@ impl Controls {
 
     fn travel(&mut self, travel: DVec3) {
         match self.mode {
-            Mode::Walk => {
-                let (right, ahead) = self.ground_axes();
-                self.anchor_world += (right * travel.x + DVec3::Y * travel.y + ahead * travel.z) * self.speed_m_s;
-            }
+            Mode::Walk => self.walk(self.walking_way(travel) * self.speed_m_s),
             Mode::Orbit => {
                 self.turn(travel.x * TURNING_SPEED_RAD_S, -travel.y * TURNING_SPEED_RAD_S);
                 self.zoom((-travel.z * ZOOM_SPEED_PER_S).exp());
             }
         }
+    }
+
+    /// Right, up and forward along the ground, in world space.
+    fn walking_way(&self, travel: DVec3) -> DVec3 {
+        let (right, ahead) = self.ground_axes();
+        right * travel.x + DVec3::Y * travel.y + ahead * travel.z
+    }
+
+    /// Goes a way, as far as walls let it.
+    fn walk(&mut self, way_m: DVec3) {
+        self.anchor_world += self.walls.stop(self.anchor_world, way_m, body_m(self.speed_m_s));
     }
 
     /// A drag turns what is grabbed with the pointer: walking, a point of the picture stays under it.

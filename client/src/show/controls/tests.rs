@@ -395,3 +395,25 @@ fn sticks_move_and_look_and_three_fingers_lift() {
     );
     assert_eq!(controls.pose().rotation, before.rotation);
 }
+
+#[test]
+fn a_wall_stops_who_walks_and_nobody_who_turns_walls_off() {
+    let gone = |are_on: bool| {
+        let mut controls = walking();
+        controls.set_walls(are_on);
+        assert_eq!(controls.feels(), None, "who stands meets nothing");
+        controls.handle(key(Key::Forward, true));
+        pass(&mut controls, 0.1);
+        let felt = controls.feels();
+        assert_eq!(felt.is_some(), are_on);
+        if let Some(((eye, way), body_m)) = felt {
+            assert!(way.distance(DVec3::NEG_Z) < 1e-9 && (0.1..0.5).contains(&body_m) && eye.y == 1.7);
+        }
+        controls.meet(Some(Wall { point_world: DVec3::new(0.0, 1.7, 3.0), normal_world: DVec3::Z }));
+        pass(&mut controls, 3.0);
+        (controls.pose().translation.z, controls.motion().map_or(0.0, |motion| motion.speed_m_s(0.0)))
+    };
+    let (stopped_m, speed_m_s) = gone(true);
+    assert!((3.1..3.5).contains(&stopped_m) && speed_m_s < 1e-6, "{stopped_m} m, {speed_m_s} m/s");
+    assert!(gone(false).0 < 2.0);
+}

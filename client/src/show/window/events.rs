@@ -1,11 +1,12 @@
 //! A window's events as [`Input`].
 
 use glam::DVec2;
+use protocol::staging::Parts;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
-use super::running::Running;
-use crate::show::controls::{Controls, Drag, FASTER, Input, Key, Mode, Side};
+use super::running::{Running, Sought};
+use crate::show::controls::{Drag, FASTER, Input, Key, Mode, Side};
 
 /// The mouse among the pointers; fingers have their own numbers.
 const MOUSE: u64 = u64::MAX;
@@ -34,19 +35,19 @@ pub(super) fn handle(running: &mut Running<'_>, event: &WindowEvent) {
 fn press(running: &mut Running<'_>, key: PhysicalKey) {
     match key {
         PhysicalKey::Code(KeyCode::KeyP) => running.overlay.toggle(),
-        PhysicalKey::Code(KeyCode::KeyR) => {
-            if let Some(welcome) = running.viewer.welcome() {
-                let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
-                running.controls = Some(Controls::new(welcome.start_world_from_eye, welcome.walk, min, max));
-            }
-        }
+        PhysicalKey::Code(KeyCode::KeyR) => running.begin(),
         PhysicalKey::Code(KeyCode::KeyF) => running.follow(),
+        PhysicalKey::Code(KeyCode::KeyK | KeyCode::Space) => running.play_or_pause(),
+        PhysicalKey::Code(KeyCode::KeyX) => running.seeks = Some((running.cursor_px, Sought::Hide)),
+        PhysicalKey::Code(KeyCode::KeyU) => running.viewer.show_parts(Parts::All, running.pump.now_s()),
+        PhysicalKey::Code(KeyCode::Enter) => running.seeks = Some((running.cursor_px, Sought::Visit)),
         PhysicalKey::Code(code) => {
             let Some(controls) = &mut running.controls else { return };
             match code {
                 KeyCode::KeyM => {
                     controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
                 }
+                KeyCode::KeyC => controls.set_walls(!controls.has_walls()),
                 KeyCode::Home => controls.go_to(Side::Same),
                 KeyCode::Digit1 => controls.go_to(Side::Front),
                 KeyCode::Digit2 => controls.go_to(Side::Right),

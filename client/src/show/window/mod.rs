@@ -133,6 +133,8 @@ impl<'a> App<'a> {
             advanced_at_s: 0.0,
             last_counted: None,
             drawn_pose: None,
+            seeks: None,
+            sought: None,
         })
     }
 

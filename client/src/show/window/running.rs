@@ -1,5 +1,7 @@
 //! A window that is open: what a turn and a frame of it do.
 
+use camera::Pinhole;
+use glam::DVec2;
 use protocol::message::{Role, ViewSize};
 
 use super::options::{Options, WindowError};
@@ -12,6 +14,15 @@ use crate::show::controls::Controls;
 /// Applying updates stops a frame for no longer than this, in seconds, or for one update.
 const APPLY_BUDGET_S: f64 = 0.008;
 
+/// What becomes of a place of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sought {
+    /// The eye goes there.
+    Visit,
+    /// The part that is there is hidden.
+    Hide,
+}
+
 /// Everything that lives as long as the window.
 pub(super) struct Running<'a> {
     pub screen: Screen,
@@ -19,10 +30,14 @@ pub(super) struct Running<'a> {
     pub viewer: Viewer,
     pub pump: Pump<'a>,
     pub controls: Option<Controls>,
-    pub cursor_px: glam::DVec2,
+    pub cursor_px: DVec2,
     pub advanced_at_s: f64,
     pub last_counted: Option<f64>,
     pub drawn_pose: Option<camera::Rigid>,
+    /// A place of the picture, in pixels, that something is to be done with as soon as it can be asked what is there.
+    pub seeks: Option<(DVec2, Sought)>,
+    /// What is to be done with what is being asked for.
+    pub sought: Option<Sought>,
 }
 
 impl Running<'_> {
@@ -31,14 +46,48 @@ impl Running<'_> {
         self.pump.turn(&mut self.viewer);
         let changed = self.viewer.advance(&mut self.screen.picture, self.pump.now_s(), APPLY_BUDGET_S);
         self.pump.turn(&mut self.viewer);
-        if self.controls.is_none()
-            && let Some(welcome) = self.viewer.welcome()
-        {
-            let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
-            self.controls = Some(Controls::new(welcome.start_world_from_eye, welcome.walk, min, max));
+        if self.controls.is_none() && self.viewer.welcome().is_some() {
+            self.begin();
             self.follow();
         }
         changed | self.be_led()
+    }
+
+    /// Puts the eye where the scene begins.
+    pub fn begin(&mut self) {
+        let Some(welcome) = self.viewer.welcome() else { return };
+        let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
+        let mut controls = Controls::new(welcome.start_world_from_eye, welcome.walk, min, max);
+        controls.set_walls(true);
+        self.controls = Some(controls);
+    }
+
+    /// Asks what is at a place that something is to be done with, and does that once it is known; whether it waits for an answer.
+    fn seek(&mut self, fov_y_rad: f64) -> bool {
+        let near_m = self.viewer.welcome().map_or(0.1, |welcome| welcome.near_m);
+        if let Some(found) = self.screen.picture.picked() {
+            match (self.sought.take(), found, &mut self.controls) {
+                (Some(Sought::Visit), Some(found), Some(controls)) => controls.visit(found.at_world),
+                (Some(Sought::Hide), Some(found), _) => {
+                    let parts = self.viewer.staging().excerpt.parts.without(found.object);
+                    self.viewer.show_parts(parts, self.pump.now_s());
+                }
+                _ => {}
+            }
+        }
+        if let (Some((at_px, sought)), Some(pose), None) = (self.seeks, self.drawn_pose, self.sought) {
+            let camera = Pinhole::symmetric(pose, self.screen.size_px(), fov_y_rad, near_m);
+            if self.screen.picture.pick(self.viewer.held(), &camera, at_px) {
+                (self.seeks, self.sought) = (None, Some(sought));
+            }
+        }
+        self.seeks.is_some() || self.sought.is_some()
+    }
+
+    /// Lets the scene's time go on, or stops it.
+    pub fn play_or_pause(&mut self) {
+        let rate = if self.viewer.playback().is_paused() { 1.0 } else { 0.0 };
+        self.viewer.play(rate, self.pump.now_s());
     }
 
     /// Lets a follower's eye go with the presenter's, until he moves it.
@@ -67,11 +116,18 @@ impl Running<'_> {
         let size_px = self.screen.size_px();
         let mut moving = false;
         if let Some(controls) = &mut self.controls {
-            controls.set_view(glam::DVec2::new(f64::from(size_px.0), f64::from(size_px.1)), options.fov_y_rad);
+            controls.set_view(DVec2::new(f64::from(size_px.0), f64::from(size_px.1)), options.fov_y_rad);
+            if let Some(wall) = self.screen.picture.felt() {
+                controls.meet(wall);
+            }
             moving = controls.advance(dt_s);
+            if let Some((way, body_m)) = controls.feels() {
+                let near_m = self.viewer.welcome().map_or(0.1, |welcome| welcome.near_m);
+                self.screen.picture.feel(self.viewer.held(), way, (body_m, near_m));
+            }
             self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
         }
-        let mut changed = self.turn();
+        let mut changed = self.turn() | self.seek(options.fov_y_rad);
         changed |= self.screen.picture.show_moment(&self.viewer.moment_at(now_s));
         let pose = self.controls.as_ref().map(Controls::pose);
         moving |= pose != self.drawn_pose;

@@ -14,6 +14,7 @@ use super::hierarchy::Hierarchy;
 use super::instancing::{self, Offset};
 use super::light::{self, NodeLight};
 use super::material::Materials;
+use super::merge::{Parts, merged};
 use super::motion::{DeformSource, Motion, Skin, Source, invertible};
 use super::named_camera::named_cameras;
 use super::panel::rectangle;
@@ -70,7 +71,7 @@ pub(super) fn scene(
     for &node in &visible {
         assembly.add_node(node, &mut warnings)?;
     }
-    let Assembly { meshes, instances, sources, deforms, rest, .. } = assembly;
+    let Assembly { meshes, instances, sources, mut deforms, rest, .. } = assembly;
     if instances.is_empty() {
         return Err(LoadError::NothingToDraw {
             reason: warnings.explain("no node of the scene has a mesh with triangles"),
@@ -88,6 +89,18 @@ pub(super) fn scene(
         &mut warnings,
     ));
     let lights_move = lights.iter().any(|light| moving[light.node]);
+    let found = instances.len();
+    let mut parts = Parts { meshes, instances, sources, rest };
+    if found as u64 > request.limits.objects {
+        let merged = merged(parts, request.limits.objects, request.limits.triangles)?;
+        for deform in &mut deforms {
+            deform.instance = merged.new_of_old[deform.instance as usize];
+        }
+        parts = merged.parts;
+        let objects = parts.instances.len();
+        warnings.add(format!("{found} parts are shown as {objects} objects: neighbours of one material together"));
+    }
+    let Parts { meshes, instances, sources, rest } = parts;
     let motion = Motion { hierarchy, clips, skins, sources, deforms, lights, rest };
     let snapshot = motion.snapshot(0.0);
     let bounds = summary::bounds(&meshes, &instances, &snapshot);

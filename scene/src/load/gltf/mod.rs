@@ -37,6 +37,7 @@ mod instancing;
 mod light;
 mod lint;
 mod material;
+mod merge;
 mod meshopt;
 mod motion;
 mod named_camera;

@@ -134,6 +134,10 @@ impl Animation for Motion {
         self.snapshot(time_s)
     }
 
+    fn period_s(&self) -> Option<f64> {
+        self.clips.period_s().filter(|period_s| *period_s > 0.0)
+    }
+
     fn places(&self, _scene: &Scene, time_s: f64) -> Vec<DAffine3> {
         self.placed(&self.pose(time_s).1)
     }

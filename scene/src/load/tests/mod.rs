@@ -4,6 +4,7 @@ mod build;
 mod formats;
 mod gltf;
 mod hostile;
+mod merge;
 mod motion;
 mod packed;
 mod points;
