@@ -3,7 +3,7 @@
 use protocol::Limits;
 use scene::load::LoadLimits;
 
-/// By the formula of [`LoadLimits`], a load takes at most 3 + 4 + 13 + 7 + 13 + 12 MB with these.
+/// By the formula of [`LoadLimits`], a load takes at most 3 + 4 + 20 + 10 + 13 + 12 MB with these.
 pub const LOAD: LoadLimits = LoadLimits {
     file_bytes: 1 << 20,
     json_values: 1 << 16,
@@ -15,6 +15,7 @@ pub const LOAD: LoadLimits = LoadLimits {
     texture_pixels: 1 << 20,
     keyframe_values: 1 << 16,
     instances: 1 << 10,
+    objects: 1 << 8,
 };
 
 /// A copy of at most 8 Ki samples: more take longer, and reach no other code.

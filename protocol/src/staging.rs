@@ -20,7 +20,7 @@ pub struct Playback {
     pub from_s: f64,
     /// ... so late in the scene, in seconds, and goes on from there ...
     pub scene_time_s: f64,
-    /// ... so many times as fast as the clock: 0 where it stands, at most [`Playback::FASTEST`].
+    /// ... so many times as fast as the clock: 0 where it stands, else from [`Playback::SLOWEST`] to [`Playback::FASTEST`].
     pub rate: f64,
 }
 
@@ -34,7 +34,9 @@ impl Default for Playback {
 impl Playback {
     /// What is shown faster is missed.
     pub const FASTEST: f64 = 16.0;
-    /// No time is later or earlier, in seconds: f64 tells a microsecond there, and a scene would have played for thirty years.
+    /// What goes more slowly stands: where it is next could not be told in f32.
+    pub const SLOWEST: f64 = 1e-3;
+    /// No time is put later or earlier, in seconds: f64 tells a microsecond there, and a scene would have played for thirty years.
     const FARTHEST_S: f64 = 1e9;
 
     /// Scene time at a time of the server's clock.
@@ -60,8 +62,9 @@ impl Playback {
     /// Whether its values are what they are said to be.
     pub fn is_valid(&self) -> bool {
         let times = [self.from_s, self.scene_time_s];
+        let rates = Playback::SLOWEST..=Playback::FASTEST;
         times.iter().all(|time_s| time_s.abs() <= Playback::FARTHEST_S)
-            && (0.0..=Playback::FASTEST).contains(&self.rate)
+            && (self.is_paused() || rates.contains(&self.rate))
     }
 }
 
@@ -197,7 +200,7 @@ mod tests {
         assert_eq!(twice.scene_time_s(21.5), 15.0);
         let elsewhere = twice.from(3.0, 30.0);
         assert_eq!(elsewhere.scene_time_s(31.0), 5.0);
-        let wrong = [f64::NAN, -0.5, 17.0].map(|rate| Playback { rate, ..plays });
+        let wrong = [f64::NAN, -0.5, 1e-44, 17.0].map(|rate| Playback { rate, ..plays });
         assert!(wrong.iter().chain(&[Playback { from_s: 2e9, ..plays }]).all(|wrong| !wrong.is_valid()));
         assert!(elsewhere.is_valid());
     }

@@ -38,6 +38,10 @@ impl Animation for Added {
         snapshot
     }
 
+    fn period_s(&self) -> Option<f64> {
+        self.before.period_s()
+    }
+
     fn places(&self, scene: &Scene, time_s: f64) -> Vec<DAffine3> {
         let mut places = self.before.places(scene, time_s);
         places.push(self.world_from_mesh);

@@ -24,7 +24,7 @@ pub struct Vertex {
     pub colour: [u8; 4],
 }
 
-/// Triangles with one material. Counter-clockwise triangles face the viewer.
+/// Triangles with one material. Those that are counter-clockwise in the mesh's own space face the viewer.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Shared by the triangles.
@@ -381,7 +381,7 @@ pub struct Snapshot {
     /// Seconds.
     pub time_s: f64,
     /// `world_from_mesh` of each instance; may hold scale and shear, composed in f64. Always finite and invertible. Where
-    /// it mirrors, the instance's mesh has its winding flipped, so that faces look outward after it; normals go by the
+    /// it mirrors, faces still show the side that is counter-clockwise in their mesh (glTF 2.0, 3.7.4); normals go by the
     /// inverse transpose (with the determinant's sign, so not by the cofactors alone).
     pub world_from_mesh: Vec<DAffine3>,
     /// The deforming instances only.

@@ -160,19 +160,20 @@ impl Client {
         }
     }
 
-    /// How it has the scene put before it from now on. What another excerpt shows is looked for anew, as lights and mirrors have other things before them.
-    pub fn stage(&mut self, staging: &Staging) {
-        if self.playback != staging.playback {
+    /// How it has the scene put before it from now on; whether that is otherwise than before. What another excerpt shows is looked for anew, as lights and mirrors have other things before them.
+    pub fn stage(&mut self, staging: &Staging) -> bool {
+        let mut is_other = self.playback != staging.playback;
+        if is_other {
             self.playback = staging.playback;
             self.is_elsewhen = true;
-            // A camera's image is of another time.
-            self.asked.iter_mut().for_each(Asked::start_anew);
         }
         if self.excerpt != staging.excerpt {
             self.excerpt = staging.excerpt.clone();
             self.choices = Choices::default();
             self.start_anew();
+            is_other = true;
         }
+        is_other
     }
 
     /// The rules as they hold for it: what stands still for it is no scene that changes with time.

@@ -43,7 +43,7 @@ pub struct Config {
     pub relief: bool,
     /// Whether what is less as its triangles than as samples is sent so, see [`crate::bodies`].
     pub bodies: bool,
-    /// Whether a viewer who stands still in a still scene is sent his own view, see [`crate::rest`].
+    /// Whether a viewer who stands still in a scene that stands still, or that he paused, is sent his own view, see [`crate::rest`].
     pub rest: bool,
     /// Whether what a viewer will need next is sent while nobody needs anything, see [`crate::anticipate`].
     pub anticipation: bool,

@@ -56,6 +56,23 @@ const COARSE_SIDE: f64 = 0.5;
 /// Of the pixels of a set's images about so many are samples of it, where all of them show something: each image leaves out what those before hold.
 const OF_A_SET: f64 = 0.4;
 
+/// How the scene is put before a client, as far as all of an update follows from it.
+struct Put {
+    /// The objects that the client moves by clips.
+    by_clip: BTreeSet<u16>,
+    /// How fast its scene time goes.
+    rate: f64,
+    /// Whether the scene is cut open.
+    is_open: bool,
+}
+
+impl Put {
+    fn before(client: &Client) -> Put {
+        let (by_clip, rate) = (client.account.moved_by_clips(), client.playback.rate);
+        Put { by_clip, rate, is_open: client.excerpt.section.is_some() }
+    }
+}
+
 /// What makes updates: the scene, and what draws it.
 pub struct Stage {
     scene: Arc<Scene>,
@@ -68,7 +85,7 @@ pub struct Stage {
     /// Whether images shrink where turns are waited for.
     sheds_load: bool,
     imager: Box<dyn Imager>,
-    materials: Vec<Material>,
+    materials: Arc<[Material]>,
     /// Whether light changes how any of them looks.
     is_lit: bool,
     /// By object: the id of its first triangle. Empty where nothing deforms.
@@ -128,7 +145,7 @@ impl Stage {
             sheds_load: false,
             imager,
             is_lit: materials.iter().any(|material| !material.unlit),
-            materials,
+            materials: materials.into(),
             densest,
             lattice,
             still,
@@ -273,30 +290,35 @@ impl Stage {
             return Ok(None);
         }
         let time_s = self.scene_time_s(viewer, client, now_s);
-        let by_clip = client.account.moved_by_clips();
-        let made = self.with_surroundings(time_s, (by_clip, client.playback.rate), |stage, snapshot, now| {
-            match (strip, plan) {
-                (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
-                (None, Some(plan)) => stage.look_once(&plan, snapshot, now, client, viewer),
-                (None, None) => Ok(None),
-            }
+        let made = self.with_surroundings(time_s, Put::before(client), |stage, snapshot, now| match (strip, plan) {
+            (Some(strip), _) => stage.rest(&strip, snapshot, now, client, viewer),
+            (None, Some(plan)) => stage.look_once(&plan, snapshot, now, client, viewer),
+            (None, None) => Ok(None),
         })?;
         client.picture_sent_at_s.get_or_insert(now_s);
         Ok(made)
+    }
+
+    /// What the codes of materials mean. Of a scene that is cut open insides are seen: all has two sides there, as both of one surface may be seen from places near by.
+    fn materials_of(&self, is_open: bool) -> Arc<[Material]> {
+        if !is_open {
+            return self.materials.clone();
+        }
+        self.materials.iter().map(|material| Material { double_sided: true, ..*material }).collect()
     }
 
     /// Makes an update by what the scene is at a time, and tells where objects go from there but for those that the client moves `by_clip`.
     fn with_surroundings(
         &mut self,
         scene_time_s: f64,
-        (by_clip, rate): (BTreeSet<u16>, f64),
+        Put { by_clip, rate, is_open }: Put,
         make: impl FnOnce(&mut Stage, &Arc<Snapshot>, &Surroundings<'_>) -> Result<Option<Made>, StageError>,
     ) -> Result<Option<Made>, StageError> {
         let snapshot = self.snapshot(scene_time_s);
         let lighting = self.imager.lighting(&snapshot);
         let sky = self.imager.sky();
         let moving = self.moving_objects(&snapshot);
-        let materials = std::mem::take(&mut self.materials);
+        let materials = self.materials_of(is_open);
         let (scene, first_triangles) = (self.scene.clone(), self.first_triangles.clone());
         let deforming = Deforming::new(&scene, &snapshot, &first_triangles);
         let now = Surroundings {
@@ -309,7 +331,6 @@ impl Stage {
             deforming: &deforming,
         };
         let made = make(self, &snapshot, &now);
-        self.materials = materials;
         let mut made = made?;
         if let Some(made) = &mut made
             && made.reason != Reason::Camera

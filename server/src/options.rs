@@ -76,7 +76,7 @@ pub struct Options {
     /// Whether what is less as its triangles than as samples is sent so, once
     #[arg(long, value_enum, default_value_t)]
     pub bodies: BodiesName,
-    /// Whether a viewer who stands still in a still scene is sent his own view, pixel by pixel
+    /// Whether a viewer who stands still, in a scene that stands still or that he paused, is sent his own view, pixel by pixel
     #[arg(long, value_enum, default_value_t)]
     pub rest: RestName,
     /// Whether what a viewer will need next is sent while nobody needs anything: the other sides of what he turns, the places that he may

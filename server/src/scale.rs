@@ -82,6 +82,10 @@ impl Animation for Scaled {
         snapshot
     }
 
+    fn period_s(&self) -> Option<f64> {
+        self.inner.period_s()
+    }
+
     fn places(&self, scene: &Scene, time_s: f64) -> Vec<DAffine3> {
         let mut places = self.inner.places(scene, time_s);
         self.scale(&mut places);

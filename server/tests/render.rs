@@ -6,6 +6,7 @@ use camera::{Pinhole, Rigid};
 use common::*;
 use glam::{DAffine3, DVec3, Vec3};
 use protocol::image::{octahedral_normal, octahedral_normal_with_rest};
+use scene::load::LoadLimits;
 use scene::model::{Bumps, SAME_UV, UvSet};
 use scene::{Deformed, Material};
 use vantage_server::discretize::Discretization;
@@ -94,6 +95,42 @@ fn back_faces_are_culled_unless_two_sided_or_mirrored() {
     for world_from_mesh in [DAffine3::IDENTITY, turned, mirrored, mirrored * turned] {
         assert_eq!(covered(&two_sided, world_from_mesh), facing, "the normal faces the eye");
     }
+}
+
+/// glTF 2.0, 3.7.4: a node whose map turns left to right shows the same side of its faces as one that does not.
+#[test]
+fn a_mirrored_node_of_a_file_shows_the_side_that_its_faces_have() {
+    let folder = std::env::temp_dir().join(format!("vantage-mirrored-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    // A square of 2 m that faces +z.
+    let corners: [f32; 12] = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0, 0.0];
+    let indices: [u16; 6] = [0, 1, 2, 0, 2, 3];
+    let bytes = [bytemuck::cast_slice(&corners), bytemuck::cast_slice::<u16, u8>(&indices)].concat();
+    std::fs::write(folder.join("square.bin"), bytes).expect("written");
+    let gpu = gpu();
+    let is_seen = |scale: [f64; 3], from_m: f64| {
+        let text = format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0, "scale": {scale:?}}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+            "buffers": [{{"uri": "square.bin", "byteLength": 60}}],
+            "bufferViews": [{{"buffer": 0, "byteOffset": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 12}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]}},
+            {{"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}}]}}"#
+        );
+        let path = folder.join("square.gltf");
+        std::fs::write(&path, text).expect("written");
+        let scene = scene::load::load(&path, &LoadLimits::default(), &|_| {}).expect("a sound file");
+        let eye = Rigid::look_at(DVec3::new(0.0, 0.0, from_m), DVec3::ZERO);
+        let camera = Pinhole::symmetric(eye, (SIZE_PX, SIZE_PX), 1.0, 0.1);
+        let image = captures(&renderer(&gpu, &scene, &camera), &[camera], Discretization::Conventional).remove(0);
+        image.ids[(SIZE_PX * SIZE_PX / 2 + SIZE_PX / 2) as usize][0] != 0
+    };
+    for scale in [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -2.0, 1.0]] {
+        assert_eq!((is_seen(scale, 2.0), is_seen(scale, -2.0)), (true, false), "{scale:?}");
+    }
+    // Turned round along z it faces the other way.
+    assert_eq!((is_seen([1.0, 1.0, -1.0], 2.0), is_seen([1.0, 1.0, -1.0], -2.0)), (false, true));
+    std::fs::remove_dir_all(&folder).expect("was written");
 }
 
 #[test]

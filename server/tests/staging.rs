@@ -69,7 +69,7 @@ fn a_part_that_is_hidden_is_nowhere_and_what_it_hid_is_there() {
 }
 
 #[test]
-fn no_body_no_relief_and_no_mirror_shows_what_is_hidden() {
+fn no_body_and_no_relief_shows_what_is_hidden() {
     let mut session = Session::built_in("pillars").with_bodies().with_reliefs();
     session.settle();
     let all = objects(&session.held);
@@ -78,6 +78,23 @@ fn no_body_no_relief_and_no_mirror_shows_what_is_hidden() {
     session.settle();
     let left = objects(&session.held);
     assert!(!left.contains(&hidden) && left.len() + 4 > all.len(), "{} of {}", left.len(), all.len());
+}
+
+#[test]
+fn a_mirror_shows_nothing_that_is_hidden() {
+    let mut session = Session::built_in("mirror-teapots");
+    session.ticks(12);
+    let shown_by_mirrors = |held: &Held| -> BTreeSet<u16> {
+        let of_mirrors = |purpose: Purpose| !matches!(purpose, Purpose::Eye | Purpose::Rest | Purpose::Light(_));
+        let patches = held.patches.values().filter(|held| of_mirrors(held.patch.purpose));
+        patches.flat_map(|held| held.patch.image.object.iter().copied()).collect()
+    };
+    let before = shown_by_mirrors(&session.held);
+    let hidden = *before.first().expect("mirrors show something");
+    session.client.stage(&shows(Parts::All.without(hidden)));
+    session.ticks(12);
+    let after = shown_by_mirrors(&session.held);
+    assert!(!after.is_empty() && !after.contains(&hidden), "{hidden} of {before:?}: {after:?}");
 }
 
 #[test]
@@ -160,4 +177,17 @@ fn who_stops_the_time_and_stands_still_is_sent_his_own_view() {
     session.client.stage(&plays(paused.at_rate(1.0, session.now_s)));
     session.tick().expect("the scene moves on");
     assert_eq!(rows(&session.held), 0);
+}
+
+/// Who stands within something sees its inside, and a step beside him there is its outside.
+#[test]
+fn what_is_cut_open_comes_to_an_end() {
+    let at = |z: f64, scale: f64| DAffine3::from_translation(DVec3::Z * z) * DAffine3::from_scale(DVec3::splat(scale));
+    let materials = vec![coloured([0.6, 0.5, 0.4, 1.0])];
+    let around = scene(vec![square(4, 0), sphere(24, 0)], materials, &[(0, at(-4.0, 8.0)), (1, at(0.0, 0.24))]);
+    let mut session = Session::new(around);
+    let section = Section { normal_world: DVec3::Y, offset_m: 0.1 };
+    let staging = Staging { excerpt: Excerpt { section: Some(section), ..Excerpt::default() }, ..Staging::default() };
+    session.client.stage(&staging);
+    session.settle();
 }

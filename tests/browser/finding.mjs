@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
+import { canvasPixels } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, turned, until } from './lib/state.mjs';
 
@@ -18,8 +19,8 @@ function withGamepad() {
 export function findingTests({ bin, web, shots, renderer, at }) {
   const shot = (name) => join(shots, `${renderer}-finding-${name}.png`);
 
-  const opened = async (query, use, prepare = undefined) => {
-    const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log });
+  const opened = async (query, use, prepare = undefined, more = undefined) => {
+    const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log, more });
     const { page, close } = await openPage(renderer, at.log);
     try {
       if (prepare) await page.addInitScript(prepare);
@@ -106,25 +107,46 @@ export function findingTests({ bin, web, shots, renderer, at }) {
       const stopped = await at();
       console.log(`        stands at x ${stopped[0].toFixed(2)} m`);
       assert.ok(stopped[0] > -12 && stopped[0] < -9.5, `${stopped}`);
+      // Ahead and to the side: along the wall.
+      await page.keyboard.down('w');
+      await page.keyboard.down('d');
+      await sleep(1500);
+      await page.keyboard.up('w');
+      await page.keyboard.up('d');
+      const slid = await at();
+      assert.ok(slid[0] > -12 && Math.abs(slid[2] - stopped[2]) > 0.5, `${slid}`);
       await page.keyboard.press('c');
       await page.keyboard.down('w');
       const through = await until(page, 'the other side', (now) => now.pose.position[0] < -12.5);
       await page.keyboard.up('w');
       assert.equal(through.walls, false);
     })],
-    ['draws as finely as one chooses, and marks what it does not hold', () => opened('&eye=0,1.6,0&target=0,1.6,-3', async (page) => {
+    ['draws as finely as one chooses, and marks what it does not hold', () => opened('&eye=2,1.6,2&target=0,1.6,-3', async (page) => {
       await settled(page);
       await page.locator('#quality').selectOption('fine');
       const fine = await until(page, 'shadows', (now) => now.picture && now.effects?.every((drawn) => drawn === 'on'));
       assert.ok(fine.connected);
       await page.locator('#quality').selectOption('fast');
       await until(page, 'no shadows', (now) => now.picture && now.effects?.every((drawn) => drawn === 'off'));
+      // Without its ceiling there is nothing above the walls.
+      const magenta = async () => {
+        const { data } = await canvasPixels(page, shot('holes'));
+        let count = 0;
+        for (let i = 0; i < data.length; i += 4) count += Number(data[i] === 255 && data[i + 1] === 0 && data[i + 2] === 255);
+        return count;
+      };
+      await page.locator('#cut-axis').evaluate((axis) => { axis.value = 'y'; axis.dispatchEvent(new Event('change')); });
+      await settled(page);
+      assert.equal(await magenta(), 0);
       await page.locator('#holes').check();
+      await settled(page);
+      assert.ok(await magenta() > 1000, 'nothing is marked');
       await page.locator('#holes').uncheck();
       await page.locator('#quality').selectOption('auto');
       const { updates } = await until(page, 'a picture', (now) => now.picture && now.effects);
       assert.ok(updates > 0, 'the session goes on');
-    })],
+      // A view at rest is all that there is.
+    }, undefined, ['--rest', 'off'])],
     ['draws curves of its figures, and its last updates', () => opened('', async (page) => {
       await page.keyboard.down('w');
       await sleep(3000);

@@ -271,6 +271,7 @@ impl App {
                 (Action::Use(at_px), _) => self.places.apply(at_px),
                 (Action::UseMiddle, _) => self.places.apply(self.middle_px()),
                 (Action::Point(at_px), _) => self.places.point(at_px, now_s),
+                (Action::Leave, _) => self.places.leave(),
                 (Action::Measure, _) => self.places.toggle(Tool::Tape(Tape::default())),
                 (Action::ChooseParts, _) => self.places.toggle(Tool::Parts(None)),
                 (Action::SwitchWalls, Some(controls)) => controls.set_walls(!controls.has_walls()),
@@ -381,7 +382,7 @@ impl App {
         self.start.iter().for_each(|start| controls.turn_about(start.distance_m));
         self.mode.iter().for_each(|&mode| controls.set_mode(mode));
         controls.set_glides(!page::wants_less_motion());
-        controls.set_walls(true);
+        controls.set_walls(self.controls.as_ref().is_none_or(Controls::has_walls));
         Some(controls)
     }
 
@@ -448,6 +449,9 @@ impl App {
         if screen.show(self.viewer.held(), pose.unwrap_or(Rigid::IDENTITY), self.fov_y_rad, near_m)? {
             self.viewer.drawn(now_s, None, None);
             self.drawn.picture |= self.viewer.has_picture();
+            if self.drawn.pose != pose {
+                self.places.leave();
+            }
             self.drawn.pose = pose;
             self.drawn.stale = false;
         }
@@ -473,6 +477,7 @@ impl App {
                 screen.picture.rebuild(this.viewer.held());
                 this.viewer.set_build(screen.picture.build());
                 this.screen = Some(screen);
+                this.places.forget_asked();
                 this.listen_to_canvas();
                 this.drawn.stale = true;
                 this.trouble = None;

@@ -48,6 +48,8 @@ pub enum Action {
     UseMiddle,
     /// A pointer that is not down is at a place of the page, in CSS pixels.
     Point(DVec2),
+    /// It is over the picture no more.
+    Leave,
     /// Walls stop who walks, or no longer.
     SwitchWalls,
     /// So many times as fast as before.
@@ -121,6 +123,8 @@ pub fn listen_to_canvas(canvas: &HtmlCanvasElement, sink: &Sink) {
             sink(Action::Move(Input::PointerUp { id: pointer(&event) }));
         });
     }
+    let left = Rc::clone(sink);
+    listen(canvas, "pointerleave", move |_: Event| left(Action::Leave));
     let wheel = Rc::clone(sink);
     listen(canvas, "wheel", move |event: WheelEvent| {
         event.prevent_default();

@@ -96,16 +96,16 @@ pub fn staged() -> String {
     exports::staged()
 }
 
-/// Scene time goes on so many times as fast from now on; 0 stops it.
+/// Scene time goes on so many times as fast from now on; 0 stops it. Fails with words for a person.
 #[wasm_bindgen]
-pub fn play(rate: f64) {
-    exports::play(rate);
+pub fn play(rate: f64) -> Result<(), JsValue> {
+    exports::play(rate).map_err(|error| js_sys::Error::new(&error).into())
 }
 
-/// Scene time is this one now, in seconds.
+/// Scene time is this one now, in seconds. Fails with words for a person.
 #[wasm_bindgen]
-pub fn seek(time_s: f64) {
-    exports::seek(time_s);
+pub fn seek(time_s: f64) -> Result<(), JsValue> {
+    exports::seek(time_s).map_err(|error| js_sys::Error::new(&error).into())
 }
 
 /// Shows `all` of the scene's objects from now on, all `but` some, or `only` those, by their numbers. Fails with words for a person.

@@ -21,7 +21,11 @@ const answers = {
   },
   play: ({ rate }) => play(rate),
   seek: ({ time }) => seek(time),
-  parts: ({ which, objects }) => showParts(which, Uint16Array.from(objects)),
+  parts: ({ which, objects }) => {
+    const wrong = objects.find((object) => !Number.isInteger(object) || object < 0 || object > 65_535);
+    if (wrong !== undefined) throw new Error(`${wrong} is no number of an object`);
+    showParts(which, Uint16Array.from(objects));
+  },
   cut: ({ normal, offset }) => cut(Float64Array.from(normal), offset),
   staging: () => {
     const { motion, period_s: period, time_s: time, rate, parts: which, objects, section } = JSON.parse(staged());

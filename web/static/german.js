@@ -169,6 +169,7 @@ export default {
   Part: 'Teil',
   'Click on a part': 'Auf ein Teil klicken',
   Hide: 'Verbergen',
+  Del: 'Entf',
   'Hide this part (Delete)': 'Dieses Teil verbergen (Entf)',
   'This alone': 'Nur dieses',
   'Show all': 'Alles zeigen',
@@ -197,6 +198,7 @@ export default {
   fine: 'fein',
   'Mark holes': 'Lücken zeigen',
   'Shows in magenta where nothing is held, instead of filling it': 'Zeigt in Magenta, wo nichts gehalten wird, statt es zu füllen',
+  '256 parts at most': 'höchstens 256 Teile',
   'play or pause what moves': 'was sich bewegt abspielen oder anhalten',
   'it did not answer': 'er antwortete nicht',
 };

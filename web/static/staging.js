@@ -25,6 +25,11 @@ function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** Who follows somebody sees what is his: there is nothing to choose. */
+function showFollowing({ follows }) {
+  byId('parts-toggle').hidden = follows === true;
+}
+
 function showTime({ motion, period_s: period, time_s: time, follows }) {
   const moves = motion !== 'still' && motion !== undefined && time !== null;
   byId('time').hidden = !moves;
@@ -72,7 +77,7 @@ function showChosen({ parts, objects, chosen, section }) {
   setText(byId('part-name'), chosen ? nameOf(chosen) : say('Click on a part'));
   byId('part-hide').disabled = !chosen;
   byId('part-only').disabled = !chosen;
-  byId('parts-all').disabled = parts === 'all';
+  byId('parts-all').disabled = parts === 'all' && !section;
   setText(byId('parts-kind'), say(parts === 'but' ? 'Hidden' : 'Shown alone'));
   byId('parts-kind').hidden = parts === 'all';
   const key = JSON.stringify([parts, objects]);
@@ -89,13 +94,18 @@ function showChosen({ parts, objects, chosen, section }) {
 function show() {
   told = JSON.parse(staged());
   if (told.rate > 0) rate = told.rate;
+  showFollowing(told);
   showTime(told);
   if (told.chooses) showChosen(told);
 }
 
 function put(which, objects) {
-  showParts(which, numbers(objects));
-  show();
+  try {
+    showParts(which, numbers(objects));
+    show();
+  } catch (error) {
+    setText(byId('part-name'), say(String(error?.message ?? error)));
+  }
 }
 
 function hide() {
@@ -154,7 +164,11 @@ export function offerStaging() {
   followSlider(byId('seek'), () => seek(Number(byId('seek').value)));
   byId('part-hide').addEventListener('click', hide);
   byId('part-only').addEventListener('click', () => told.chosen && put('only', [told.chosen]));
-  byId('parts-all').addEventListener('click', () => put('all', []));
+  byId('parts-all').addEventListener('click', () => {
+    byId('cut-axis').value = 'none';
+    cut(new Float64Array(), 0);
+    put('all', []);
+  });
   byId('cut-axis').addEventListener('change', () => {
     putSection();
     show();

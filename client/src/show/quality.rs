@@ -8,6 +8,7 @@ use crate::draw::frame;
 use crate::draw::occlusion::{self, Occlusion};
 use crate::draw::picture::PictureOptions;
 use crate::draw::shadow::{self, Shadows};
+use crate::draw::soft::{self, Pace};
 
 /// See the module.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -25,10 +26,12 @@ impl Quality {
     /// How pictures of it are drawn, where those of [`Quality::Auto`] are drawn so.
     pub fn options(self, auto: PictureOptions) -> PictureOptions {
         let in_time = InTime { shadows: false, occlusion: false };
+        let soft = soft::Settings { pace: Pace::All, ..auto.shadow.soft };
+        let taps = occlusion::Settings::default().taps;
         let with = |shadows: Shadows, occlusion: Occlusion, antialias: Antialias| PictureOptions {
             frame: frame::Options { antialias, ..auto.frame },
-            shadow: shadow::Settings { shadows, ..auto.shadow },
-            occlusion: occlusion::Settings { occlusion, ..auto.occlusion },
+            shadow: shadow::Settings { shadows, soft, ..auto.shadow },
+            occlusion: occlusion::Settings { occlusion, taps, ..auto.occlusion },
             in_time,
             ..auto
         };

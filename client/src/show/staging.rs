@@ -18,7 +18,7 @@ pub fn staging(part: impl Fn(&str) -> Option<String>) -> Result<Staging, String>
         (None, Some(rate)) => Playback { rate: number("rate", &rate)?, ..Playback::default() },
     };
     if !playback.is_valid() {
-        return Err(format!("?rate= goes from 0 to {}, and ?time= is in seconds", Playback::FASTEST));
+        return Err(format!("?rate= is 0 or goes from 0.001 to {}, and ?time= is in seconds", Playback::FASTEST));
     }
     let parts = match (part("hide"), part("only")) {
         (None, None) => Parts::All,

@@ -256,6 +256,10 @@ impl Animation for Motions {
         }
     }
 
+    fn period_s(&self) -> Option<f64> {
+        self.moving.then_some(self.period_s)
+    }
+
     fn places(&self, _scene: &Scene, time_s: f64) -> Vec<DAffine3> {
         let share = self.share(time_s);
         let place = |motion: &Motion| match motion {

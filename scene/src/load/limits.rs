@@ -3,7 +3,7 @@
 /// Caps on sizes that a file claims. Each is checked before memory is taken for it.
 ///
 /// Together they bound the memory of a load: at most `3 * file_bytes` for the file, what it refers to and what is
-/// decompressed from it, 64 bytes a JSON value, 200 bytes a vertex, 100 bytes a triangle, 12 bytes a texture pixel,
+/// decompressed from it, 64 bytes a JSON value, 300 bytes a vertex, 150 bytes a triangle, 12 bytes a texture pixel,
 /// 3,000 bytes a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LoadLimits {
@@ -15,9 +15,9 @@ pub struct LoadLimits {
     pub nodes: u64,
     /// Nodes from a root to a leaf.
     pub depth: u64,
-    /// Vertices stored: each morph target of a vertex counts as one more.
+    /// Vertices stored: each morph target of a vertex counts as one more. As many again of parts that are put together.
     pub vertices: u64,
-    /// Triangles stored (instances do not count), and those of parts that are put together.
+    /// Triangles stored (instances do not count). As many again of parts that are put together.
     pub triangles: u64,
     /// Points and lines drawn, each as a solid of six vertices; where there are more, every n-th is drawn.
     pub points: u64,

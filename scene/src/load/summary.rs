@@ -92,7 +92,7 @@ fn outward_flux(meshes: &[Mesh], instances: &[Instance], snapshot: &Snapshot, ce
         .map(|(instance, world_from_mesh)| {
             let (volume, area) = sums[instance.mesh as usize];
             let centre_mesh = world_from_mesh.inverse().transform_point3(centre_world);
-            // A mirrored instance has a mesh of flipped winding: the sizes count, not the signs.
+            // Faces of a mirrored instance look to the side that they have in their mesh: sizes count, not signs.
             world_from_mesh.matrix3.determinant().abs() * (volume - centre_mesh.dot(area))
         })
         .sum()

@@ -6,7 +6,7 @@ use camera::Pinhole;
 use protocol::Purpose;
 use scene::Snapshot;
 
-use super::{Client, LightWork, Made, Stage, StageError};
+use super::{Client, LightWork, Made, Put, Stage, StageError};
 use crate::account::{Account, AccountRules, Surroundings};
 use crate::anticipate::{self, Around, Part};
 use crate::discretize::Discretization;
@@ -29,8 +29,7 @@ impl Stage {
         self.imager.show(&client.excerpt);
         let rules = Rules { image_size_px: self.image_size_px(client), ..self.rules };
         let own = own_view(&focus.coverage, &rules);
-        let by_clip = client.account.moved_by_clips();
-        self.with_surroundings(now_s, (by_clip, client.playback.rate), |stage, snapshot, now| {
+        self.with_surroundings(now_s, Put::before(client), |stage, snapshot, now| {
             stage.look_ahead(&own, snapshot, now, client, viewer)
         })
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use protocol::Purpose;
 use protocol::codec::ColourSteps;
 
-use super::{LightWork, Made, Stage};
+use super::{LightWork, Made, Put, Stage};
 use crate::account::Surroundings;
 use crate::client::Client;
 use crate::imager::Occasion;
@@ -24,7 +24,8 @@ impl Stage {
         now_s: f64,
     ) -> Result<Option<Made>, StageError> {
         let time_s = self.scene_time_s(viewer, client, now_s);
-        self.with_surroundings(time_s, (BTreeSet::new(), client.playback.rate), |stage, snapshot, now| {
+        let put = Put { by_clip: BTreeSet::new(), ..Put::before(client) };
+        self.with_surroundings(time_s, put, |stage, snapshot, now| {
             // Nothing in the image is taken along as objects move: it is drawn anew.
             let now = &Surroundings { moving: &[], ..*now };
             let Some(asked) = &mut client.asked else { return Ok(None) };

@@ -127,19 +127,21 @@ impl Stage {
     /// What is made where nobody moves.
     fn of_rest(&self, client: &Client, parts: &mut Inventory) {
         let (animated, goes_by_itself) = (self.rules.animated, self.goes_by_itself(client));
+        let rules = client.rules(&self.rules);
         match (animated, goes_by_itself) {
             (false, _) => parts.leaves_out("motion", "nothing in the scene moves"),
+            (true, _) if !rules.animated => parts.leaves_out("motion", "the scene is paused"),
             (true, true) => parts.leaves_out("motion", "clips move all that moves: nothing is sent for it"),
             (true, false) => parts.makes("motion", "places at each update", "something moves"),
         }
-        match (self.rules.rests, animated) {
-            (true, _) => parts.makes(
+        match (self.rules.rests, rules.animated) {
+            (true, false) => parts.makes(
                 "view at rest",
                 "once the viewer stands still",
                 "what is looked at closely is the scene itself",
             ),
-            (false, true) => parts.leaves_out("view at rest", "the scene never rests"),
-            (false, false) => parts.leaves_out("view at rest", "it is off"),
+            (true, true) => parts.leaves_out("view at rest", "the scene does not rest"),
+            (false, _) => parts.leaves_out("view at rest", "it is off"),
         }
         match (self.rules.anticipates, animated) {
             (true, _) => {

@@ -411,7 +411,7 @@ impl SceneRenderer {
         let batch = &self.batches[run.batch];
         let is_open = self.excerpt.section.is_some();
         let &Batch { double_sided, cut_out, detailed, .. } = batch;
-        let (double_sided, cut_out) = (double_sided || is_open, cut_out || is_open);
+        let (double_sided, cut_out) = (double_sided || is_open && pipelines.opens(), cut_out || is_open);
         pass.set_pipeline(pipelines.of(Variant { double_sided, mirrored: run.mirrored, cut_out, detailed }));
         pass.set_bind_group(2, &self.texture_groups[batch.texture], &[]);
     }

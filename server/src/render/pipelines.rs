@@ -109,7 +109,7 @@ pub struct Pass<'a> {
     pub formats: &'a [wgpu::TextureFormat],
     /// Layout of group 3.
     pub own_layout: Option<&'a wgpu::BindGroupLayout>,
-    /// Values of the fragment stage's `override` constants beside `cut_out` and `detailed`.
+    /// Values of the fragment stage's `override` constants beside `cut_out`, `detailed` and `opens`.
     pub constants: &'a [(&'a str, f64)],
     /// Which sides are drawn.
     pub faces: Faces,
@@ -140,6 +140,7 @@ pub struct Pipelines {
     plain: Vec<[wgpu::RenderPipeline; 2]>,
     /// The same for materials of detail; none where a scene has none.
     detailed: Vec<[wgpu::RenderPipeline; 2]>,
+    faces: Faces,
 }
 
 /// In the order of [`Pipelines::plain`].
@@ -173,7 +174,13 @@ impl Pipelines {
                 |sides, cut_out| pipeline(gpu, (&module, &layout), kind.native, pass, sides, [cut_out, detailed]);
             sides(pass.faces).into_iter().map(|sides| [build(sides, false), build(sides, true)]).collect()
         };
-        Ok(Pipelines { plain: all(false), detailed: if kind.detailed { all(true) } else { Vec::new() } })
+        let faces = pass.faces;
+        Ok(Pipelines { plain: all(false), detailed: if kind.detailed { all(true) } else { Vec::new() }, faces })
+    }
+
+    /// Whether the insides of what a section opens are drawn: by passes of what a camera sees.
+    pub(super) fn opens(&self) -> bool {
+        self.faces == Faces::Front
     }
 
     /// The pipeline for a kind of instance.
@@ -199,7 +206,8 @@ fn pipeline(
         attributes: &attributes,
     })];
     let flags = ["cut_out", "detailed"].into_iter().zip(flags.map(|flag| f64::from(u8::from(flag))));
-    let constants: Vec<(&str, f64)> = pass.constants.iter().copied().chain(flags).collect();
+    let opens = ("opens", f64::from(u8::from(pass.faces == Faces::Front)));
+    let constants: Vec<(&str, f64)> = pass.constants.iter().copied().chain(flags).chain([opens]).collect();
     let targets: Vec<_> = pass.formats.iter().map(|&format| Some(format.into())).collect();
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(pass.fragment),

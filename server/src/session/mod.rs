@@ -38,6 +38,8 @@ use kept::{GiveWay, Name};
 use link::{Counted, Link, ended, refuse};
 pub use shared::{House, Shared};
 
+/// How often the scene may be put before a client otherwise, in seconds: as often as a slider that is dragged asks for it.
+const STAGED_EVERY_S: f64 = 0.1;
 /// A virtual session hears nothing while its client works through a step of its own time.
 const VIRTUAL_SILENCE_S: f64 = 300.0;
 
@@ -51,6 +53,8 @@ struct Connection<'a> {
     client: Option<Box<Client>>,
     /// The client asked to begin anew while the copy was away.
     start_anew: bool,
+    /// Server time when the scene was put before the client otherwise; negative infinity before.
+    staged_at_s: f64,
     /// While others may follow this session.
     presenting: Option<Arc<Presenting>>,
     /// A follower's, until it begins.
@@ -95,6 +99,7 @@ pub(crate) async fn run(shared: &Shared, socket: WebSocket, guest: Guest) {
         viewer: Arc::new(Mutex::new(Viewer::at_start(view, shared.welcome().start_world_from_eye, scene_time_s))),
         client: Some(Box::default()),
         start_anew: false,
+        staged_at_s: f64::NEG_INFINITY,
         presenting: None,
         following: None,
         turn: None,
@@ -151,8 +156,6 @@ impl Connection<'_> {
                 self.client.iter_mut().for_each(|client| client.set_draws(draws));
             }
             ServerEvent::Stages => {
-                let staging = self.link.session.staging();
-                self.client.iter_mut().for_each(|client| client.stage(staging));
                 drop(viewer);
                 self.tell_followers();
             }
@@ -227,6 +230,14 @@ impl Connection<'_> {
         *self.viewer.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Has the scene put before the client as it asked for last, where its copy is here and that was not just done: each time it may begin anew.
+    fn put_before(&mut self, now_s: f64) {
+        let Some(client) = self.client.as_mut().filter(|_| now_s - self.staged_at_s >= STAGED_EVERY_S) else { return };
+        if client.stage(self.link.session.staging()) {
+            self.staged_at_s = now_s;
+        }
+    }
+
     /// What a turn at the worker would be for now; `None` where it would bring nothing. What will be needed next waits for all that is
     /// in flight, and in real time for all other sessions too.
     fn wish(&self, now_s: f64) -> Option<Wish> {
@@ -276,7 +287,6 @@ impl Connection<'_> {
             }
         }
         client.set_draws(self.link.session.draws());
-        client.stage(self.link.session.staging());
         self.shared.plans.put(self.link.number, &client.inventory);
         self.client = Some(client);
     }

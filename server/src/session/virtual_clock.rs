@@ -53,6 +53,7 @@ impl Connection<'_> {
 
     async fn tick(&mut self, tick_s: f64) -> Result<(), End> {
         self.run_until(tick_s)?;
+        self.put_before(tick_s);
         if let Some(wish) = self.wish(tick_s)
             && let Some(client) = self.client.take()
         {

@@ -48,6 +48,7 @@ impl<'a> Connection<'a> {
                 return self.link.follow(following).await;
             }
             if self.turn.is_none() && now_s >= next_tick_s {
+                self.put_before(now_s);
                 next_tick_s = f64::max(next_tick_s + interval_s, now_s);
                 self.turn = self.make_whole().or_else(|| self.wish(now_s).and_then(|wish| self.take_turn(wish)));
                 quiet_ticks = if self.turn.is_none() { quiet_ticks.saturating_add(1) } else { 0 };

@@ -96,6 +96,8 @@ struct SurfaceMaterial {
 override cut_out: bool = false;
 // Whether the material may have a normal map or vary from place to place: without, nothing is read for it.
 override detailed: bool = false;
+// Whether the insides of what a section opens are seen: not by passes of faces that turn away.
+override opens: bool = true;
 
 struct MeshVertex {
     @location(0) position: vec3f,
@@ -290,7 +292,7 @@ fn surface_at(v: Varying, front_facing: bool, triangle_of_mesh: u32, texel: vec4
     var normal = v.normal_world * inverseSqrt(max(squared, 1e-30));
     let is_back = front_facing == ((instance.flags & MIRRORED) != 0u);
     // Where a plane cuts it open, its insides are seen.
-    let is_open = any(section.xyz != vec3f(0.0));
+    let is_open = opens && any(section.xyz != vec3f(0.0));
     if (material.double_sided != 0u || is_open) && is_back {
         normal = -normal;
     }

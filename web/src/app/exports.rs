@@ -12,7 +12,7 @@ use client::show::staging;
 use client::show::tape::Tape;
 use glam::DVec3;
 use protocol::message::Role;
-use protocol::staging::{Parts, SceneMotion};
+use protocol::staging::{Parts, Playback, SceneMotion};
 use protocol::{Held, Purpose};
 
 use super::{APP, App, near_m, now_s};
@@ -182,13 +182,22 @@ pub fn staged() -> String {
 }
 
 /// See [`crate::play`].
-pub fn play(rate: f64) {
+pub fn play(rate: f64) -> Result<(), String> {
+    let (least, most) = (Playback::SLOWEST, Playback::FASTEST);
+    if rate != 0.0 && !(least..=most).contains(&rate) {
+        return Err(format!("{rate} times as fast: use 0, or {least} to {most}"));
+    }
     with_viewer(|viewer| viewer.play(rate, now_s()));
+    Ok(())
 }
 
 /// See [`crate::seek`].
-pub fn seek(time_s: f64) {
+pub fn seek(time_s: f64) -> Result<(), String> {
+    if !(Playback { scene_time_s: time_s, ..Playback::default() }).is_valid() {
+        return Err(format!("{time_s} s is no time of a scene"));
+    }
     with_viewer(|viewer| viewer.seek(time_s, now_s()));
+    Ok(())
 }
 
 /// See [`crate::show_parts`].

@@ -70,6 +70,16 @@ impl Places {
         *self = Places { tool: (!is_same).then_some(tool), ..Places::default() };
     }
 
+    /// What was asked for last will have no answer: what it was asked of is gone.
+    pub fn forget_asked(&mut self) {
+        self.sought = None;
+    }
+
+    /// No pointer is over the picture, or what is below it has gone on.
+    pub fn leave(&mut self) {
+        (self.pointer, self.below) = (None, None);
+    }
+
     /// The eye is to go to a place.
     pub fn visit(&mut self, at_px: DVec2) {
         self.seeks = Some((at_px, Sought::Visit));
@@ -137,7 +147,11 @@ impl Places {
 
     /// Shows the tape where its ends are in the picture, and the name of what is below the pointer.
     pub fn show(&self, page: &Page, viewer: &mut Viewer, seen: Option<(&Screen, Eye)>, now_s: f64) {
-        let name = self.below.and_then(|(at_px, object)| Some((at_px, viewer.name_of(object, now_s)?)));
+        let named = |(at_px, object): (DVec2, u16)| {
+            let name = viewer.name_of(object, now_s)?;
+            Some((at_px, if name.is_empty() { object.to_string() } else { name }))
+        };
+        let name = self.below.and_then(named);
         page.show_name(name.as_ref().map(|(at_px, name)| (*at_px, name.as_str())));
         page.show_parts(self.chosen().is_some());
         let (Some(tape), Some((screen, eye))) = (self.tape(), seen) else { return page.show_tape(None) };

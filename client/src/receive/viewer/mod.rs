@@ -271,6 +271,9 @@ impl Viewer {
                         is_anew = true;
                     }
                     self.welcome = Some(*welcome);
+                    self.staged.forget_names();
+                    // It may have changed since the greeting.
+                    session.set_staging(&self.staged.staging, now_s);
                     // The server learns the pose anew.
                     self.motion = MotionEstimator::default();
                 }
@@ -367,7 +370,12 @@ impl Viewer {
         &self.staged.staging
     }
 
+    /// Has the scene put before it so from now on; not as none is, and not for who follows.
     fn put(&mut self, staging: Staging, now_s: f64) {
+        let is_valid = staging.playback.is_valid() && staging.excerpt.is_valid();
+        if !is_valid || matches!(self.role, Role::Follower(_)) {
+            return;
+        }
         self.staged.staging = staging;
         if let Some(session) = self.session.as_mut().filter(|session| session.is_open()) {
             session.set_staging(&self.staged.staging, now_s);
@@ -389,7 +397,8 @@ impl Viewer {
 
     /// Scene time goes on so many times as fast from now on; 0 stops it.
     pub fn play(&mut self, rate: f64, now_s: f64) {
-        if let Some(server_s) = self.server_time_now_s(now_s) {
+        let moves = self.scene_motion() != SceneMotion::Still;
+        if let Some(server_s) = self.server_time_now_s(now_s).filter(|_| moves) {
             let playback = self.playback().at_rate(rate.clamp(0.0, Playback::FASTEST), server_s);
             self.put(Staging { playback, ..self.staging().clone() }, now_s);
         }
@@ -397,7 +406,7 @@ impl Viewer {
 
     /// Scene time is this one now, in seconds.
     pub fn seek(&mut self, scene_time_s: f64, now_s: f64) {
-        if let Some(server_s) = self.server_time_now_s(now_s).filter(|_| scene_time_s.is_finite()) {
+        if let Some(server_s) = self.server_time_now_s(now_s) {
             let playback = self.playback().from(scene_time_s, server_s);
             self.put(Staging { playback, ..self.staging().clone() }, now_s);
         }
@@ -423,7 +432,6 @@ impl Viewer {
 
     /// The server's clock may have begun anew: the scene goes on from where it was, in seconds.
     fn go_on_from(&mut self, scene_time_s: Option<f64>, now_s: f64) {
-        self.staged.forget_names();
         let goes_otherwise = self.staging().playback != Playback::default();
         if let Some(scene_time_s) = scene_time_s.filter(|_| goes_otherwise) {
             self.seek(scene_time_s, now_s);

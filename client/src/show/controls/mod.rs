@@ -248,7 +248,7 @@ impl Controls {
         self.glides = glides;
     }
 
-    /// Whether walls stop who walks, by keys, sticks or the wheel.
+    /// Whether walls stop who walks, by keys or sticks.
     pub fn set_walls(&mut self, are_on: bool) {
         self.walls = Walls { are_on, wall: None };
     }
@@ -397,7 +397,7 @@ impl Controls {
             }
             Input::Wheel { notches } if notches.is_finite() => match self.mode {
                 Mode::Orbit => self.zoom(ZOOM_PER_NOTCH.powf(notches)),
-                Mode::Walk => self.walk(self.forward() * (self.speed_m_s * WALK_PER_NOTCH_S * notches)),
+                Mode::Walk => self.anchor_world += self.forward() * (self.speed_m_s * WALK_PER_NOTCH_S * notches),
             },
             Input::Wheel { .. } => {}
             Input::Key { key, down } => self.keys[key as usize] = down,

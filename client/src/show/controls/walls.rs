@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use crate::draw::feel::Wall;
 
-/// Who walks is as wide to both sides as he goes in so many seconds: 0.24 m.
+/// A person's radius, in metres; in scenes that are smaller than he would be, what he goes there in so many seconds.
+const BODY_M: f64 = 0.24;
 const BODY_S: f64 = 0.15;
 /// A wall counts so far beside the point where it was met, in bodies: it may end there.
 const REACH_BODIES: f64 = 4.0;
@@ -20,7 +21,7 @@ pub(super) struct Walls {
 
 /// The radius of who walks at a speed, in metres.
 pub(super) fn body_m(speed_m_s: f64) -> f64 {
-    speed_m_s * BODY_S
+    (speed_m_s * BODY_S).min(BODY_M)
 }
 
 impl Walls {
@@ -41,8 +42,6 @@ impl Walls {
 mod tests {
     use super::*;
 
-    const BODY_M: f64 = 0.25;
-
     /// A wall a metre ahead of the origin, along -z.
     fn ahead() -> Walls {
         let wall = Wall { point_world: DVec3::NEG_Z, normal_world: DVec3::Z };
@@ -53,10 +52,16 @@ mod tests {
     fn a_wall_stops_who_goes_towards_it_and_lets_him_slide_along() {
         let walls = ahead();
         assert_eq!(walls.stop(DVec3::ZERO, DVec3::NEG_Z * 0.5, BODY_M), DVec3::NEG_Z * 0.5, "not there yet");
-        assert!((walls.stop(DVec3::ZERO, DVec3::NEG_Z * 5.0, BODY_M).z + 0.75).abs() < 1e-12);
-        let slid = walls.stop(DVec3::NEG_Z * 0.75, DVec3::new(0.1, 0.0, -0.1), BODY_M);
+        assert!((walls.stop(DVec3::ZERO, DVec3::NEG_Z * 5.0, BODY_M).z + 1.0 - BODY_M).abs() < 1e-12);
+        let slid = walls.stop(DVec3::NEG_Z * (1.0 - BODY_M), DVec3::new(0.1, 0.0, -0.1), BODY_M);
         assert!(slid.distance(DVec3::X * 0.1) < 1e-12, "{slid}");
-        assert_eq!(walls.stop(DVec3::NEG_Z * 0.75, DVec3::Z, BODY_M), DVec3::Z, "away from it");
+        assert_eq!(walls.stop(DVec3::NEG_Z * (1.0 - BODY_M), DVec3::Z, BODY_M), DVec3::Z, "away from it");
+    }
+
+    #[test]
+    fn nobody_is_wider_than_a_person_however_large_the_scene() {
+        assert_eq!(body_m(30.0), BODY_M);
+        assert!(body_m(0.01) < 0.01, "nor wider than a doll's house");
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl Running<'_> {
         let Some(welcome) = self.viewer.welcome() else { return };
         let (min, max) = (welcome.bounds_min_world.into(), welcome.bounds_max_world.into());
         let mut controls = Controls::new(welcome.start_world_from_eye, welcome.walk, min, max);
-        controls.set_walls(true);
+        controls.set_walls(self.controls.as_ref().is_none_or(Controls::has_walls));
         self.controls = Some(controls);
     }
 

@@ -92,7 +92,7 @@ pub(super) fn scene(
     let found = instances.len();
     let mut parts = Parts { meshes, instances, sources, rest };
     if found as u64 > request.limits.objects {
-        let merged = merged(parts, request.limits.objects, request.limits.triangles)?;
+        let merged = merged(parts, request.limits)?;
         for deform in &mut deforms {
             deform.instance = merged.new_of_old[deform.instance as usize];
         }
@@ -219,8 +219,8 @@ struct Assembly<'a> {
     rest_pose: &'a Pose,
     moving: &'a [bool],
     morphing: &'a [bool],
-    /// Undeformed meshes of the scene, by primitive and whether their winding is flipped.
-    known: HashMap<(PrimitiveId, bool), u32>,
+    /// Undeformed meshes of the scene, by primitive.
+    known: HashMap<PrimitiveId, u32>,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
     sources: Vec<Source>,
@@ -280,7 +280,7 @@ impl Assembly<'_> {
             self.charge_copy(primitive, skin)?;
             self.add_deformed(node, primitive, skin, rest_weights, deforms, place)
         } else {
-            (self.shared_mesh(id, primitive, place.matrix3.determinant() < 0.0), place)
+            (self.shared_mesh(id, primitive), place)
         };
         self.instances.push(Instance {
             mesh,
@@ -325,7 +325,7 @@ impl Assembly<'_> {
     ) -> (u32, DAffine3) {
         let mirrored = match skin {
             Some(skin) => self.is_skin_mirrored(skin),
-            None => place.matrix3.determinant() < 0.0,
+            None => false,
         };
         let mut source = DeformSource {
             instance: self.instances.len() as u32,
@@ -360,19 +360,15 @@ impl Assembly<'_> {
         skin.joints.iter().zip(&skin.joint_from_bind).filter(|pair| mirrors(*pair)).count() * 2 > skin.joints.len()
     }
 
-    fn shared_mesh(&mut self, id: PrimitiveId, primitive: &Primitive, mirrored: bool) -> u32 {
-        *self.known.entry((id, mirrored)).or_insert_with(|| {
-            let mut mesh = primitive.built.mesh.clone();
-            if mirrored {
-                flip(&mut mesh);
-            }
-            self.meshes.push(mesh);
+    fn shared_mesh(&mut self, id: PrimitiveId, primitive: &Primitive) -> u32 {
+        *self.known.entry(id).or_insert_with(|| {
+            self.meshes.push(primitive.built.mesh.clone());
             self.meshes.len() as u32 - 1
         })
     }
 }
 
-/// Turns the winding round: an instance that mirrors turns it back (glTF 2.0, 3.7.4).
+/// Turns the winding round: bones that mirror turn it back (glTF 2.0, 3.7.4).
 fn flip(mesh: &mut Mesh) {
     for [_, b, c] in mesh.indices.as_chunks_mut::<3>().0 {
         std::mem::swap(b, c);

@@ -3,13 +3,13 @@
 //! Parts that neither move nor deform are put together with their neighbours of the same material, along a curve that fills space (Morton, 1966), no more of them than it takes. What
 //! moves keeps to itself.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::motion::Source;
-use crate::load::LoadError;
 use crate::load::geometry::bounds_of;
+use crate::load::{LoadError, LoadLimits};
 use crate::{Instance, Mesh, Vertex};
 
 /// Steps of the curve along an axis: three of them fill 63 bits.
@@ -35,35 +35,37 @@ pub(super) struct Merged {
     pub new_of_old: Vec<u32>,
 }
 
-/// Puts parts together until there are `most` of them at most, with no more than `most_triangles` in all meshes.
+/// Puts parts together until there are as many as `limits` allow: no more of them than that takes, and first those of the fewest triangles.
 ///
 /// # Errors
-/// [`LoadError::TooLarge`] where more of them move, or have materials of their own, than that; and where triangles that instances shared are too many.
-pub(super) fn merged(parts: Parts, most: u64, most_triangles: u64) -> Result<Merged, LoadError> {
+/// [`LoadError::TooLarge`] where more of them move, or have materials of their own, than that; and where triangles or vertices that instances shared are too many.
+pub(super) fn merged(parts: Parts, limits: &LoadLimits) -> Result<Merged, LoadError> {
     let stands = |instance: &Instance| !instance.moves && !instance.deforms;
     let mut by_material: BTreeMap<(u32, bool), Vec<usize>> = BTreeMap::new();
     for (index, instance) in parts.instances.iter().enumerate().filter(|(_, instance)| stands(instance)) {
         let mesh = &parts.meshes[instance.mesh as usize];
         by_material.entry((mesh.material, !mesh.second_uvs.is_empty())).or_default().push(index);
     }
-    let standing: usize = by_material.values().map(Vec::len).sum();
-    let moving = (parts.instances.len() - standing) as u64;
-    // A group of each material may be smaller than the others.
-    let room = most.saturating_sub(moving + by_material.len() as u64);
-    LoadError::check_limit("objects that move or have a material of their own", most - room + 1, most)?;
-    let together = (standing as u64).div_ceil(room).max(1) as usize;
+    let places = places(&parts);
+    let mut rows: Vec<Vec<usize>> = by_material.into_values().collect();
+    rows.iter_mut().for_each(|row| row.sort_by_key(|&index| places[index]));
+    let standing: usize = rows.iter().map(Vec::len).sum();
+    let least = (parts.instances.len() - standing + rows.len()) as u64;
+    LoadError::check_limit("objects that move or have a material of their own", least, limits.objects)?;
+    let joints = parts.cheapest_joints(&rows, parts.instances.len() - limits.objects as usize);
     let mut groups: Vec<Vec<usize>> =
         (0..parts.instances.len()).filter(|&index| !stands(&parts.instances[index])).map(|index| vec![index]).collect();
-    let places = places(&parts);
-    for mut members in by_material.into_values() {
-        members.sort_by_key(|&index| places[index]);
-        groups.extend(members.chunks(together).map(<[usize]>::to_vec));
+    for (number, row) in rows.iter().enumerate() {
+        for (place, &index) in row.iter().enumerate() {
+            match groups.last_mut().filter(|_| place > 0 && joints.contains(&(number, place - 1))) {
+                Some(group) => group.push(index),
+                None => groups.push(vec![index]),
+            }
+        }
     }
     // Objects stay in the order of the file, as far as there are any.
     groups.sort_by_key(|members| members[0]);
-    let triangles = |members: &Vec<usize>| members.iter().map(|&index| parts.mesh_of(index).indices.len() as u64 / 3);
-    let merged_triangles = groups.iter().filter(|members| members.len() > 1).flat_map(triangles).sum();
-    LoadError::check_limit("triangles of parts that are put together", merged_triangles, most_triangles)?;
+    parts.check_copies(&groups, limits)?;
     Ok(parts.in_groups(&groups))
 }
 
@@ -85,6 +87,32 @@ fn places(parts: &Parts) -> Vec<u64> {
 impl Parts {
     fn mesh_of(&self, index: usize) -> &Mesh {
         &self.meshes[self.instances[index].mesh as usize]
+    }
+
+    /// So many joints between neighbours of a row, each by its row and its place there: those that make the groups of the fewest triangles. Of equals every second one first, then every fourth of those that are
+    /// left, and so on: groups grow evenly.
+    fn cheapest_joints(&self, rows: &[Vec<usize>], count: usize) -> HashSet<(usize, usize)> {
+        let triangles = |index: usize| self.mesh_of(index).indices.len() as u64 / 3;
+        let joints_of = |(number, row): (usize, &Vec<usize>)| {
+            let pairs = row.windows(2).enumerate();
+            let joint = |(place, pair): (usize, &[usize])| {
+                let grown = 1_u64 << place.trailing_ones();
+                ((triangles(pair[0]) + triangles(pair[1])).saturating_mul(grown), number, place)
+            };
+            pairs.map(joint).collect::<Vec<_>>()
+        };
+        let mut joints: Vec<(u64, usize, usize)> = rows.iter().enumerate().flat_map(joints_of).collect();
+        joints.sort_unstable();
+        joints.into_iter().take(count).map(|(_, number, place)| (number, place)).collect()
+    }
+
+    /// Refuses groups whose copies of meshes that instances shared are too many.
+    fn check_copies(&self, groups: &[Vec<usize>], limits: &LoadLimits) -> Result<(), LoadError> {
+        let copied = || groups.iter().filter(|members| members.len() > 1).flatten().map(|&index| self.mesh_of(index));
+        let triangles = copied().map(|mesh| mesh.indices.len() as u64 / 3).sum();
+        LoadError::check_limit("triangles of parts that are put together", triangles, limits.triangles)?;
+        let vertices = copied().map(|mesh| mesh.vertices.len() as u64).sum();
+        LoadError::check_limit("vertices of parts that are put together", vertices, limits.vertices)
     }
 
     /// One part for each group. Meshes that none shows any more are dropped.
@@ -116,7 +144,7 @@ impl Parts {
         Merged { parts: new, new_of_old }
     }
 
-    /// The mesh of parts in their places, relative to their middle, and that, in world space.
+    /// The mesh of parts in their places, relative to their middle, and that, in world space. Its faces are counter-clockwise as they lie there.
     fn put_together(&self, members: &[usize]) -> (Mesh, DVec3) {
         let sum: DVec3 = members.iter().map(|&index| self.rest[index].translation).sum();
         let centre_world = sum / members.len() as f64;
@@ -128,7 +156,11 @@ impl Parts {
             let first = all.vertices.len() as u32;
             all.vertices.extend(mesh.vertices.iter().map(|vertex| placed(vertex, &place, &normals, tint)));
             all.second_uvs.extend_from_slice(&mesh.second_uvs);
-            all.indices.extend(mesh.indices.iter().map(|index| first + index));
+            let mirrors = place.matrix3.determinant() < 0.0;
+            for &[a, b, c] in mesh.indices.as_chunks::<3>().0 {
+                let (b, c) = if mirrors { (c, b) } else { (b, c) };
+                all.indices.extend([a, b, c].map(|index| first + index));
+            }
         }
         all.bounds = bounds_of(&all.vertices);
         (all, centre_world)
