@@ -121,7 +121,7 @@ export function findingTests({ bin, web, shots, renderer, at }) {
       await page.keyboard.up('w');
       assert.equal(through.walls, false);
     })],
-    ['draws as finely as one chooses, and marks what it does not hold', () => opened('&eye=2,1.6,2&target=0,1.6,-3', async (page) => {
+    ['draws as finely as one chooses, and marks what it does not hold', () => opened('&eye=2,1.6,2&target=0,1.6,-3&soft-points=2', async (page) => {
       await settled(page);
       await page.locator('#quality').selectOption('fine');
       const fine = await until(page, 'shadows', (now) => now.picture && now.effects?.every((drawn) => drawn === 'on'));
