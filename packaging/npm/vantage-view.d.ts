@@ -53,7 +53,7 @@ export interface VantageEventMap {
 
 /**
  * Attributes: `src`, the server's address (wss://host/ws, or that of its page); `token`, what it must be told, where it asks for that; and what the server's page takes in its own address:
- * `scene`, `eye` and `target` ("x,y,z"), `mode` ("walk" or "turn"), `fov` (degrees), `exposure` (stops), `renderer` ("webgpu" or "webgl2"), `shadows`, `occlusion`, `antialias`, `camera`,
+ * `scene`, within its file `file-scene` and `variant`, `eye` and `target` ("x,y,z"), `mode` ("walk" or "turn"), `fov` (degrees), `exposure` (stops), `renderer` ("webgpu" or "webgl2"), `shadows`, `occlusion`, `antialias`, `camera`,
  * `present`, `follow`, `time` (seconds, where it stops) or `rate`, `hide` or `only` (numbers of objects, with commas between them), `cut` ("x,y,z,metres"), and `bare`, without figures and buttons. A change of any loads anew.
  */
 export class VantageViewElement extends HTMLElement {

@@ -8,6 +8,7 @@ use camera::CorridorMap;
 use camera::written::NamedCamera;
 use glam::{DAffine3, DVec3};
 
+use crate::load::Offer;
 use crate::rig::Rig;
 
 /// A vertex, in its mesh's own space. Meshes are centred by the loader, so f32 is relative to the mesh, never to the world.
@@ -407,6 +408,8 @@ pub struct Scene {
     pub lights_move: bool,
     /// Cameras of the file as `world_from_eye` with a vertical field of view, at time 0.
     pub cameras: Vec<SceneCamera>,
+    /// What else may be shown of its file, and what its cameras are called there.
+    pub offer: Offer,
     /// Extent at time 0.
     pub bounds: Bounds,
     /// Whether it is meant to be walked in (at eye height on the ground) rather than turned.

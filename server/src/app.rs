@@ -17,6 +17,7 @@ use crate::limits::SceneLimits;
 use crate::peers::{Door, Peers};
 use crate::pool::Pool;
 use crate::routes::{self, Gate};
+use crate::serving::within::Within;
 use crate::serving::{Load, Serving, Stock};
 use crate::session::{House, Shared};
 use crate::stats::Stats;
@@ -67,7 +68,10 @@ pub struct Attendance {
 impl Attendance {
     /// Sessions now: of clients that have greeted; `None` while nobody may come.
     pub fn sessions(&self) -> Option<usize> {
-        self.serving.open(None).ok().map(|_| self.places.saturating_sub(self.house.places.available_permits()))
+        self.serving
+            .open(None, &Within::default())
+            .ok()
+            .map(|_| self.places.saturating_sub(self.house.places.available_permits()))
     }
 }
 

@@ -9,6 +9,7 @@ use axum::body::Bytes;
 use axum::extract::ws::WebSocket;
 
 use crate::peers::{Doorstep, Peers, Place};
+use crate::serving::within::Within;
 use crate::uploads::Uploads;
 
 /// See the module.
@@ -35,6 +36,11 @@ pub(crate) trait Host: Send + Sync {
         serde_json::json!({ "scenes": [], "uploads": null })
     }
 
+    /// What may be chosen within the file of a scene that is shown now; `None` where it is not.
+    fn offered(&self, _scene: Option<&str>, _within: &Within) -> Option<serde_json::Value> {
+        None
+    }
+
     /// A small picture of a scene, a JPEG.
     fn thumbnail(&self, _scene: &str) -> Option<Bytes> {
         None
@@ -55,6 +61,8 @@ pub(crate) struct Guest {
     pub peer: SocketAddr,
     /// The scene that it asks for; `None`: whichever there is.
     pub scene: Option<String>,
+    /// What of its file.
+    pub within: Within,
     /// Until it has greeted.
     pub doorstep: Doorstep,
     /// Among the connections of its address, where it comes by way of a proxy.

@@ -4,6 +4,7 @@
 #![recursion_limit = "256"]
 
 use std::io::{stderr, stdout};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,6 +12,7 @@ use std::time::Duration;
 use anyhow::Context;
 use clap::CommandFactory;
 use gpu::{Gpu, GpuError};
+use scene::load::is_scene_file;
 use vantage_server::app::Attendance;
 use vantage_server::notify::{self, notify};
 use vantage_server::operate::{Prepare, operate};
@@ -161,12 +163,13 @@ fn opened_uploads(options: &UploadOptions) -> anyhow::Result<Option<Arc<Uploads>
 
 async fn serve(mut options: Options, config: Config, gpu: Gpu) -> anyhow::Result<()> {
     let (folder, first_name) = opened_folder(&mut options)?;
-    let stock = Stock::new(folder, opened_uploads(&options.uploads)?);
+    let mut stock = Stock::new(folder, opened_uploads(&options.uploads)?);
     let mut signals = Signals::new()?;
     let listening = app::listen(&config).await?;
     log::say(stdout(), listening.url());
     tend_for_agones(&options, listening.attendance());
     let progress = listening.progress();
+    let first_file = options.scene.as_ref().map(PathBuf::from).filter(|path| is_scene_file(path) && path.is_file());
     let preparer = Arc::new(Preparer::new(options, config, gpu));
     let loads = preparer.clone();
     let prepare: Prepare = Arc::new(move || loads.first(&progress));
@@ -177,8 +180,11 @@ async fn serve(mut options: Options, config: Config, gpu: Gpu) -> anyhow::Result
         () = signals.stop() => return Ok(()),
         loaded = loading => loaded??,
     };
+    if let Some(path) = first_file.filter(|_| scene.offer.scenes.len() + scene.offer.variants.len() > 0) {
+        stock = stock.with_first(first_name.clone().unwrap_or_else(|| scene.name.clone()), path);
+    }
     if !stock.is_none() {
-        listening.offer(stock, first_name, Arc::new(move |path, says| preparer.file(path, says)));
+        listening.offer(stock, first_name, Arc::new(move |file, says| preparer.file(file, says)));
     }
     let running = listening.serve(config, scene, imager)?;
     tracing::info!("ready");

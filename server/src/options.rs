@@ -1,6 +1,6 @@
 //! The command line of `vantage-server`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Parser;
 use protocol::codec::{ColourSteps, Profile};
@@ -17,6 +17,7 @@ use crate::port_options::PortOptions;
 use crate::publish::options::PublishOptions;
 use crate::relay::options::RelayOptions;
 use crate::serving::options::FolderOptions;
+use crate::serving::within::{SceneFile, Within};
 use crate::source;
 use crate::uploads::options::UploadOptions;
 
@@ -356,10 +357,11 @@ impl Options {
         self.look.of(self.scene.as_deref())
     }
 
-    /// The same for another scene file, of which nothing is chosen.
-    pub fn of_file(&self, path: &Path) -> Options {
-        let scene = Some(path.to_string_lossy().into_owned());
-        Options { scene, file_scene: None, variant: None, file_camera: None, graph_camera: Vec::new(), ..self.clone() }
+    /// The same for another scene file.
+    pub fn of_file(&self, file: &SceneFile) -> Options {
+        let scene = Some(file.path.to_string_lossy().into_owned());
+        let Within { scene: file_scene, variant } = file.within.clone();
+        Options { scene, file_scene, variant, file_camera: None, graph_camera: Vec::new(), ..self.clone() }
     }
 }
 

@@ -1,6 +1,5 @@
 //! A scene made ready to be served: loaded as options say, with its light and its cameras, and uploaded.
 
-use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use gpu::{Gpu, GpuError};
@@ -15,6 +14,7 @@ use crate::config::Config;
 use crate::devices::Devices;
 use crate::imager::{GpuImager, Imager, ImagerError};
 use crate::options::Options;
+use crate::serving::within::SceneFile;
 use crate::source::{self, SourceError};
 
 /// Steps of the bar.
@@ -70,8 +70,8 @@ impl Preparer {
     }
 
     /// A scene file, as the options say that do not choose within one.
-    pub fn file(&self, path: &Path, says: &(dyn Fn(String) + Sync)) -> Result<Prepared, PrepareError> {
-        self.prepare(&self.options.of_file(path), says)
+    pub fn file(&self, file: &SceneFile, says: &(dyn Fn(String) + Sync)) -> Result<Prepared, PrepareError> {
+        self.prepare(&self.options.of_file(file), says)
     }
 
     fn prepare(&self, options: &Options, says: &(dyn Fn(String) + Sync)) -> Result<Prepared, PrepareError> {

@@ -1,5 +1,5 @@
 //! What one port answers: the web client, the websocket, and what a host asks: `/livez`, `/readyz`, `/healthz`, `/metrics`, `/plan`,
-//! `/scenes`; and what it takes: `/uploads`.
+//! `/scenes` and `/offer`; and what it takes: `/uploads`.
 
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ use crate::config::Config;
 use crate::host::{Guest, Host};
 use crate::http::MoreTime;
 use crate::peers::{Caller, Crowded, Peers, Place};
+use crate::serving::within::Within;
 use crate::session::link::refuse;
 use crate::{figures, page, uploads};
 
@@ -83,6 +84,7 @@ pub(crate) fn router(gate: Arc<Gate>, config: &Config) -> Router {
         .route("/metrics", get(measures))
         .route("/plan", get(plan))
         .route("/scenes", get(scenes))
+        .route("/offer", get(offer))
         .route("/thumbnail", get(thumbnail))
         .route("/uploads", post(upload))
         .route(WEBSOCKET, get(websocket))
@@ -190,6 +192,18 @@ async fn scenes(
     Ok(scenes.map_or_else(|_| StatusCode::INTERNAL_SERVER_ERROR.into_response(), |scenes| Json(scenes).into_response()))
 }
 
+/// What may be chosen within the file of a scene that is shown now, for who may connect.
+async fn offer(
+    State(gate): State<Arc<Gate>>,
+    Query(asked): Query<Asked>,
+    headers: HeaderMap,
+) -> Result<Response, Untold> {
+    gate.host_for(&asked, &headers)?;
+    // It may read a folder.
+    let found = tokio::task::spawn_blocking(move || gate.host.offered(asked.scene.as_deref(), &asked.within())).await;
+    Ok(Json(found.ok().flatten().unwrap_or_else(|| serde_json::json!({}))).into_response())
+}
+
 /// A small picture of a scene, for who may connect.
 async fn thumbnail(
     State(gate): State<Arc<Gate>>,
@@ -226,6 +240,15 @@ async fn upload(
 struct Asked {
     token: Option<String>,
     scene: Option<String>,
+    #[serde(rename = "file-scene")]
+    file_scene: Option<String>,
+    variant: Option<String>,
+}
+
+impl Asked {
+    fn within(&self) -> Within {
+        Within { scene: self.file_scene.clone(), variant: self.variant.clone() }
+    }
 }
 
 async fn websocket(
@@ -269,6 +292,10 @@ async fn websocket(
                 tracing::warn!(%peer, "refused: {refused}");
                 return refuse(socket, &refused.to_string(), false).await;
             }
-            host.run(socket, Guest { peer, scene: asked.scene, doorstep, place, by_token, origin }).await;
+            host.run(
+                socket,
+                Guest { peer, within: asked.within(), scene: asked.scene, doorstep, place, by_token, origin },
+            )
+            .await;
         })
 }

@@ -8,6 +8,7 @@ use axum::extract::ws::WebSocket;
 use crate::host::{Guest, Host, Session};
 use crate::metrics;
 use crate::peers::Peers;
+use crate::serving::within::Within;
 use crate::serving::{NotOpen, Serving};
 use crate::session::link::refuse;
 use crate::session::{self, Shared};
@@ -15,7 +16,13 @@ use crate::uploads::Uploads;
 
 impl Host for Serving {
     fn ready(&self) -> Result<(), String> {
-        self.open(None).map_err(|not_open| not_open.why)?.worker.failure().borrow().clone().map_or(Ok(()), Err)
+        self.open(None, &Within::default())
+            .map_err(|not_open| not_open.why)?
+            .worker
+            .failure()
+            .borrow()
+            .clone()
+            .map_or(Ok(()), Err)
     }
 
     fn health(&self) -> Result<serde_json::Value, String> {
@@ -48,6 +55,10 @@ impl Host for Serving {
         self.list()
     }
 
+    fn offered(&self, scene: Option<&str>, within: &Within) -> Option<serde_json::Value> {
+        self.offered(scene, within)
+    }
+
     fn thumbnail(&self, scene: &str) -> Option<Bytes> {
         self.thumbnail(scene)
     }
@@ -58,11 +69,9 @@ impl Host for Serving {
 
     fn run(self: Arc<Self>, socket: WebSocket, guest: Guest) -> Session {
         Box::pin(async move {
-            let opened = match guest.scene.clone() {
-                None => Ok(self.open(None)),
-                // It may read a folder.
-                Some(scene) => tokio::task::spawn_blocking(move || self.open(Some(&scene))).await,
-            };
+            let (scene, within) = (guest.scene.clone(), guest.within.clone());
+            // It may read a folder.
+            let opened = tokio::task::spawn_blocking(move || self.open(scene.as_deref(), &within)).await;
             match opened {
                 Ok(Ok(shared)) => session::run(&shared, socket, guest).await,
                 Ok(Err(NotOpen { why, again })) => refuse(socket, &why, again).await,

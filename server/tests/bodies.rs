@@ -111,6 +111,7 @@ fn tube(place: DVec3) -> Scene {
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
+        offer: scene::load::Offer::default(),
         warnings: Vec::new(),
         animation: Arc::new(Tube { mesh, place }),
     }

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use net::{Client, NoiseImager, VIEW, config, request, room};
 use protocol::message::{Clock, Resume};
 use protocol::session::{ClientConfig, SessionError};
+use scene::load::Offer;
 use scene::model::Wrap;
 use scene::{Scene, Texture};
 use tokio_tungstenite::connect_async;
@@ -21,6 +22,7 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use vantage_server::limits::SceneLimits;
 use vantage_server::prepare::{PrepareError, Prepared};
 use vantage_server::serving::Folder;
+use vantage_server::serving::within::SceneFile;
 use vantage_server::{Config, Running};
 
 /// For what takes a moment on an idle machine.
@@ -40,7 +42,8 @@ impl Drop for Served {
 }
 
 /// A room of so many mebibytes, by the number in its file.
-fn load(path: &Path, says: &(dyn Fn(String) + Sync), config: &Config) -> Result<Prepared, PrepareError> {
+fn load(file: &SceneFile, says: &(dyn Fn(String) + Sync), config: &Config) -> Result<Prepared, PrepareError> {
+    let path: &Path = &file.path;
     let text = std::fs::read_to_string(path).expect("a file");
     says("reading files, 50 %".to_owned());
     assert!(text != "fault", "a mistake");
@@ -48,11 +51,14 @@ fn load(path: &Path, says: &(dyn Fn(String) + Sync), config: &Config) -> Result<
         let source = vantage_server::source::load("no such scene", 1.0, &|_| {});
         return Err(source.err().expect("there is none").into());
     };
-    let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+    let stem = path.file_stem().expect("a name").to_string_lossy();
+    let name =
+        file.within.variant.as_ref().map_or_else(|| stem.clone().into_owned(), |variant| format!("{variant} {stem}"));
+    let offer = Offer { variants: vec!["red".to_owned(), "blue".to_owned()], ..Offer::default() };
     let (width_px, height_px) = (512, 512 * mebibytes);
     let rgba = vec![0; mebibytes as usize * MIB as usize];
     let texture = Texture { width_px, height_px, rgba, wrap: [Wrap::Clamp; 2], nearest: false };
-    let scene = Arc::new(Scene { name, textures: vec![texture], ..room(false) });
+    let scene = Arc::new(Scene { name, textures: vec![texture], offer, ..room(false) });
     Ok(Prepared { config: config.clone(), scene, imager: Box::new(NoiseImager { delay: Duration::ZERO }) })
 }
 
@@ -67,7 +73,7 @@ async fn served(name: &str, limits: SceneLimits, files: &[(&str, &str)]) -> Serv
     let listening = vantage_server::app::listen(&config).await.expect("a port");
     let of_files = config.clone();
     let open = Folder::open(&folder).expect("a folder of scenes");
-    listening.offer(open, None, Arc::new(move |path, says| load(path, says, &of_files)));
+    listening.offer(open, None, Arc::new(move |file, says| load(file, says, &of_files)));
     let imager = Box::new(NoiseImager { delay: Duration::ZERO });
     let running = listening.serve(config, Arc::new(room(false)), imager).expect("a server");
     Served { running, folder }
@@ -134,6 +140,28 @@ fn scene_of(client: &Client) -> &str {
 fn held(client: &Client) -> Resume {
     let secret = client.welcome.as_ref().expect("welcomed").secret;
     Resume { secret, number: client.held.number, digest: client.held.digest() }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_chosen_within_a_file_is_a_scene_of_its_own() {
+    let served = served("within", SceneLimits::default(), &[("a.glb", "1"), ("b.glb", "1")]).await;
+    let (plain, red) = (served.visited("?scene=a").await, served.visited("?scene=a&variant=red").await);
+    let [plain, red] = [plain.expect("the file as it is"), red.expect("its variant")];
+    assert_eq!([scene_of(&plain), scene_of(&red)], ["a", "red a"]);
+    // What it has not is refused at once where that is known, and after a look at it where not.
+    for (query, is_told) in [("?scene=a&variant=green", "red, blue"), ("?scene=a&file-scene=1", "there are: none")] {
+        let (why, again) = served.goodbye(query).await;
+        assert!(why.contains(is_told) && !again, "{why}");
+    }
+    let (why, again) = served.goodbye("?variant=red").await;
+    assert!(why.contains("there are: none") && !again, "the first scene is no file: {why}");
+    // One file in the list, with all who see any of it.
+    let list = request(&served.running, "/scenes", "").await;
+    assert_eq!(list.matches("\"name\":\"a").count(), 1, "{list}");
+    assert!(list.contains("\"sessions\":2"), "{list}");
+    let offer = request(&served.running, "/offer?scene=a", "").await;
+    assert!(offer.contains("\"variants\":[\"red\",\"blue\"]") && offer.contains("\"cameras\":[]"), "{offer}");
+    assert!(request(&served.running, "/offer?scene=c", "").await.ends_with("{}"), "there is none");
 }
 
 #[tokio::test(flavor = "multi_thread")]

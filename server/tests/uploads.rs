@@ -44,7 +44,7 @@ async fn served(token: Option<&str>, idle: Duration, limits: Option<UploadLimits
     let listening = vantage_server::app::listen(&config).await.expect("a port");
     let of_files = config.clone();
     let stock = Stock::new(None, uploads.map(Arc::new));
-    listening.offer(stock, None, Arc::new(move |path, _| load(path, &of_files)));
+    listening.offer(stock, None, Arc::new(move |file, _| load(&file.path, &of_files)));
     let imager = Box::new(NoiseImager { delay: Duration::ZERO });
     listening.serve(config, Arc::new(room(false)), imager).expect("a server")
 }

@@ -6,6 +6,7 @@ import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { openPage } from './lib/browser.mjs';
+import { document as gltf } from './lib/models.mjs';
 import { canvasPixels, colours, decoded, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, still, until } from './lib/state.mjs';
@@ -27,6 +28,20 @@ function model() {
   [[5, 6, 10, 9], [6, 7, 11, 10], [7, 8, 12, 11], [8, 5, 9, 12]].forEach((of, index) => face(index % 2 ? 'green' : 'red', ...of.reverse()));
   const paint = MATERIALS.map((text) => text.split(' ')).map(([name, ...colour]) => `newmtl ${name}\nKd ${colour.join(' ')}\n`);
   return { 'first box.obj': `${lines.join('\n')}\n`, 'paint.mtl': paint.join('') };
+}
+
+/** A square of one colour that faces +z: red, or blue in its variant; another scene, where it is green; and a camera that sees nothing else. */
+function ofMany() {
+  const square = { POSITION: [-2, -2, 0, 2, -2, 0, 2, 2, 0, -2, 2, 0], indices: [0, 1, 2, 0, 2, 3], at: [0, 0, 0] };
+  const unlit = ([...colour]) => ({ pbrMetallicRoughness: { baseColorFactor: [...colour, 1] }, extensions: { KHR_materials_unlit: {} } });
+  const file = gltf([{ ...square, material: 0 }, { ...square, material: 2 }], [[1, 0, 0], [0, 0, 1], [0, 1, 0]].map(unlit), []);
+  file.meshes[0].primitives[0].extensions = { KHR_materials_variants: { mappings: [{ material: 1, variants: [0] }] } };
+  file.extensions = { KHR_materials_variants: { variants: [{ name: 'Evening & night' }] } };
+  file.extensionsUsed.push('KHR_materials_variants');
+  file.cameras = [{ type: 'perspective', name: 'close', perspective: { yfov: 0.5, znear: 0.1 } }, { type: 'perspective', name: 'closer', perspective: { yfov: 0.25, znear: 0.1 } }];
+  file.nodes.push({ camera: 0, translation: [0, 0, 5] }, { camera: 1, translation: [0, 1, 4] });
+  file.scenes = [{ name: 'Square', nodes: [0, 2, 3] }, { name: 'Other', nodes: [1, 2] }];
+  return { 'many.gltf': JSON.stringify(file) };
 }
 
 /** Hands the paths of files by their names to `use`. */
@@ -149,7 +164,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       const { png } = await saved(page, () => page.locator('#picture-save').click());
       const fine = await decoded(page, png);
       await writeFile(shot('fine'), png);
-      assert.deepEqual([fine.width, fine.height], [1280, 800]);
+      assert.deepEqual([fine.width, fine.height], [2 * first.width, 2 * first.height]);
       await close();
       await server.stop();
     })],
@@ -236,6 +251,40 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await cards.first().click();
       await shows(page, 'pillars');
       assert.equal(new URL(page.url()).search, `?renderer=${renderer}`);
+      await close();
+      await server.stop();
+    })],
+    ['chooses scene, variant and camera of a file', async () => withFiles(ofMany(), async ([scene]) => {
+      const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more: ['--image-size', '256', '--images', '2'] });
+      const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
+      const colour = async (name) => {
+        const { width, height, data } = await still(page, shot(name));
+        const pixel = (Math.floor(height / 2) * width + Math.floor(width / 2)) * 4;
+        return ['red', 'green', 'blue'].filter((_, channel) => data[pixel + channel] > 128).join(' ');
+      };
+      const chosen = async (id, value) => {
+        await page.locator('#scenes-open').click();
+        await page.locator(`#${id}`).selectOption(value);
+      };
+      await page.locator('#scenes-open').waitFor({ state: 'visible' });
+      assert.equal(await colour('of-file'), 'red');
+      await page.locator('#scenes-open').click();
+      await page.screenshot({ path: shot('of-file-dialog') });
+      await page.keyboard.press('Escape');
+      await chosen('file-camera', 'closer');
+      const { fov_deg: fov } = await until(page, 'the camera', ({ pose }) => Math.hypot(pose.position[0], pose.position[1] - 1, pose.position[2] - 4) < 0.01);
+      assert.ok(Math.abs(fov - 0.25 * 180 / Math.PI) < 1e-3, `${fov} degrees`);
+      await chosen('file-variant', 'Evening & night');
+      await page.waitForURL(/variant=Evening/);
+      assert.equal(await colour('variant'), 'blue');
+      const { pose } = await until(page, 'the same view', (now) => now.pose);
+      assert.ok(Math.abs(pose.position[1] - 1) < 0.01, 'a variant is the same view');
+      await chosen('file-scene', 'Other');
+      await page.waitForURL(/file-scene=Other/);
+      assert.equal(await colour('other'), 'green');
+      assert.equal(new URL(page.url()).searchParams.get('variant'), null);
+      await page.goto(`${server.origin}/?renderer=${renderer}&variant=Noon`, { waitUntil: 'load', timeout: PATIENCE_MS });
+      await page.locator('#status', { hasText: 'there is no variant "Noon" in this file; there are: Evening & night' }).waitFor();
       await close();
       await server.stop();
     })],

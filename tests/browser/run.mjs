@@ -19,6 +19,7 @@ import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, still, turned, until } from './lib/state.mjs';
 import { embedTests } from './embed.mjs';
 import { findingTests } from './finding.mjs';
+import { headsetTests } from './headset.mjs';
 import { newcomerTests } from './newcomer.mjs';
 import { stagingTests } from './staging.mjs';
 
@@ -49,10 +50,9 @@ function mortalWorkers() {
 /** What is off where an address says nothing of it: whether frames come in time with it, no test shall hang on. */
 const OFF = { shadows: 'none', occlusion: 'none' };
 
-/** A further page of the browser at an address: a small one, as here each pixel of mirrors and soft shadows takes long. */
+/** A further page of the browser at an address. */
 async function smallPage({ page: first, log }, address) {
   const page = await first.context().newPage();
-  await page.setViewportSize({ width: 400, height: 250 });
   page.on('console', (message) => log(`console ${message.type()}: ${message.text()}`));
   const url = new URL(address);
   Object.entries(OFF).forEach(([name, value]) => url.searchParams.has(name) || url.searchParams.set(name, value));
@@ -516,6 +516,7 @@ function tests(renderer) {
     ...newcomerTests({ bin, web, shots, renderer, at }),
     ...stagingTests({ bin, web, shots, renderer, at }),
     ...findingTests({ bin, web, shots, renderer, at }),
+    ...headsetTests({ bin, web, shots, renderer, at }),
     ...embedTests({ bin, web, shots, renderer, at }),
     ['said nothing wrong in the console', async () => {
       const wrong = at.lines.filter((line) => /^(page error|console error)/.test(line))

@@ -2,6 +2,7 @@
 
 pub mod exports;
 mod places;
+mod worn;
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -30,6 +31,7 @@ use crate::socket::Socket;
 use crate::wishes::wishes;
 use crate::worker;
 use places::{Eye, Places, Tool};
+use worn::{Poses, Worn};
 
 /// Uploading and applying updates takes no more than this share of the time between frames, or one piece or update: four milliseconds where frames come in time, and where
 /// they are slow, what they wait for is there after as many.
@@ -77,6 +79,8 @@ struct App {
     /// The path that is gone.
     replay: Option<Replay>,
     places: Places,
+    /// `None` where the page itself is looked at.
+    worn: Option<Worn>,
     panel_at_s: f64,
     /// When the server was asked last what it sends.
     asked_at_s: f64,
@@ -133,6 +137,7 @@ pub async fn start() -> Result<(), String> {
         recording: None,
         replay: None,
         places: Places::default(),
+        worn: None,
         panel_at_s: f64::NEG_INFINITY,
         asked_at_s: f64::NEG_INFINITY,
         advanced_at_s: now_s(),
@@ -232,22 +237,38 @@ impl App {
 
     fn frame(app: &Rc<RefCell<App>>) {
         let mut this = app.borrow_mut();
+        if this.worn.is_some() {
+            return; // A headset says itself when.
+        }
         let now_s = now_s();
-        this.act(now_s);
-        let apply_budget_s = APPLY_SHARE * (now_s - this.advanced_at_s);
-        this.turn(now_s, apply_budget_s);
+        this.take_in(now_s);
         this.seek(now_s);
         this.move_eye(now_s);
         if let Err(why) = this.draw(now_s) {
-            this.screen = None;
-            this.losses += 1;
-            this.trouble = Some(format!("the graphics device was lost ({why}); making a new one"));
-            wasm_bindgen_futures::spawn_local(App::recover(Rc::clone(app)));
+            this.lose(app, &why);
         }
         this.show_tool(now_s);
-        if now_s - this.panel_at_s >= PANEL_INTERVAL_S {
-            this.panel_at_s = now_s;
-            this.show_panel(now_s);
+        this.refresh_panel(now_s);
+    }
+
+    /// What the person did and what the network brought since the last frame.
+    fn take_in(&mut self, now_s: f64) {
+        self.act(now_s);
+        self.turn(now_s, APPLY_SHARE * (now_s - self.advanced_at_s));
+    }
+
+    /// The graphics device is gone.
+    fn lose(&mut self, app: &Rc<RefCell<App>>, why: &str) {
+        self.screen = None;
+        self.losses += 1;
+        self.trouble = Some(format!("the graphics device was lost ({why}); making a new one"));
+        wasm_bindgen_futures::spawn_local(App::recover(Rc::clone(app)));
+    }
+
+    fn refresh_panel(&mut self, now_s: f64) {
+        if now_s - self.panel_at_s >= PANEL_INTERVAL_S {
+            self.panel_at_s = now_s;
+            self.show_panel(now_s);
         }
     }
 
@@ -275,7 +296,7 @@ impl App {
                 (Action::Measure, _) => self.places.toggle(Tool::Tape(Tape::default())),
                 (Action::ChooseParts, _) => self.places.toggle(Tool::Parts(None)),
                 (Action::SwitchWalls, Some(controls)) => controls.set_walls(!controls.has_walls()),
-                (Action::ChangeFov(degrees), _) => self.change_fov(degrees),
+                (Action::ChangeFov(degrees), _) => self.set_fov(self.fov_y_rad.to_degrees() + degrees),
                 (Action::GoTo(side), Some(controls)) => controls.go_to(side),
                 (Action::ChangeSpeed(factor), Some(controls)) => controls.change_speed(factor),
                 (Action::Follow, _) => self.follow(),
@@ -316,14 +337,20 @@ impl App {
         self.places.show(&self.page, &mut self.viewer, seen, now_s);
     }
 
-    fn change_fov(&mut self, degrees: f64) {
+    fn set_fov(&mut self, degrees: f64) {
         let [least, most] = FOVS_DEG;
-        self.fov_y_rad = (self.fov_y_rad.to_degrees() + degrees).clamp(least, most).to_radians();
-        if let Some(screen) = &self.screen {
+        self.fov_y_rad = degrees.clamp(least, most).to_radians();
+        self.tell_view();
+        self.drawn.stale = true;
+    }
+
+    /// Tells the server how large the picture on the page is now.
+    fn tell_view(&mut self) {
+        if let (Some(screen), None) = (&mut self.screen, &self.worn) {
+            screen.fit();
             let (width_px, height_px) = screen.size_px();
             self.viewer.set_view(ViewSize { width_px, height_px, fov_y_rad: self.fov_y_rad }, now_s());
         }
-        self.drawn.stale = true;
     }
 
     /// The network's part: what came, what is decoded, what is to be sent. Taking in what is decoded gets so much time, in seconds.
@@ -387,14 +414,14 @@ impl App {
     }
 
     fn move_eye(&mut self, now_s: f64) {
+        self.meet_walls();
         let dt_s = now_s - std::mem::replace(&mut self.advanced_at_s, now_s);
         let Some(screen) = &mut self.screen else { return };
         if screen.fit() {
-            let (width_px, height_px) = screen.size_px();
-            self.viewer.set_view(ViewSize { width_px, height_px, fov_y_rad: self.fov_y_rad }, now_s);
+            self.tell_view();
             self.drawn.stale = true;
         }
-        let Some(controls) = &mut self.controls else { return };
+        let (Some(screen), Some(controls)) = (&mut self.screen, &mut self.controls) else { return };
         let size = (screen.canvas.client_width(), screen.canvas.client_height());
         controls.set_view(DVec2::new(f64::from(size.0), f64::from(size.1)), self.fov_y_rad);
         // Of several views on a page it moves the one that has the keys; one that is gone lets go.
@@ -403,13 +430,7 @@ impl App {
             self.replay = None;
         }
         controls.handle(Input::Sticks { go, look });
-        if let Some(wall) = screen.picture.felt() {
-            controls.meet(wall);
-        }
         controls.advance(dt_s);
-        if let Some((way, body_m)) = controls.feels() {
-            screen.picture.feel(self.viewer.held(), way, (body_m, near_m(&self.viewer)));
-        }
         if let Some(replay) = &self.replay {
             let (pose, is_over) = replay.at(now_s);
             controls.put(pose);
@@ -421,8 +442,8 @@ impl App {
         self.viewer.set_steered_pose(controls.pose(), controls.motion(), now_s);
     }
 
-    /// Draws where something changed.
-    fn draw(&mut self, now_s: f64) -> Result<(), String> {
+    /// Brings what is drawn to this moment.
+    fn prepare(&mut self, now_s: f64) -> Result<(), String> {
         let Some(screen) = &mut self.screen else { return Ok(()) };
         screen.gpu.check().map_err(|error| error.to_string())?;
         if std::mem::take(&mut self.loss_asked) {
@@ -434,10 +455,74 @@ impl App {
             self.viewer.set_uncovered_share(share);
         }
         self.drawn.stale |= screen.picture.show_moment(&self.viewer.moment_at(now_s));
-        let pose = self.controls.as_ref().map(Controls::pose);
         if let Some(welcome) = self.viewer.welcome() {
             screen.picture.fit_to(welcome);
         }
+        Ok(())
+    }
+
+    /// What would stop who walks.
+    fn meet_walls(&mut self) {
+        let (Some(screen), Some(controls)) = (&mut self.screen, &mut self.controls) else { return };
+        if let Some(wall) = screen.picture.felt() {
+            controls.meet(wall);
+        }
+        if let Some((way, body_m)) = controls.feels() {
+            screen.picture.feel(self.viewer.held(), way, (body_m, near_m(&self.viewer)));
+        }
+    }
+
+    /// A headset is put on, or taken off: the picture is drawn as that is to be.
+    fn wear(&mut self, app: &Rc<RefCell<App>>, worn: Option<Worn>) {
+        let before = std::mem::replace(&mut self.worn, worn);
+        if let (Some(before), Some(controls)) = (before, &mut self.controls) {
+            before.take_off(controls);
+        }
+        self.places.leave();
+        self.replay = None;
+        self.drawn.stale = true;
+        let options = self.picture();
+        // One that is being made is to be so, too.
+        let redrawn = self.screen.as_mut().map(|screen| screen.redraw(self.viewer.held(), options));
+        match (redrawn, &self.screen) {
+            (Some(Err(why)), _) => self.lose(app, &why),
+            (_, Some(screen)) => self.viewer.set_build(screen.picture.build()),
+            _ => {}
+        }
+        self.tell_view();
+    }
+
+    /// A frame of the headset, without what its eyes see.
+    fn look(&mut self, app: &Rc<RefCell<App>>, poses: Poses, sticks: &[f64]) {
+        let now_s = now_s();
+        self.take_in(now_s);
+        self.meet_walls();
+        let dt_s = now_s - std::mem::replace(&mut self.advanced_at_s, now_s);
+        if let (Some(worn), Some(controls)) = (&mut self.worn, &mut self.controls) {
+            let head = worn.advance(poses, sticks, (controls, &mut self.viewer), (dt_s, now_s));
+            self.recording.iter_mut().for_each(|recording| recording.see(head, now_s));
+            self.drawn.pose = Some(head);
+        }
+        if let Err(why) = self.prepare(now_s) {
+            self.lose(app, &why);
+        }
+        self.viewer.drawn(now_s, None, None);
+        self.refresh_panel(now_s);
+    }
+
+    /// Draws what an eye of it sees.
+    fn show_eye(&mut self, index: usize) -> Result<bool, String> {
+        let (Some(screen), Some(worn)) = (&mut self.screen, &self.worn) else { return Ok(false) };
+        let is_shown = worn.show_eye(index, screen, &self.viewer, near_m(&self.viewer))?;
+        self.drawn.picture |= is_shown && self.viewer.has_picture();
+        Ok(is_shown)
+    }
+
+    /// Draws where something changed.
+    fn draw(&mut self, now_s: f64) -> Result<(), String> {
+        self.prepare(now_s)?;
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        let pose = self.controls.as_ref().map(Controls::pose);
         let goes_on = self.drawn.picture && screen.picture.goes_on();
         if !self.drawn.stale && !goes_on && pose == self.drawn.pose {
             // Counting the last picture's pixels ends only when the device is asked.
@@ -488,7 +573,11 @@ impl App {
 
     /// How pictures are drawn.
     fn picture(&self) -> PictureOptions {
-        self.quality.options(self.picture)
+        if self.worn.is_some() {
+            self.quality.headset_options(self.picture)
+        } else {
+            self.quality.options(self.picture)
+        }
     }
 
     fn status(&self, now_s: f64) -> String {

@@ -72,10 +72,10 @@ pub fn replay(text: &str) -> Result<f64, JsValue> {
     exports::replay(text).map_err(|error| js_sys::Error::new(&error).into())
 }
 
-/// Goes to where a point is seen from another, each of three numbers, in metres. Fails with words for a person.
+/// Goes to where a point is seen from another, each of three numbers, in metres; with another vertical field of view in degrees, where one is given. Fails with words for a person.
 #[wasm_bindgen]
-pub fn go(eye: &[f64], target: &[f64]) -> Result<(), JsValue> {
-    exports::go(eye, target).map_err(|error| js_sys::Error::new(&error).into())
+pub fn go(eye: &[f64], target: &[f64], fov_deg: Option<f64>) -> Result<(), JsValue> {
+    exports::go(eye, target, fov_deg).map_err(|error| js_sys::Error::new(&error).into())
 }
 
 /// Draws as finely as is asked for from now on: `auto`, `fast` or `fine`. Fails with words for a person.
@@ -119,6 +119,31 @@ pub fn show_parts(which: &str, objects: Vec<u16>) -> Result<(), JsValue> {
 #[wasm_bindgen]
 pub fn cut(normal: &[f64], offset_m: f64) -> Result<(), JsValue> {
     exports::cut(normal, offset_m).map_err(|error| js_sys::Error::new(&error).into())
+}
+
+/// From now on a headset is worn: it says when frames are drawn, and from where. Fails with words for a person.
+#[wasm_bindgen]
+pub fn put_on() -> Result<(), JsValue> {
+    exports::put_on().map_err(|error| js_sys::Error::new(&error).into())
+}
+
+/// The next frame of a headset: where the head and its eyes are, and what its sticks say; see `headset.js`. How many rows an eye's picture has. Whether there is anything to
+/// draw.
+#[wasm_bindgen]
+pub fn look(head: &[f64], eyes: &[f64], sticks: &[f64], rows_px: u32) -> bool {
+    exports::look(head, eyes, sticks, rows_px)
+}
+
+/// Draws what an eye of it sees, as the whole of the canvas `view`; whether it is there.
+#[wasm_bindgen]
+pub fn show_eye(index: usize) -> bool {
+    exports::show_eye(index)
+}
+
+/// It is taken off: the page is looked at again.
+#[wasm_bindgen]
+pub fn take_off() {
+    exports::take_off();
 }
 
 /// A picture of the view as it is now, of any size up to 8K. Fails with words for a person.

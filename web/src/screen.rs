@@ -127,8 +127,33 @@ impl Screen {
         (self.config.width, self.config.height)
     }
 
+    /// Has the canvas as large as a camera's picture, whatever its size on the page.
+    fn fit_to(&mut self, camera: &Pinhole) {
+        let size_px = (camera.width_px, camera.height_px);
+        if size_px != self.size_px() {
+            self.canvas.set_width(size_px.0);
+            self.canvas.set_height(size_px.1);
+            self.configure(size_px.0, size_px.1);
+        }
+    }
+
+    /// Draws anew as `options` say, on the same device.
+    pub fn redraw(&mut self, held: &Held, options: PictureOptions) -> Result<(), String> {
+        let picture = Picture::new(&self.gpu, self.config.format, options);
+        self.picture = picture.map_err(|error| error.to_string())?;
+        self.picture.rebuild(held);
+        Ok(())
+    }
+
     /// Draws a frame; `false` where the canvas takes none now.
     pub fn show(&mut self, held: &Held, pose: Rigid, fov_y_rad: f64, near_m: f64) -> Result<bool, String> {
+        let camera = self.camera(pose, fov_y_rad, near_m);
+        self.show_camera(held, &camera)
+    }
+
+    /// The same by any camera, to whose size the canvas is brought.
+    pub fn show_camera(&mut self, held: &Held, camera: &Pinhole) -> Result<bool, String> {
+        self.fit_to(camera);
         self.gpu.poll();
         let frame = match self.surface.get_current_texture() {
             CurrentSurfaceTexture::Success(frame) | CurrentSurfaceTexture::Suboptimal(frame) => frame,
@@ -141,7 +166,7 @@ impl Screen {
             CurrentSurfaceTexture::Validation => return Err("the canvas refused the next picture".to_owned()),
         };
         let view = frame.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let camera = self.camera(held, pose, fov_y_rad, near_m);
+        let camera = self.begun_far(held, camera);
         self.picture.draw(held, &camera, &view);
         self.gpu.queue.present(frame);
         Ok(true)
@@ -149,20 +174,23 @@ impl Screen {
 
     /// Asks what lies at a place of the canvas, in CSS pixels; whether it can be asked now. The other arguments as of [`Screen::show`].
     pub fn pick(&mut self, held: &Held, pose: Rigid, fov_y_rad: f64, near_m: f64, at_px: DVec2) -> bool {
-        let camera = self.camera(held, pose, fov_y_rad, near_m);
+        let camera = self.begun_far(held, &self.camera(pose, fov_y_rad, near_m));
         let shown_px = DVec2::new(f64::from(self.canvas.client_width()), f64::from(self.canvas.client_height()));
         let size_px = DVec2::new(f64::from(camera.width_px), f64::from(camera.height_px));
         self.picture.pick(held, &camera, at_px * size_px / shown_px.max(DVec2::ONE))
     }
 
-    fn camera(&self, held: &Held, pose: Rigid, fov_y_rad: f64, near_m: f64) -> Pinhole {
-        let camera = Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m);
-        if self.renderer == Renderer::WebGl2 { self.picture.begun_far(held, &camera) } else { camera }
+    fn camera(&self, pose: Rigid, fov_y_rad: f64, near_m: f64) -> Pinhole {
+        Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m)
+    }
+
+    fn begun_far(&self, held: &Held, camera: &Pinhole) -> Pinhole {
+        if self.renderer == Renderer::WebGl2 { self.picture.begun_far(held, camera) } else { *camera }
     }
 
     /// Whether the view of an eye at rest is here as a whole; the same arguments as of [`Screen::show`].
     pub fn is_at_rest(&self, pose: Rigid, fov_y_rad: f64, near_m: f64) -> bool {
-        self.picture.is_at_rest(&Pinhole::symmetric(pose, self.size_px(), fov_y_rad, near_m))
+        self.picture.is_at_rest(&self.camera(pose, fov_y_rad, near_m))
     }
 }
 

@@ -3,7 +3,7 @@
 //! A token comes in the page's address, after `#token=` (which no browser sends anywhere) or `?token=`. It is taken out of the address at once, so that no
 //! history, no bookmark and no picture of the screen has it, and is kept for this tab alone, so that a reload works.
 
-use client::receive::address::{with_scene, without_token};
+use client::receive::address::{SCENE_KEYS, with_value, without_token};
 use protocol::message::{SUBPROTOCOL, TOKEN_SUBPROTOCOL};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
@@ -41,7 +41,7 @@ impl Address {
 }
 
 /// Of a page's address: the server that the page came from, wherever a proxy puts it, or the one that `?server=` names; and the one of its scenes that
-/// `?scene=` names.
+/// `?scene=` names, with what is chosen within its file.
 pub fn address(location: &Location, query: &UrlSearchParams) -> Result<Address, String> {
     let part = |part: Result<String, JsValue>| part.map_err(|_| "the page has no address".to_owned());
     let scheme = if part(location.protocol())? == "https:" { "wss" } else { "ws" };
@@ -56,7 +56,8 @@ pub fn address(location: &Location, query: &UrlSearchParams) -> Result<Address, 
     };
     let (url, in_url) = without_token(&url);
     let token = token(location, query, &url).or(in_url);
-    let url = query.get("scene").map_or_else(|| url.clone(), |scene| with_scene(&url, &scene));
+    let asked = SCENE_KEYS.into_iter().filter_map(|key| Some((key, query.get(key)?)));
+    let url = asked.fold(url, |url, (key, value)| with_value(&url, key, &value));
     Ok(Address { url, token })
 }
 

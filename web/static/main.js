@@ -3,6 +3,7 @@
 import init, { start, snapshot, lose_device } from './vantage_web.js';
 import { byId } from './elements.js';
 import { offerEmbedding, tellFailure } from './embed.js';
+import { offerHeadset } from './headset.js';
 import { offerScenes } from './scenes.js';
 import { offerSharing } from './share.js';
 import { offerStaging } from './staging.js';
@@ -30,6 +31,7 @@ function fail(text, detail) {
 //   pose        { position: [x, y, z], quaternion: [x, y, z, w] } of the drawn eye
 //   background  what is shown where there is nothing: three sRGB bytes, null before it is known
 //   at_rest     whether the view of an eye that stands still is there as a whole: then it is shown pixel by pixel
+//   headset     whether one is worn
 //   decoder     where updates are decoded: 'worker', or 'page' where the browser gives no worker or it died
 //   stats       the figures of the panel
 //   device_losses   how often the graphics device was lost and made anew
@@ -59,6 +61,7 @@ try {
   offerSharing();
   offerStaging();
   offerScenes();
+  void offerHeadset();
 } catch (error) {
   fail('The viewer could not start', String(error?.message ?? error));
   throw error;

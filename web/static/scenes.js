@@ -1,6 +1,6 @@
 // The dialog of scenes: which the server has, and files of one's own, dropped on the page or chosen.
 // Only for the server that the page came from; pages reach others by websockets alone.
-import { snapshot, token } from './vantage_web.js';
+import { go, link, snapshot, token } from './vantage_web.js';
 import { byId, megabytes, openDialog } from './elements.js';
 import { say as inWords } from './words.js';
 
@@ -23,10 +23,13 @@ async function asked(path) {
   return response.ok ? response : null;
 }
 
+/** Parts of an address that are of a scene, and of no other. */
+const OF_SCENE = ['file-scene', 'variant', 'eye', 'target', 'mode', 'fov', 'time', 'rate', 'hide', 'only', 'cut'];
+
 /** The page's address with another scene, at that one's beginning. */
 function addressOf(name) {
   const url = new URL(location.href);
-  ['eye', 'target', 'mode'].forEach((part) => url.searchParams.delete(part));
+  OF_SCENE.forEach((part) => url.searchParams.delete(part));
   if (name === null) {
     url.searchParams.delete('scene');
   } else {
@@ -68,11 +71,49 @@ async function showThumbnail(picture, name) {
   };
 }
 
+const wished = (part) => new URL(location.href).searchParams.get(part);
+
+/** The page's address with another choice within the scene's file, by `part`; of a variant it is the same view. */
+function addressWithin(part, chosen) {
+  const url = new URL(part === 'variant' ? link() ?? location.href : addressOf(wished('scene')));
+  if (chosen === '') {
+    url.searchParams.delete(part);
+  } else {
+    url.searchParams.set(part, chosen);
+  }
+  return url.href;
+}
+
+/** Offers what else is in the file of the scene that is shown: { scenes, shown_scene, variants, cameras: [{ name, eye, target, fov_deg }] }; whether there is anything. */
+async function offerFile() {
+  const query = new URLSearchParams(['scene', 'file-scene', 'variant'].filter((part) => wished(part) !== null).map((part) => [part, wished(part)]));
+  const { scenes = [], shown_scene: shown, variants = [], cameras = [] } = (await (await asked(`./offer?${query}`).catch(() => null))?.json()) ?? {};
+  const fill = (id, first, names, value) => {
+    byId(id).replaceChildren(...(first === null ? [] : [new Option(inWords(first), '')]), ...names.map((name) => new Option(name, name)));
+    byId(id).value = value;
+    byId(id).closest('label').hidden = names.length === 0;
+  };
+  fill('file-scene', null, scenes, wished('file-scene') ?? scenes[shown]);
+  fill('file-variant', 'as the file has it', variants, wished('variant') ?? '');
+  fill('file-camera', 'choose', cameras.map(({ name }) => name), '');
+  byId('file-scene').onchange = ({ target }) => location.assign(addressWithin('file-scene', target.value));
+  byId('file-variant').onchange = ({ target }) => location.assign(addressWithin('variant', target.value));
+  byId('file-camera').onchange = ({ target }) => {
+    const { eye, target: to, fov_deg: fov } = cameras[target.selectedIndex - 1];
+    go(Float64Array.from(eye), Float64Array.from(to), fov);
+    target.value = '';
+    byId('scenes').close();
+  };
+  const some = scenes.length + variants.length + cameras.length > 0;
+  byId('of-file').hidden = !some;
+  return some;
+}
+
 async function open() {
   openDialog('scenes');
   // Who is there changes.
   offer = (await askedForOffer()) ?? offer;
-  const shown = new URL(location.href).searchParams.get('scene');
+  const shown = wished('scene');
   const cards = offer.scenes.map((scene, index) => card(scene, index === 0, shown === null ? index === 0 : shown === scene.name));
   byId('scene-list').replaceChildren(...cards);
 }
@@ -184,21 +225,28 @@ async function firstOffer() {
   }
 }
 
+/** Once its scene is shown. */
+async function connected() {
+  while (!JSON.parse(snapshot()).connected) await new Promise((resolve) => { setTimeout(resolve, 250); });
+}
+
 /** Shows the button of scenes where there is something to choose, and takes what is dropped where the server does. */
 export async function offerScenes() {
   listenForDrops();
-  if (new URL(location.href).searchParams.has('server')) return;
+  if (wished('server') !== null) return;
+  byId('scenes-open').addEventListener('click', open);
   offer = await firstOffer();
-  if (!offer || (offer.scenes.length < 2 && !offer.uploads)) return;
+  if (!offer) return;
+  byId('scenes-open').hidden = offer.scenes.length < 2 && !offer.uploads;
   if (offer.uploads) byId('drop-text').textContent = inWords('Drop it to see it');
   byId('bring').hidden = !offer.uploads;
   byId('bring-most').textContent = offer.uploads ? `${Math.round(offer.uploads.bytes / MEGABYTE)} MB` : '';
-  byId('scenes-open').addEventListener('click', open);
-  byId('scenes-open').hidden = false;
   byId('bring-files').addEventListener('change', ({ target }) => {
     bring(chosen(target.files));
     // The same file again is a change, too.
     target.value = '';
   });
   byId('bring-cancel').addEventListener('click', () => bringing?.abort());
+  await connected();
+  if (await offerFile()) byId('scenes-open').hidden = false;
 }

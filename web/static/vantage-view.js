@@ -6,7 +6,7 @@
 
 const GREETING = 'vantage-view';
 /** Attributes that the server's page takes in its address, under the same names. */
-const OPTIONS = ['scene', 'eye', 'target', 'mode', 'fov', 'exposure', 'renderer', 'shadows', 'occlusion', 'antialias', 'camera', 'present', 'follow', 'time', 'rate', 'hide', 'only', 'cut', 'lang', 'bare'];
+const OPTIONS = ['scene', 'file-scene', 'variant', 'eye', 'target', 'mode', 'fov', 'exposure', 'renderer', 'shadows', 'occlusion', 'antialias', 'camera', 'present', 'follow', 'time', 'rate', 'hide', 'only', 'cut', 'lang', 'bare'];
 /** A page that says nothing for so long is not there, or may not be framed. */
 const PATIENCE_MS = 30_000;
 

@@ -41,6 +41,7 @@ pub(super) fn scene(parts: Vec<(Mesh, Material, DVec3)>) -> Scene {
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
+        offer: scene::load::Offer::default(),
         lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(Placed(places)),

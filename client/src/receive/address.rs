@@ -44,12 +44,16 @@ pub fn with_token(typed: &str, token: &str) -> String {
     with_value(typed, "token", token)
 }
 
+/// What an address asks for of a server's scenes: one of them, a scene within its file, and a variant of that file's materials.
+pub const SCENE_KEYS: [&str; 3] = ["scene", "file-scene", "variant"];
+
 /// An address that asks for one of the server's scenes.
 pub fn with_scene(address: &str, name: &str) -> String {
     with_value(address, "scene", name)
 }
 
-fn with_value(address: &str, key: &str, value: &str) -> String {
+/// An address with one more part of its query.
+pub fn with_value(address: &str, key: &str, value: &str) -> String {
     let coded = |byte: u8| match byte {
         b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => char::from(byte).to_string(),
         _ => format!("%{byte:02X}"),

@@ -9,6 +9,7 @@ use crate::draw::occlusion::{self, Occlusion};
 use crate::draw::picture::PictureOptions;
 use crate::draw::shadow::{self, Shadows};
 use crate::draw::soft::{self, Pace};
+use crate::draw::steady::FrameRate;
 
 /// See the module.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -41,6 +42,15 @@ impl Quality {
             Quality::Fine => with(Shadows::Soft, Occlusion::Graph, Antialias::On),
         }
     }
+
+    /// The same for both eyes of a headset. Each of their pictures is drawn as a whole, and what goes on from one picture of an eye to its next is left out: the other's is
+    /// between them.
+    pub fn headset_options(self, auto: PictureOptions) -> PictureOptions {
+        let quality = if self == Quality::Auto { Quality::Fast } else { self };
+        let options = quality.options(auto);
+        let antialias = if self == Quality::Fast { Antialias::Off } else { Antialias::On };
+        PictureOptions { frame: frame::Options { antialias, ..options.frame }, frame_rate: FrameRate::Free, ..options }
+    }
 }
 
 impl FromStr for Quality {
@@ -68,6 +78,9 @@ mod tests {
         let fine = of("fine").draws();
         assert!(fine.antialiased && fine.occlusion_reach_m > 0.0 && fine.shadows == protocol::message::Shadows::Soft);
         assert_eq!(of("auto").draws(), auto.draws());
+        let headset = Quality::Auto.headset_options(PictureOptions { frame_rate: FrameRate::Held, ..auto });
+        assert_eq!((headset.frame_rate, headset.in_time), (FrameRate::Free, InTime::default()));
+        assert!(headset.draws().antialiased, "of what is so near to an eye each pixel is seen");
         assert!("best".parse::<Quality>().unwrap_err().contains("auto, fast or fine"));
     }
 }

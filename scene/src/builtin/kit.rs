@@ -179,6 +179,7 @@ impl Kit {
             start: self.start,
             corridors: self.corridors,
             named_cameras: Vec::new(),
+            offer: crate::load::Offer::default(),
             warnings: self.warnings,
             animation: Arc::new(animation),
         };

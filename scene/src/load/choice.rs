@@ -39,6 +39,29 @@ impl Up {
     }
 }
 
+/// What may be chosen of a file, each by its name, or by its number where it has none of its own. Nothing where there is nothing to choose.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Offer {
+    /// Scenes, where there are several.
+    pub scenes: Vec<String>,
+    /// The one that is shown.
+    pub shown_scene: usize,
+    /// Variants of its materials.
+    pub variants: Vec<String>,
+    /// Cameras of the scene that is shown, as [`crate::Scene::cameras`] has them.
+    pub cameras: Vec<String>,
+}
+
+/// What each of some things is chosen by, of the names that it goes by: the first that no thing before it has, or its number.
+pub(super) fn chosen_by(names: &[Vec<&str>]) -> Vec<String> {
+    let is_own = |index: usize, name: &str| !names[..index].iter().flatten().any(|before| *before == name);
+    let by = |(index, own): (usize, &Vec<&str>)| {
+        let name = own.iter().find(|name| is_own(index, name));
+        name.map_or_else(|| index.to_string(), |name| (*name).to_owned())
+    };
+    names.iter().enumerate().map(by).collect()
+}
+
 impl Choice {
     /// Refuses any choice, as there is none.
     pub fn must_be_of_nothing(&self) -> Result<(), LoadError> {

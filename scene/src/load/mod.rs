@@ -39,7 +39,7 @@ use std::path::Path;
 
 use crate::Scene;
 
-pub use choice::{Choice, Up};
+pub use choice::{Choice, Offer, Up};
 pub use error::LoadError;
 pub use limits::{LoadLimits, Progress, Stage};
 

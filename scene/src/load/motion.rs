@@ -79,6 +79,7 @@ pub(super) fn still_scene(
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
+        offer: crate::load::Offer::default(),
         warnings: warnings.into_messages(),
         animation: Arc::new(still),
     })

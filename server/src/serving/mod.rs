@@ -1,7 +1,7 @@
 //! What a server shows: nothing while its first scene is loaded, then that, later perhaps another one in its place, and nothing new once it is to stop. Beside
 //! it, where there is a folder of scenes, or people may bring some, each of those to who asks for it by its name.
 //!
-//! - `slot`: the first scene; `shelf`: the others; `stock` and `folder`: which there are; `not_open`: what is said of one that is not open; [`options`]: the command line; `tend`: the task that loads them and puts them away.
+//! - `slot`: the first scene; `shelf`: the others; `stock` and `folder`: which there are; `within`: what is chosen within a file; `not_open`: what is said of one that is not open; [`options`]: the command line; `tend`: the task that loads them and puts them away.
 
 mod folder;
 mod not_open;
@@ -10,6 +10,7 @@ mod shelf;
 mod slot;
 mod stock;
 mod tend;
+pub mod within;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -17,10 +18,12 @@ use std::sync::{Arc, OnceLock};
 use bytes::Bytes;
 pub use folder::{Folder, FolderError};
 pub(crate) use not_open::NotOpen;
+use scene::model::SceneCamera;
 use shelf::Shelf;
 use slot::Slot;
 pub use stock::Stock;
 pub use tend::Load;
+use within::{Within, file_of};
 
 use crate::limits::SceneLimits;
 use crate::session::{House, Over, Shared};
@@ -75,15 +78,23 @@ impl Serving {
     }
 
     /// The scene for a new session, or what to tell who comes too early, or too late. May read the folder where a scene is named.
-    pub fn open(&self, name: Option<&str>) -> Result<Arc<Shared>, NotOpen> {
+    pub fn open(&self, name: Option<&str>, within: &Within) -> Result<Arc<Shared>, NotOpen> {
         if self.drains.load(Ordering::SeqCst) {
             return Err(NotOpen::for_now(DRAINING.to_owned()));
         }
-        let Some(name) = name.filter(|name| !self.is_first(name)) else {
-            return self.shared().map_err(NotOpen::for_now);
+        let name = match name.filter(|name| !self.is_first(name)) {
+            Some(name) => name.to_owned(),
+            None => {
+                let first = self.shared().map_err(NotOpen::for_now)?;
+                if within.is_nothing() {
+                    return Ok(first);
+                }
+                within.check(&first.scene.offer).map_err(NotOpen::for_ever)?;
+                self.name_of_first(&first)
+            }
         };
         match self.shelf.get() {
-            Some(shelf) => shelf.open(name),
+            Some(shelf) => shelf.open(&name, within),
             None => Err(NotOpen::for_ever(format!("there is one scene here, and it is not called {name:?}"))),
         }
     }
@@ -118,20 +129,41 @@ impl Serving {
         let of_folder = self.shelf.get().map(|shelf| shelf.stock().names()).unwrap_or_default();
         let others = of_folder.into_iter().filter(|name| Some(name) != first.as_ref());
         let listed = |name: &String| {
-            let shared = open.iter().find(|(of, _)| of == name).map(|(_, shared)| shared);
-            let (sessions, bytes) =
-                shared.map_or((0, None), |shared| (shared.session_count(), Some(shared.scene.bytes())));
+            let of_file: Vec<_> = open.iter().filter(|(of, _)| file_of(of) == name).map(|(_, shared)| shared).collect();
             serde_json::json!({
                 "name": name,
-                "open": shared.is_some(),
-                "sessions": sessions,
-                "bytes": bytes,
+                "open": !of_file.is_empty(),
+                "sessions": of_file.iter().map(|shared| shared.session_count()).sum::<usize>(),
+                "bytes": of_file.first().map(|_| of_file.iter().map(|shared| shared.scene.bytes()).sum::<u64>()),
                 "thumbnail": self.thumbnail(name).is_some(),
             })
         };
         let scenes: Vec<_> = first.iter().cloned().chain(others).map(|name| listed(&name)).collect();
         let uploads = self.uploads().map(|uploads| serde_json::json!({ "bytes": uploads.most_bytes() }));
         serde_json::json!({ "scenes": scenes, "uploads": uploads })
+    }
+
+    /// What may be chosen within the file of a scene that is open, and what its cameras see, as JSON; `None` where it is not.
+    pub fn offered(&self, name: Option<&str>, within: &Within) -> Option<serde_json::Value> {
+        let shared = self.open(name, within).ok()?;
+        let scene = &shared.scene;
+        let camera = |(name, camera): (&String, &SceneCamera)| {
+            let target = camera.eye_world + camera.forward_world * scene.bounds.radius_m();
+            serde_json::json!({
+                "name": name,
+                "eye": camera.eye_world.to_array(),
+                "target": target.to_array(),
+                "fov_deg": camera.fov_y_rad.to_degrees(),
+            })
+        };
+        // Only where another one can be loaded.
+        let others = |names: &[String]| if self.has_others() { names.to_vec() } else { Vec::new() };
+        Some(serde_json::json!({
+            "scenes": others(&scene.offer.scenes),
+            "shown_scene": scene.offer.shown_scene,
+            "variants": others(&scene.offer.variants),
+            "cameras": scene.offer.cameras.iter().zip(&scene.cameras).map(camera).collect::<Vec<_>>(),
+        }))
     }
 
     /// A small picture of a scene that is or was open, a JPEG.

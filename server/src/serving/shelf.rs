@@ -5,7 +5,6 @@
 //! books; loading itself is the work of one task (`tend`).
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -15,6 +14,7 @@ use tokio::sync::Notify;
 
 use super::not_open::{NotOpen, loading};
 use super::stock::Stock;
+use super::within::{SceneFile, Within, file_of};
 use crate::limits::SceneLimits;
 use crate::session::{House, Over, Shared};
 use crate::uploads;
@@ -23,6 +23,9 @@ use crate::uploads;
 const FAILED_FOR: Duration = Duration::from_secs(10);
 /// The same where there was no room: that changes as soon as somebody leaves.
 const CROWDED_FOR: Duration = Duration::from_secs(2);
+
+/// Scenes that wait to be loaded, at most.
+const MOST_ASKED: usize = 64;
 
 /// See the module.
 pub(super) struct Shelf {
@@ -40,7 +43,7 @@ pub(super) struct Shelf {
 /// A scene that somebody asked for.
 enum Book {
     /// It is to be loaded, from this file.
-    Asked(PathBuf),
+    Asked(SceneFile),
     /// It is being loaded, and so far it is.
     Loading(String),
     Open(Open),
@@ -53,7 +56,7 @@ enum Book {
 
 struct Open {
     shared: Arc<Shared>,
-    path: PathBuf,
+    file: SceneFile,
     /// When somebody was last here.
     wanted_at: Instant,
     /// It is to be loaded anew.
@@ -66,31 +69,44 @@ impl Shelf {
         Shelf { stock, limits, house, books: Mutex::default(), thumbnails: Mutex::default(), asked: Notify::new() }
     }
 
-    /// A scene by its name, or what to tell who comes too early. Reads the folder.
-    pub fn open(&self, name: &str) -> Result<Arc<Shared>, NotOpen> {
-        if let Some(known) = known(&mut self.books(), name) {
+    /// A scene by its file's name and what is chosen within that, or what to tell who comes too early. Reads the folder.
+    pub fn open(&self, file: &str, within: &Within) -> Result<Arc<Shared>, NotOpen> {
+        let name = within.name(file);
+        if let Some(known) = known(&mut self.books(), &name) {
             return known;
         }
-        let path = self.stock.file(name).map_err(NotOpen::for_ever)?;
+        let path = self.stock.file(file).map_err(NotOpen::for_ever)?;
+        if let Some(shared) = self.open_of(file) {
+            within.check(&shared.scene.offer).map_err(NotOpen::for_ever)?;
+        }
         // Somebody else may have asked meanwhile: looking and writing are one.
         let mut books = self.books();
-        known(&mut books, name).unwrap_or_else(|| {
-            books.insert(name.to_owned(), Book::Asked(path));
+        known(&mut books, &name).unwrap_or_else(|| {
+            // Of a file there may be as many choices as somebody thinks of names.
+            if books.values().filter(|book| matches!(book, Book::Asked(_))).count() >= MOST_ASKED {
+                return Err(NotOpen::for_now(format!("{MOST_ASKED} scenes are to be loaded before it")));
+            }
+            books.insert(name, Book::Asked(SceneFile { path, within: within.clone() }));
             self.asked.notify_one();
             Err(NotOpen::for_now(loading("")))
         })
     }
 
+    /// A scene of a file that is open, whatever is chosen within it.
+    fn open_of(&self, file: &str) -> Option<Arc<Shared>> {
+        self.open_ones().into_iter().find(|(name, _)| file_of(name) == file).map(|(_, shared)| shared)
+    }
+
     /// What is to be loaded next, and its file: what nobody can see yet before what is to be loaded anew. `None` where nothing is.
-    pub fn next_asked(&self) -> Option<(String, PathBuf)> {
+    pub fn next_asked(&self) -> Option<(String, SceneFile)> {
         let asked = |book: &Book| match book {
-            Book::Asked(path) => Some((false, path.clone())),
-            Book::Open(Open { path, is_old: true, .. }) => Some((true, path.clone())),
+            Book::Asked(file) => Some((false, file.clone())),
+            Book::Open(Open { file, is_old: true, .. }) => Some((true, file.clone())),
             _ => None,
         };
         let books = self.books();
-        let all = books.iter().filter_map(|(name, book)| asked(book).map(|(is_old, path)| (is_old, name, path)));
-        all.min_by_key(|(is_old, ..)| *is_old).map(|(_, name, path)| (name.clone(), path))
+        let all = books.iter().filter_map(|(name, book)| asked(book).map(|(is_old, file)| (is_old, name, file)));
+        all.min_by_key(|(is_old, ..)| *is_old).map(|(_, name, file)| (name.clone(), file))
     }
 
     /// Loading has begun, or is so far. One that is loaded anew is open meanwhile.
@@ -103,7 +119,7 @@ impl Shelf {
     }
 
     /// A scene was loaded: it is open from now on, if it fits beside what others take outside of the shelf. Sessions of the one before are told to come again.
-    pub fn show(&self, (name, path): (&str, PathBuf), shared: Arc<Shared>, others_bytes: u64) {
+    pub fn show(&self, (name, file): (&str, SceneFile), shared: Arc<Shared>, others_bytes: u64) {
         let needed = shared.scene.bytes();
         let room = self.limits.bytes.saturating_sub(others_bytes);
         if needed > room {
@@ -116,10 +132,12 @@ impl Shelf {
                 format!("{name} needs {} of memory, which other scenes take now that have viewers", mebibytes(needed));
             return self.shut(name, NotOpen::for_now(why), CROWDED_FOR);
         }
-        if let Some(thumbnail) = shared.thumbnail.clone().filter(|_| !uploads::is_brought(name)) {
+        if let Some(thumbnail) =
+            shared.thumbnail.clone().filter(|_| !uploads::is_brought(name) && file.within.is_nothing())
+        {
             self.thumbnails().insert(name.to_owned(), thumbnail);
         }
-        let open = Open { shared, path, wanted_at: Instant::now(), is_old: false };
+        let open = Open { shared, file, wanted_at: Instant::now(), is_old: false };
         self.house.stats.scenes.opened.fetch_add(1, Ordering::Relaxed);
         if let Some(Book::Open(before)) = self.books().insert(name.to_owned(), Book::Open(open)) {
             self.put_away(&before);

@@ -15,23 +15,30 @@ const LISTED: usize = 20;
 pub struct Stock {
     folder: Option<Folder>,
     uploads: Option<Arc<Uploads>>,
+    /// What the first scene is called, and its file, where something may be chosen within that.
+    first: Option<(String, PathBuf)>,
 }
 
 impl From<Folder> for Stock {
     fn from(folder: Folder) -> Stock {
-        Stock { folder: Some(folder), uploads: None }
+        Stock { folder: Some(folder), ..Stock::default() }
     }
 }
 
 impl Stock {
     /// Of either, of both, or of none.
     pub fn new(folder: Option<Folder>, uploads: Option<Arc<Uploads>>) -> Stock {
-        Stock { folder, uploads }
+        Stock { folder, uploads, first: None }
+    }
+
+    /// And the first scene's file, for what may be chosen within it.
+    pub fn with_first(self, name: String, path: PathBuf) -> Stock {
+        Stock { first: Some((name, path)), ..self }
     }
 
     /// Whether there can be no scenes.
     pub fn is_none(&self) -> bool {
-        self.folder.is_none() && self.uploads.is_none()
+        self.folder.is_none() && self.uploads.is_none() && self.first.is_none()
     }
 
     /// Where people bring files; `None` where they may not.
@@ -44,6 +51,9 @@ impl Stock {
         if let Some(uploads) = self.uploads.as_ref().filter(|_| uploads::is_brought(name)) {
             let gone = || "what was brought is here no more: it is removed when nobody has looked at it for a while";
             return uploads.file(name).ok_or_else(|| gone().to_owned());
+        }
+        if let Some((_, path)) = self.first.as_ref().filter(|(first, _)| first == name) {
+            return Ok(path.clone());
         }
         let Some(folder) = &self.folder else { return Err(format!("there is no scene {name:?} here")) };
         let mut files = folder.files();

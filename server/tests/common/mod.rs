@@ -121,6 +121,7 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, placed: &[(u32, DAffin
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
+        offer: scene::load::Offer::default(),
         lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(animation),

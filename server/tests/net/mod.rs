@@ -49,6 +49,7 @@ pub fn room(moves: bool) -> Scene {
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
+        offer: scene::load::Offer::default(),
         lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(Still),

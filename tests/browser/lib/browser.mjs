@@ -16,9 +16,11 @@ const RENDERER = {
   webgl2: ['--enable-unsafe-swiftshader', '--use-angle=swiftshader'],
 };
 const VIEWPORT = { width: 640, height: 400 };
+/** Device pixels of one of the page: most of what these tests take is software drawing 400 x 250 of them. */
+const PIXEL_RATIO = 0.625;
 
 /** Opens a page in a browser of its own with a new profile. `close` ends both. */
-export async function openPage(renderer, log, viewport = VIEWPORT, deviceScaleFactor = 1) {
+export async function openPage(renderer, log, viewport = VIEWPORT, deviceScaleFactor = PIXEL_RATIO) {
   const profile = await mkdtemp(join(tmpdir(), 'vantage-browser-'));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',

@@ -4,8 +4,12 @@ import { canvasPixels } from './pixels.mjs';
 
 /** Software drawing stalls for seconds at times: every wait has room, and every assertion is on content. */
 export const PATIENCE_MS = 120_000;
-/** A picture that still changes after so many looks will not be still. */
+/** A picture into which frames still come after so many looks will not be still. */
 const LOOKS = 60;
+/** Nothing is drawn for so long: longer than the server needs for a look on a busy machine. */
+const QUIET_MS = 2500;
+/** Where all that the view shows is there: what may still come is hidden from it. */
+const QUIET_AT_REST_MS = 1200;
 
 /** Waits until `ready(window.vantage)` is true, and returns that state. */
 export async function until(page, what, ready, patienceMs = PATIENCE_MS) {
@@ -22,16 +26,18 @@ export async function until(page, what, ready, patienceMs = PATIENCE_MS) {
 /** Whether no more of a lamp's points are to come. */
 const isAllSoft = ({ soft_points: points }) => !points || points[0] === points[1];
 
-/** Waits until nothing was drawn for a while, longer than the server needs for a look on a busy machine. */
+/** Waits until nothing was drawn for a while. */
 export async function settled(page) {
-  let state = await until(page, 'a picture', (now) => now.picture);
-  for (let look = 0; look < LOOKS; look += 1) {
-    await sleep(2500);
+  const giveUp = Date.now() + PATIENCE_MS;
+  let [state, since] = [null, Date.now()];
+  for (;;) {
     const next = await until(page, 'a picture', (now) => now.picture);
-    if (next.frames === state.frames && next.updates === state.updates && isAllSoft(next)) return next;
+    if (next.frames !== state?.frames || next.updates !== state.updates || !isAllSoft(next)) since = Date.now();
     state = next;
+    if (Date.now() - since >= (state.at_rest ? QUIET_AT_REST_MS : QUIET_MS)) return state;
+    if (Date.now() > giveUp) throw new Error(`frames do not end; last: ${JSON.stringify(state)}`);
+    await sleep(100);
   }
-  throw new Error(`frames do not end; last: ${JSON.stringify(state)}`);
 }
 
 /** The picture once it is settled, kept at `path`. One that a frame came into, as by an update that took the server long, is taken again. */

@@ -15,6 +15,7 @@ use protocol::message::Role;
 use protocol::staging::{Parts, Playback, SceneMotion};
 use protocol::{Held, Purpose};
 
+use super::worn::{Poses, Worn};
 use super::{APP, App, near_m, now_s};
 use crate::photo::{self, Photo};
 use crate::record::{Recording, Replay};
@@ -65,6 +66,7 @@ pub fn snapshot() -> String {
         "fov_deg": app.fov_y_rad.to_degrees(),
         "replays": app.replay.is_some(),
         "walls": app.controls.as_ref().map(Controls::has_walls),
+        "headset": app.worn.is_some(),
         "led": app.controls.as_ref().is_some_and(Controls::is_led),
         "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
         "stats": stats,
@@ -109,7 +111,7 @@ pub fn replay(text: &str) -> Result<f64, String> {
 }
 
 /// See [`crate::go`].
-pub fn go(eye: &[f64], target: &[f64]) -> Result<(), String> {
+pub fn go(eye: &[f64], target: &[f64], fov_deg: Option<f64>) -> Result<(), String> {
     let point = |name: &str, at: &[f64]| {
         let at = <[f64; 3]>::try_from(at).map_err(|_| format!("{name}: three numbers are a point, in metres"))?;
         Ok::<_, String>(DVec3::from_array(at))
@@ -118,6 +120,9 @@ pub fn go(eye: &[f64], target: &[f64]) -> Result<(), String> {
     let app = app().ok_or(EARLY)?;
     let mut app = app.borrow_mut();
     app.replay = None;
+    if let Some(degrees) = fov_deg.filter(|degrees| degrees.is_finite()) {
+        app.set_fov(degrees);
+    }
     app.controls.as_mut().ok_or(EARLY)?.go_to_view(start.world_from_eye, start.distance_m);
     Ok(())
 }
@@ -229,6 +234,42 @@ pub fn cut(normal: &[f64], offset_m: f64) -> Result<(), String> {
 fn with_viewer(act: impl FnOnce(&mut Viewer)) {
     if let Some(app) = app() {
         act(&mut app.borrow_mut().viewer);
+    }
+}
+
+/// See [`crate::put_on`].
+pub fn put_on() -> Result<(), String> {
+    let app = app().ok_or(EARLY)?;
+    let mut this = app.borrow_mut();
+    if this.controls.is_none() {
+        return Err(EARLY.to_owned());
+    }
+    this.wear(&app, Some(Worn::default()));
+    Ok(())
+}
+
+/// See [`crate::look`].
+pub fn look(head: &[f64], eyes: &[f64], sticks: &[f64], rows_px: u32) -> bool {
+    let (Some(app), Some(poses)) = (app(), Poses::read(head, eyes, rows_px)) else { return false };
+    let mut this = app.borrow_mut();
+    this.look(&app, poses, sticks);
+    this.screen.is_some()
+}
+
+/// See [`crate::show_eye`].
+pub fn show_eye(index: usize) -> bool {
+    let Some(app) = app() else { return false };
+    let mut this = app.borrow_mut();
+    this.show_eye(index).unwrap_or_else(|why| {
+        this.lose(&app, &why);
+        false
+    })
+}
+
+/// See [`crate::take_off`].
+pub fn take_off() {
+    if let Some(app) = app().filter(|app| app.borrow().worn.is_some()) {
+        app.borrow_mut().wear(&app, None);
     }
 }
 

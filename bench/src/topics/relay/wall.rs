@@ -36,6 +36,7 @@ pub(super) fn room() -> Scene {
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
+        offer: scene::load::Offer::default(),
         lights_move: false,
         warnings: Vec::new(),
         animation: Arc::new(Still),

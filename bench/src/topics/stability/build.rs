@@ -54,6 +54,7 @@ pub fn scene(name: &str, placed: Vec<Placed>) -> Scene {
         start: None,
         corridors: None,
         named_cameras: Vec::new(),
+        offer: scene::load::Offer::default(),
         warnings: Vec::new(),
         animation: Arc::new(Still(poses)),
     }

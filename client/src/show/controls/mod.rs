@@ -324,6 +324,11 @@ impl Controls {
         self.approach(world_from_eye, 1.0);
     }
 
+    /// The eye is carried there, as by a head: keys, sticks and whoever leads it go on from there.
+    pub fn carry_to(&mut self, world_from_eye: Rigid) {
+        self.approach(world_from_eye, 1.0);
+    }
+
     /// Nobody but the person moves the eye any more.
     fn let_go(&mut self) {
         self.glide.stop();

@@ -119,6 +119,7 @@ pub(super) fn scene(
         lights_move,
         start: cameras.get(start).copied(),
         cameras,
+        offer: document.offer(&camera_names),
         bounds,
         walk,
         corridors: None,

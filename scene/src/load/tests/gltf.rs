@@ -8,7 +8,7 @@ use serde_json::json;
 use super::build::{Builder, TRIANGLE};
 use super::{assert_near, first_triangle, load_chosen, load_gltf, refusal};
 use crate::Scene;
-use crate::load::{Choice, LoadError, LoadLimits};
+use crate::load::{Choice, LoadError, LoadLimits, Offer};
 use crate::model::{Quantity, UvMap, UvSet};
 
 fn triangle_with(change: impl FnOnce(&mut Builder)) -> Scene {
@@ -552,6 +552,13 @@ fn scenes_variants_and_cameras_are_chosen_by_name_or_number() {
     assert_near(shown.start.unwrap().eye_world, [0.0, 0.0, 9.0]);
     let material = |scene: &Scene| scene.materials[scene.meshes[0].material as usize].name.clone();
     assert_eq!(material(&shown), "day");
+    let offer = Offer {
+        scenes: vec!["0".to_owned(), "second".to_owned()],
+        shown_scene: 0,
+        variants: vec!["noon".to_owned(), "night".to_owned()],
+        cameras: vec!["eye".to_owned(), "above".to_owned()],
+    };
+    assert_eq!(shown.offer, offer);
     for night in ["night", "1"] {
         assert_eq!(material(&chosen(&bytes, &Choice { variant: some(night), ..Choice::default() }).unwrap()), "dark");
     }
@@ -561,6 +568,7 @@ fn scenes_variants_and_cameras_are_chosen_by_name_or_number() {
     assert_near(above.start.unwrap().eye_world, [0.0, 7.0, 0.0]);
     let second = chosen(&bytes, &Choice { scene: some("second"), ..Choice::default() }).unwrap();
     assert_eq!((second.instances.len(), second.start), (1, None));
+    assert_eq!(second.offer, Offer { shown_scene: 1, cameras: Vec::new(), ..offer });
     for (choice, wanted) in [
         (Choice { scene: some("third"), ..Choice::default() }, "there is no scene \"third\"; there are: 0, \"second\""),
         (
