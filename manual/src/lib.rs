@@ -2,19 +2,35 @@
 
 use std::ffi::OsString;
 use std::io::{self, Write};
+use std::process::ExitCode;
 
 use clap::{Command, ValueEnum};
 use clap_complete::Shell;
+
+/// What clap exits with for wrong usage.
+const EXIT_USAGE: u8 = 2;
 
 /// Ends what `--help` says.
 pub const HELP: &str =
     "--completions bash|elvish|fish|powershell|zsh prints completions for a shell, --manual the manual page.";
 
+/// Prints what this program's arguments ask for of its command, and how it is to end then; `None` where they ask for nothing.
+pub fn answered(command: Command) -> Option<ExitCode> {
+    match print_asked(std::env::args_os(), command, &mut io::stdout()) {
+        Ok(false) => None,
+        Ok(true) => Some(ExitCode::SUCCESS),
+        Err(error) => {
+            eprintln!("error: {error}");
+            Some(ExitCode::from(EXIT_USAGE))
+        }
+    }
+}
+
 /// Prints what arguments ask for of a command, the program's name first; whether they ask for anything. They must be alone.
 ///
 /// # Errors
 /// What writing fails with, and a shell that nobody knows.
-pub fn print_asked(
+fn print_asked(
     arguments: impl IntoIterator<Item = OsString>,
     command: Command,
     out: &mut dyn Write,

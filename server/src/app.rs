@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::Router;
 use scene::Scene;
 use thiserror::Error;
 use tokio::net::TcpListener;
@@ -21,6 +22,7 @@ use crate::serving::within::Within;
 use crate::serving::{Load, Serving, Stock};
 use crate::session::{House, Shared};
 use crate::stats::Stats;
+use crate::tls::Tls;
 use crate::{http, memory, publish};
 
 /// How long sessions have to say goodbye when the server stops, and after them what else is asked for. Together well below the ten seconds that who stops a
@@ -107,13 +109,17 @@ pub(crate) async fn listen_for(config: &Config, host: Arc<dyn Host>) -> Result<A
     let peers = Arc::new(Peers::new(&config.limits, &config.access.proxies));
     let door = Door::new(listener, peers.clone(), config.tls.is_some());
     let gate = Arc::new(Gate::new(config, host, peers));
-    let (router, tls) = (routes::router(gate, config), config.tls.clone());
-    let scheme = if tls.is_some() { "https" } else { "http" };
-    let task = match tls {
+    let scheme = if config.tls.is_some() { "https" } else { "http" };
+    let task = answers(door, routes::router(gate, config), config.tls.clone(), stopped);
+    Ok(Answering { addr, url: format!("{scheme}://{addr}"), stop, task })
+}
+
+/// Has a task answer who comes to the door. No part of an asynchronous function: all that tasks run which begin within one is compiled by each program that calls it, once more.
+fn answers(door: Door, router: Router, tls: Option<Tls>, stopped: watch::Receiver<bool>) -> JoinHandle<()> {
+    match tls {
         None => tokio::spawn(http::answer(door, router, stopped)),
         Some(tls) => tokio::spawn(http::answer(tls.listen(door), router, stopped)),
-    };
-    Ok(Answering { addr, url: format!("{scheme}://{addr}"), stop, task })
+    }
 }
 
 /// The same for a server whose scene is still to be loaded.
@@ -152,7 +158,11 @@ impl Listening {
 
     /// Offers further scenes beside it, each to who names it. `load` makes one ready; `first`: what the scene that is served is called in their folder.
     pub fn offer(&self, stock: impl Into<Stock>, first: Option<String>, load: Load) {
-        tokio::spawn(self.serving.clone().offer(stock.into(), first, load, (self.limits, self.house.clone())));
+        self.offer_stock(stock.into(), first, load);
+    }
+
+    fn offer_stock(&self, stock: Stock, first: Option<String>, load: Load) {
+        tokio::spawn(self.serving.clone().offer(stock, first, load, (self.limits, self.house.clone())));
     }
 
     /// Serves a scene from now on. The imager must have been made for it, and `config` must be that which it listens by.

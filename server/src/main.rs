@@ -33,13 +33,8 @@ const EXIT_NO_ADAPTER: u8 = 69;
 const EXIT_USAGE: u8 = 2;
 
 fn main() -> ExitCode {
-    match manual::print_asked(std::env::args_os(), Options::command(), &mut stdout()) {
-        Ok(false) => {}
-        Ok(true) => return ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            return ExitCode::from(EXIT_USAGE);
-        }
+    if let Some(ends) = manual::answered(Options::command()) {
+        return ends;
     }
     let settings = match settings::read::<Options>(std::env::args_os()) {
         Ok(settings) => settings,

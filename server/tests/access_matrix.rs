@@ -7,7 +7,7 @@
 //! | asked at | loopback, the machine's own address, a name that somebody pointed here |
 //! | token | none; right or wrong, by header, sub-protocol, address |
 //! | origin | none, loopback, the server's own, allowed, foreign, `null` |
-//! | for | `/`, `/healthz`, `/metrics`, `/plan`, `/scenes`, `/thumbnail`, `/ws` |
+//! | for | `/`, `/healthz`, `/metrics`, `/offer`, `/plan`, `/scenes`, `/thumbnail`, `/ws` |
 //!
 //! And the token stands in no line of the log, no answer, and no header that sends a browser elsewhere.
 
@@ -35,7 +35,7 @@ const TOKEN: &str = "correct-horse-battery-staple";
 const WRONG: &str = "wrong-horse-battery-staple";
 const ALLOWED: &str = "https://allowed.example";
 const FOREIGN_NAME: &str = "rebound.example";
-const PATHS: [&str; 7] = ["/", "/healthz", "/metrics", "/plan", "/scenes", "/thumbnail", "/ws"];
+const PATHS: [&str; 8] = ["/", "/healthz", "/metrics", "/offer", "/plan", "/scenes", "/thumbnail", "/ws"];
 /// Requests at one time.
 const AT_ONCE: usize = 64;
 

@@ -12,6 +12,7 @@ use crate::corners::{CornerRules, Corners};
 use crate::mesh::{self, MeshOptions, PatchMesh, ProvokingVertex, QUAD_INDICES};
 use crate::patch::{PatchSurface, QuadBuffers, SurfaceStats};
 use crate::redraw;
+use crate::tint::Tint;
 
 /// The surfaces of everything held that is for one purpose, the eye if nothing else is said, one mesh a patch: on the GPU, or in the host's memory for what draws there.
 ///
@@ -31,6 +32,8 @@ pub struct HeldSurfaces {
     poses_now: BTreeMap<u16, DAffine3>,
     /// By material code.
     double_sided: Vec<bool>,
+    /// What is shown of them, and at which scene time, in seconds.
+    tint: (Tint, f64),
     /// Of the last change that may show in a picture.
     revision: u64,
 }
@@ -69,6 +72,7 @@ impl HeldSurfaces {
             patches,
             poses_now,
             double_sided,
+            tint: (Tint::Own, 0.0),
             revision: next_revision(),
         }
     }
@@ -81,6 +85,22 @@ impl HeldSurfaces {
     /// The same without quads of several samples, for who asks for single ones; of a store that holds nothing yet.
     pub fn at_finest_level(self) -> HeldSurfaces {
         HeldSurfaces { coarsens: false, ..self }
+    }
+
+    /// Shows what samples are from now on, in place of what they saw; at this scene time, in seconds. Drawn by [`SurfacePass::tinted`](crate::SurfacePass::tinted).
+    pub fn set_tint(&mut self, tint: Tint, now_s: f64) {
+        self.tint = (tint, now_s);
+    }
+
+    /// What is shown of them.
+    pub fn tint(&self) -> Tint {
+        self.tint.0
+    }
+
+    /// Of a patch's samples; see [`Tint::code`].
+    pub(crate) fn tint_code(&self, patch: &PatchSurface) -> u32 {
+        let (tint, now_s) = self.tint;
+        tint.code(now_s - patch.capture_time_s)
     }
 
     /// Follows an update that `held` has just applied.

@@ -26,6 +26,7 @@ mod points;
 mod redraw;
 mod slices;
 pub mod tiles;
+mod tint;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use address::{AddressPass, AddressTexel, AddressView};
@@ -39,6 +40,7 @@ pub use pass::{CastPass, SETBACK_FOOTPRINTS, Smoothing, SurfacePass};
 pub use patch::SurfaceStats;
 pub use points::{FRUSTUM_PLANES, PointBuffer, PointPass, Projection};
 pub use slices::Slices;
+pub use tint::Tint;
 
 /// Why surfaces could not be built or drawn.
 #[derive(Debug, thiserror::Error)]

@@ -68,6 +68,11 @@ impl SurfacePass {
         Ok(SurfacePass(Quads { coarsens: true, ..quads }))
     }
 
+    /// The same, but each sample is shown, however fine, by the colour that [`HeldSurfaces::set_tint`] asks for.
+    pub fn tinted(gpu: &Gpu) -> Result<SurfacePass, SurfaceError> {
+        Ok(SurfacePass(Quads::new(gpu, ("vertex", "tinted"), &SurfacePass::FORMATS, Some(wgpu::Face::Back))?))
+    }
+
     /// Draws what casts shadows, as seen from a light: everything from both sides, as a body whose lit side nobody has seen casts the
     /// shadow of its other one, and with half of its own footprint added to each sample's distance from the light, also in
     /// [`GBuffer::w`] (see [`SETBACK_FOOTPRINTS`]): samples of one surface differ by less, so none shadows another. Colour and
@@ -292,6 +297,7 @@ impl Inputs {
             let mut view = view_uniform(patch, output, smoothing, placement.eye_from_patch, first_mover);
             view.setback = setback(patch, is_seen.then_some(output));
             view.patch = id.0;
+            view.smoothing |= surfaces.tint_code(patch);
             inputs.views[index * stride..][..size_of::<ViewUniform>()].copy_from_slice(bytemuck::bytes_of(&view));
             for mover in &placement.movers {
                 inputs.movers.extend(mover.eye_from_patch);

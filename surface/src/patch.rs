@@ -28,6 +28,8 @@ pub struct SurfaceStats {
 #[derive(Debug)]
 pub(crate) struct PatchSurface {
     pub(crate) camera: Pinhole,
+    /// Scene time of the capture, in seconds.
+    pub(crate) capture_time_s: f64,
     /// The moving objects at capture.
     pub(crate) objects: Vec<ObjectPose>,
     pub(crate) quads: QuadBuffers,
@@ -109,6 +111,7 @@ impl PatchSurface {
     fn new(patch: &Patch, head: &Head, quads: QuadBuffers) -> PatchSurface {
         PatchSurface {
             camera: *patch.image.camera.root(),
+            capture_time_s: patch.capture_time_s,
             objects: patch.objects.clone(),
             built: patch.image.mask.clone(),
             ball_eye: (head.ball_centre_eye, head.ball_radius_m),

@@ -10,7 +10,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use protocol::held::HeldPatch;
 use protocol::image::octahedral_code;
 use protocol::{DepthImage, DepthScale, Edit, Held, Mask, Material, ObjectPose, PatchId, Purpose};
-use vantage_surface::{AddressPass, AddressTexel, CornerRules, Corners, HeldSurfaces, Smoothing};
+use vantage_surface::{AddressPass, AddressTexel, CornerRules, Corners, HeldSurfaces, Smoothing, Tint};
 
 const FLOOR: Shape = Shape::Plane { point: DVec3::ZERO, normal: DVec3::Y };
 const WALL: Shape = Shape::Plane { point: DVec3::new(0.0, 0.0, -6.0), normal: DVec3::Z };
@@ -129,6 +129,34 @@ fn of_equally_fine_samples_those_show_that_were_taken_from_nearest() {
         let drawn = stage.draw(&surfaces, &view(0.9 * eye, target, 64, 20.0), Smoothing::None);
         let of_nearest = drawn.colour.iter().filter(|colour| colour[0] == index as u8 + 1).count();
         assert!(of_nearest * 20 > drawn.colour.len() * 19, "{of_nearest} of {}", drawn.colour.len());
+    }
+}
+
+#[test]
+fn samples_show_how_old_they_are_or_how_dense() {
+    let stage = Stage::tinted();
+    let camera = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.0, 1.7, -6.0), 32, 60.0);
+    let mut surfaces = HeldSurfaces::new(&stage.gpu);
+    let mut patch = capture(&[WALL], &camera);
+    patch.patch.capture_time_s = 50.0;
+    surfaces.insert(&patch);
+    let shown = |surfaces: &HeldSurfaces, camera| stage.draw(surfaces, camera, Smoothing::Blended).colour;
+    // Now, a second, ten and a hundred later: yellow, red, violet, dark blue.
+    let wanted = [[255, 230, 89], [230, 77, 51], [128, 38, 140], [20, 20, 89]];
+    for (age_s, wanted) in [0.0, 1.0, 10.0, 100.0].into_iter().zip(wanted) {
+        surfaces.set_tint(Tint::Age, 50.0 + age_s);
+        for [r, g, b, a] in shown(&surfaces, &camera) {
+            let off = [r, g, b].iter().zip(wanted).map(|(&found, wanted)| found.abs_diff(wanted)).max();
+            assert!(off <= Some(2) && a == 255, "{:?} after {age_s} s", [r, g, b]);
+        }
+    }
+    // One sample a pixel lies between red and violet; eight, and an eighth, at the ends.
+    surfaces.set_tint(Tint::Density, 0.0);
+    for (size, wanted) in [(32, [179, 57, 96]), (4, [255, 230, 89]), (256, [20, 20, 89])] {
+        let from = view(DVec3::new(0.0, 1.7, 0.0), DVec3::new(0.0, 1.7, -6.0), size, 60.0);
+        let [r, g, b, _] = shown(&surfaces, &from)[(size * size / 2 + size / 2) as usize];
+        let off = [r, g, b].iter().zip(wanted).map(|(&found, wanted): (&u8, u8)| found.abs_diff(wanted)).max();
+        assert!(off <= Some(3), "{:?} of {size} pixels", [r, g, b]);
     }
 }
 

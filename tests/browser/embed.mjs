@@ -4,6 +4,7 @@ import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { join } from 'node:path';
 import { openPage } from './lib/browser.mjs';
+import { once } from './lib/once.mjs';
 import { contrast, decoded } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS } from './lib/state.mjs';
@@ -132,7 +133,7 @@ export function embedTests({ bin, web, shots, renderer, at }) {
       await page.screenshot({ path: shot('led') });
       assert.deepEqual(await page.evaluate(() => window.wrong), [], 'the page refuses what the element needs');
     })],
-    ['is a widget of a notebook, which leads it and saves what it shows', () => opened(async (page, server) => {
+    [once('is a widget of a notebook, which leads it and saves what it shows'), () => opened(async (page, server) => {
       await page.evaluate(async ({ src, given }) => {
         const { default: { render } } = await import('/widget.js');
         const heard = {};
@@ -162,7 +163,7 @@ export function embedTests({ bin, web, shots, renderer, at }) {
       await page.evaluate(() => window.leave());
       assert.deepEqual(await page.evaluate(() => [document.querySelectorAll('vantage-view').length, Object.keys(window.model.heard).length]), [0, 0]);
     })],
-    ['says why it shows nothing', () => opened(async (page, server) => {
+    [once('says why it shows nothing'), () => opened(async (page, server) => {
       await page.clock.install();
       const nobody = `ws://127.0.0.1:${await freePort()}/ws`;
       const failed = added(page, { ...plain, src: nobody }, 'ready').catch(({ message }) => message);

@@ -3,7 +3,8 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
-import { canvasPixels } from './lib/pixels.mjs';
+import { once } from './lib/once.mjs';
+import { canvasPixels, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, turned, until } from './lib/state.mjs';
 
@@ -56,7 +57,7 @@ export function findingTests({ bin, web, shots, renderer, at }) {
       await page.keyboard.press('t');
       await page.locator('#measured').waitFor({ state: 'hidden' });
     })],
-    ['goes to the middle of the picture, and has a wider view, by keys', () => opened('', async (page) => {
+    [once('goes to the middle of the picture, and has a wider view, by keys'), () => opened('', async (page) => {
       const before = await settled(page);
       await page.keyboard.press('Enter');
       const there = await until(page, 'a move', (now) => Math.hypot(...now.pose.position.map((x, axis) => x - before.pose.position[axis])) > 0.5);
@@ -66,7 +67,7 @@ export function findingTests({ bin, web, shots, renderer, at }) {
       await page.keyboard.press('l');
       assert.match(await page.locator('#share-link').inputValue(), /[?&]fov=65(&|$)/);
     })],
-    ['goes and looks by a gamepad', () => opened('', async (page) => {
+    [once('goes and looks by a gamepad'), () => opened('', async (page) => {
       const before = await settled(page);
       await page.evaluate(() => { window.sticks = [0, -1, 0, 0]; });
       const gone = await until(page, 'a step', (now) => Math.hypot(...now.pose.position.map((x, axis) => x - before.pose.position[axis])) > 0.3);
@@ -78,7 +79,7 @@ export function findingTests({ bin, web, shots, renderer, at }) {
       await sleep(500);
       assert.deepEqual((await until(page, 'a picture', (now) => now.picture)).pose, rests.pose, 'a stick at rest moves the eye');
     }, withGamepad)],
-    ['glides on after a drag, unless less motion is wanted', () => opened('', async (page) => {
+    [once('glides on after a drag, unless less motion is wanted'), () => opened('', async (page) => {
       const glided = async () => {
         await settled(page);
         await page.mouse.move(300, 200);
@@ -142,12 +143,22 @@ export function findingTests({ bin, web, shots, renderer, at }) {
       await settled(page);
       assert.ok(await magenta() > 1000, 'nothing is marked');
       await page.locator('#holes').uncheck();
+      await settled(page);
+      const own = await canvasPixels(page, shot('own-colours'));
+      for (const name of ['density', 'age']) {
+        await page.locator('#tint').selectOption(name);
+        await sleep(1500);
+        assert.ok(difference(own, await canvasPixels(page, shot(name))) > 0.3, `${name} looks like the picture`);
+      }
+      await page.locator('#tint').selectOption('picture');
+      await settled(page);
+      assert.ok(difference(own, await canvasPixels(page, shot('own-again'))) < 0.01, 'the picture is not what it was');
       await page.locator('#quality').selectOption('auto');
       const { updates } = await until(page, 'a picture', (now) => now.picture && now.effects);
       assert.ok(updates > 0, 'the session goes on');
       // A view at rest is all that there is.
     }, undefined, ['--rest', 'off'])],
-    ['draws curves of its figures, and its last updates', () => opened('', async (page) => {
+    [once('draws curves of its figures, and its last updates'), () => opened('', async (page) => {
       await page.keyboard.down('w');
       await sleep(3000);
       await page.keyboard.up('w');

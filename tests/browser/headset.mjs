@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { openPage } from './lib/browser.mjs';
+import { once } from './lib/once.mjs';
 import { decoded, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, still, turned, until } from './lib/state.mjs';
@@ -101,7 +102,7 @@ export function headsetTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     }],
-    ['offers no headset where there is none', async () => {
+    [once('offers no headset where there is none'), async () => {
       const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log, more: ['--image-size', '256', '--images', '2'] });
       const { page, close } = await openPage(renderer, at.log);
       await page.goto(`${server.origin}/?${plain}`, { waitUntil: 'load', timeout: PATIENCE_MS });

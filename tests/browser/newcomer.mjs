@@ -7,6 +7,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { openPage } from './lib/browser.mjs';
 import { document as gltf } from './lib/models.mjs';
+import { once } from './lib/once.mjs';
 import { canvasPixels, colours, decoded, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, still, until } from './lib/state.mjs';
@@ -206,7 +207,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     })],
-    ['says why something is not taken, and takes the next', async () => withFiles({ 'notes.txt': 'no model', 'large.obj': '#'.repeat(1 << 21), ...model() }, async ([notes, large, ...right]) => {
+    [once('says why something is not taken, and takes the next'), async () => withFiles({ 'notes.txt': 'no model', 'large.obj': '#'.repeat(1 << 21), ...model() }, async ([notes, large, ...right]) => {
       const server = await served(['--allow-uploads', '--upload-size', '1']);
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
       await page.locator('#scenes-open').waitFor({ state: 'visible' });
@@ -220,7 +221,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     })],
-    ['cancels what it brings, and brings the next', async () => withFiles({ 'slow.obj': '#'.repeat(1 << 21), ...model() }, async ([slow, ...right]) => {
+    [once('cancels what it brings, and brings the next'), async () => withFiles({ 'slow.obj': '#'.repeat(1 << 21), ...model() }, async ([slow, ...right]) => {
       const server = await served(['--allow-uploads']);
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
       await page.locator('#scenes-open').waitFor({ state: 'visible' });
@@ -237,7 +238,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     })],
-    ['chooses among scenes by their pictures', async () => withFiles(model(), async (_, folder) => {
+    [once('chooses among scenes by their pictures'), async () => withFiles(model(), async (_, folder) => {
       const server = await served(['--scenes', folder]);
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&scene=first+box&eye=9,9,9&target=0,0,0`);
       await shows(page, 'first box');
@@ -254,7 +255,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     })],
-    ['chooses scene, variant and camera of a file', async () => withFiles(ofMany(), async ([scene]) => {
+    [once('chooses scene, variant and camera of a file'), async () => withFiles(ofMany(), async ([scene]) => {
       const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more: ['--image-size', '256', '--images', '2'] });
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
       const colour = async (name) => {
@@ -315,7 +316,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     })],
-    ['records a path and goes it again', async () => withFiles(model(), async ([scene], folder) => {
+    [once('records a path and goes it again'), async () => withFiles(model(), async ([scene], folder) => {
       const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log, more: ['--image-size', '256', '--images', '2'] });
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none`);
       await still(page, shot('before-the-path'));
@@ -352,7 +353,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     })],
-    ['fits a phone', async () => {
+    [once('fits a phone'), async () => {
       const server = await served(['--allow-uploads']);
       const { page, close } = await openPage(renderer, at.log, { width: 360, height: 640 }, 3);
       await page.goto(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none`, { waitUntil: 'load', timeout: PATIENCE_MS });
@@ -376,7 +377,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     }],
-    ['speaks German where that is asked for', async () => {
+    [once('speaks German where that is asked for'), async () => {
       const server = await served(['--allow-uploads']);
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}&shadows=none&lang=en`);
       await until(page, 'a picture', (now) => now.picture);
@@ -400,7 +401,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       await close();
       await server.stop();
     }],
-    ['is sound to axe, with and without its dialogs', async () => {
+    [once('is sound to axe, with and without its dialogs'), async () => {
       const server = await served(['--allow-uploads']);
       const { page, close } = await opened(`${server.origin}/?renderer=${renderer}`);
       await until(page, 'a picture', (now) => now.picture);

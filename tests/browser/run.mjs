@@ -1,4 +1,4 @@
-// The web client in headless Chromium, once on WebGPU and once on WebGL2, against a real server.
+// The web client in headless Chromium against a real server: on WebGPU, and on WebGL2; what does not depend on that, on WebGL2 alone.
 //
 //   VANTAGE_SERVER_BIN   the server's binary
 //   VANTAGE_WEB_DIR      the built web client
@@ -13,6 +13,7 @@ import { basename, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
 import { withLitSquare, withMaterials } from './lib/models.mjs';
+import { once, testsOf } from './lib/once.mjs';
 import { brightness, canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
 import { startRelay } from './lib/relay.mjs';
 import { freePort, startServer } from './lib/server.mjs';
@@ -98,7 +99,7 @@ function darkens(before, after) {
 /** One browser, one server, every test on it in order. */
 function tests(renderer) {
   const at = { renderer };
-  return [
+  const all = [
     ['shows the first picture', async () => {
       at.port = await freePort();
       at.server = await startServer({ bin, web, port: at.port, scene: SCENE, log: at.log });
@@ -202,7 +203,7 @@ function tests(renderer) {
       await at.page.keyboard.press('Escape');
       assert.ok(await at.page.locator('#inventory').isHidden());
     }],
-    ['follows a presenter, and looks around on its own', async () => {
+    [once('follows a presenter, and looks around on its own'), async () => {
       const open = (role) => smallPage(at, `${at.server.origin}/?renderer=${renderer}&${role}=Ada`);
       const presenter = await open('present');
       const goes = async (key) => {
@@ -254,7 +255,7 @@ function tests(renderer) {
       assert.ok(contrast(again) > 50, 'the canvas is nearly blank');
       assert.ok(await at.page.locator('#status').isHidden());
     }],
-    ['goes on with what it holds when its network comes back', async () => {
+    [once('goes on with what it holds when its network comes back'), async () => {
       const relay = await startRelay(at.port);
       const page = await smallPage(at, `${relay.origin}/?renderer=${renderer}`);
       const before = await settled(page);
@@ -275,7 +276,7 @@ function tests(renderer) {
       await page.close();
       relay.stop();
     }],
-    ['is told why it is not let in, and keeps its token to itself', async () => {
+    [once('is told why it is not let in, and keeps its token to itself'), async () => {
       const token = 'open/Sesame+ü';
       const heard = [];
       const log = (line) => { heard.push(line); at.log(line); };
@@ -312,7 +313,7 @@ function tests(renderer) {
       await page.close();
       await server.stop();
     }],
-    ['is shown the scene that its address names', async () => {
+    [once('is shown the scene that its address names'), async () => {
       const folder = await mkdtemp(join(tmpdir(), 'vantage-scenes-'));
       await writeFile(join(folder, 'a square.obj'), 'v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n');
       await writeFile(join(folder, 'broken.glb'), 'glTF and no more');
@@ -528,7 +529,8 @@ function tests(renderer) {
         .filter((line) => !/Cross-Origin-Opener-Policy header has been ignored/.test(line));
       assert.deepEqual(wrong, []);
     }],
-  ].map(([name, run]) => ({ name: `${renderer}: ${name}`, run, at }));
+  ];
+  return testsOf(renderer, all).map(([name, run]) => ({ name: `${renderer}: ${name}`, run, at }));
 }
 
 async function runAll(renderer, tally) {

@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { openPage } from './lib/browser.mjs';
+import { once } from './lib/once.mjs';
 import { difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
 import { PATIENCE_MS, settled, still, until } from './lib/state.mjs';
@@ -87,7 +88,7 @@ export function stagingTests({ bin, web, shots, renderer, at }) {
       await page.screenshot({ path: shot('alone') });
       assert.ok(samples > 0);
     })],
-    ['cuts the scene open', () => opened('pillars', '', async (page, open) => {
+    [once('cuts the scene open'), () => opened('pillars', '', async (page, open) => {
       const whole = await atRest(page, 'uncut');
       await page.locator('#parts-toggle').click();
       await page.locator('#cut-axis').selectOption('y');
@@ -107,7 +108,7 @@ export function stagingTests({ bin, web, shots, renderer, at }) {
       const closed = difference(whole, await atRest(page, 'closed'));
       assert.ok(closed < 0.01, `${closed} of the pixels differ`);
     })],
-    ['stops what moves, goes on, and goes back', () => opened('urban-moving', '', async (page, open) => {
+    [once('stops what moves, goes on, and goes back'), () => opened('urban-moving', '', async (page, open) => {
       const time = () => page.evaluate(() => Number.parseFloat(document.querySelector('#now').textContent));
       await page.locator('#time').waitFor();
       await page.locator('#view').focus();
@@ -142,7 +143,7 @@ export function stagingTests({ bin, web, shots, renderer, at }) {
       const linked = difference(first, await atRest(page, 'linked-time'));
       assert.ok(linked < 0.01, `${linked} of the pixels differ`);
     })],
-    ['has no time line where nothing moves', () => opened('pillars', '', async (page) => {
+    [once('has no time line where nothing moves'), () => opened('pillars', '', async (page) => {
       await sleep(500);
       assert.ok(await page.locator('#time').isHidden());
     })],

@@ -90,6 +90,12 @@ pub fn mark_holes(are_marked: bool) {
     exports::mark_holes(are_marked);
 }
 
+/// Shows `picture`, what samples saw, from now on, or by false colours what they are: their `age` or `density`. Fails with words for a person.
+#[wasm_bindgen]
+pub fn set_tint(name: &str) -> Result<(), JsValue> {
+    exports::set_tint(name).map_err(|error| js_sys::Error::new(&error).into())
+}
+
 /// How the scene is put before the viewer, as JSON: see `staging.js` for the fields.
 #[wasm_bindgen]
 pub fn staged() -> String {

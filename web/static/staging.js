@@ -4,7 +4,7 @@
 //   parts    'all', 'but' or 'only', and objects, those that are named: { object, name }, whose name may not be known yet
 //   chooses  whether parts are chosen by clicks; chosen, the one that is
 //   section  [normal, offset_m] of the plane that cuts the scene open; bounds, the corners of the scene
-import { cut, mark_holes as markHoles, play, seek, set_quality as setQuality, show_parts as showParts, staged } from './vantage_web.js';
+import { cut, mark_holes as markHoles, play, seek, set_quality as setQuality, set_tint as setTint, show_parts as showParts, staged } from './vantage_web.js';
 import { byId } from './elements.js';
 import { say } from './words.js';
 
@@ -185,6 +185,7 @@ export function offerStaging() {
     }
   });
   byId('holes').addEventListener('change', ({ target }) => markHoles(target.checked));
+  byId('tint').addEventListener('change', ({ target }) => setTint(target.value));
   const { section } = JSON.parse(staged());
   if (section) takeSection(section);
   setInterval(() => document.hidden || show(), SHOW_INTERVAL_MS);

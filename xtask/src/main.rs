@@ -125,8 +125,8 @@ fn serve(here: &Path, scene: Option<OsString>, port: u16, mut server_arguments: 
         server_arguments.push("--allow-uploads".into());
     }
     setup::install(&[Need::Vulkan, Need::WasmTarget, Need::Clang])?;
-    let [server, _] = run::built_to_serve()?;
-    let web_dir = std::path::absolute(web::build(web::Profile::Serve)?)?;
+    let (server, web_dir) = web::build_with_server()?;
+    let web_dir = std::path::absolute(web_dir)?;
     run::Tool::new(server)
         .dir(here)
         .args(scene)

@@ -18,23 +18,52 @@ pub enum Profile {
     Fast,
 }
 
+impl Profile {
+    /// This one, or that of the tests where commands are tried by them.
+    fn unless_dev(self) -> Profile {
+        if run::Profile::Serve.unless_dev() == run::Profile::Dev { Profile::Fast } else { self }
+    }
+
+    /// As cargo calls it.
+    fn name(self) -> &'static str {
+        match self {
+            Profile::Release => "web",
+            Profile::Serve => "serve",
+            Profile::Fast => "web-dev",
+        }
+    }
+}
+
 /// Builds the web client and returns the folder that a server can serve.
 pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
-    let profile = if run::Profile::Serve.unless_dev() == run::Profile::Dev { Profile::Fast } else { profile };
-    let name = match profile {
-        Profile::Release => "web",
-        Profile::Serve => "serve",
-        Profile::Fast => "web-dev",
-    };
-    step(&format!("Building the web client (profile {name})"));
-    wasm_cargo("build").args(["--package", "vantage-web", "--lib", "--profile", name]).check()?;
-    let out_dir = target_dir().join("web").join(name);
+    let profile = profile.unless_dev();
+    step(&format!("Building the web client (profile {})", profile.name()));
+    compile(profile).check()?;
+    bind(profile, &run::built(run::Profile::Dev, "vantage-bindgen", "vantage-bindgen")?)
+}
+
+/// Builds a server and its web client beside each other, as neither has work for all cores to its end; where they are.
+pub fn build_with_server() -> anyhow::Result<(PathBuf, PathBuf)> {
+    let profile = Profile::Serve.unless_dev();
+    println!("the web client is built beside it (profile {})", profile.name());
+    // Two bars would write over each other.
+    let compiling = std::thread::spawn(move || compile(profile).args(["--quiet"]).check());
+    let built = run::built_to_serve();
+    let compiled = compiling.join().map_err(|_| anyhow::anyhow!("building the web client was given up"))?;
+    let [server, bindgen] = built?;
+    compiled?;
+    Ok((server, bind(profile, &bindgen)?))
+}
+
+fn compile(profile: Profile) -> Tool {
+    wasm_cargo("build").args(["--package", "vantage-web", "--lib", "--profile", profile.name()])
+}
+
+/// Makes of what was compiled what a browser loads, with the static files.
+fn bind(profile: Profile, bindgen: &Path) -> anyhow::Result<PathBuf> {
+    let out_dir = target_dir().join("web").join(profile.name());
     std::fs::create_dir_all(&out_dir).with_context(|| format!("making {}", out_dir.display()))?;
-    let wasm = target_dir().join("wasm32-unknown-unknown").join(name).join("vantage_web.wasm");
-    let bindgen = match profile {
-        Profile::Serve => run::built_to_serve()?[1].clone(),
-        Profile::Release | Profile::Fast => run::built(run::Profile::Dev, "vantage-bindgen", "vantage-bindgen")?,
-    };
+    let wasm = target_dir().join("wasm32-unknown-unknown").join(profile.name()).join("vantage_web.wasm");
     step("Binding it for the browser");
     Tool::new(bindgen).args([&wasm, &out_dir]).check()?;
     copy_files(Path::new("web/static"), &out_dir)?;

@@ -78,13 +78,8 @@ enum ClockName {
 }
 
 fn main() -> ExitCode {
-    match manual::print_asked(std::env::args_os(), Options::command(), &mut std::io::stdout()) {
-        Ok(false) => {}
-        Ok(true) => return ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            return ExitCode::from(2);
-        }
+    if let Some(ends) = manual::answered(Options::command()) {
+        return ends;
     }
     match run(&Options::parse()) {
         Ok(true) => ExitCode::SUCCESS,

@@ -321,13 +321,8 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    match manual::print_asked(std::env::args_os(), Arguments::command(), &mut std::io::stdout()) {
-        Ok(false) => {}
-        Ok(true) => return ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("vantage-view: {error}");
-            return ExitCode::from(2);
-        }
+    if let Some(ends) = manual::answered(Arguments::command()) {
+        return ends;
     }
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()
         .unwrap_or_else(|_| "warn,wgpu_hal=error,wgpu_core=error".into());

@@ -7,7 +7,7 @@ use camera::Pinhole;
 use glam::{DVec2, DVec3};
 use gpu::Gpu;
 use protocol::{Held, Update};
-use surface::{BuiltSurfaces, GBuffer, HeldSurfaces, Slices, Smoothing, SurfaceError};
+use surface::{BuiltSurfaces, GBuffer, HeldSurfaces, Slices, Smoothing, SurfaceError, Tint};
 use wgpu::{BindingResource, TextureFormat, TextureView};
 
 use crate::draw::antialiasing::{Antialias, FrameTimes};
@@ -48,6 +48,8 @@ pub struct Options {
     pub coverage_in_alpha: bool,
     /// What colours are between samples.
     pub smoothing: Smoothing,
+    /// What colours tell: what samples saw, or what they are.
+    pub tint: Tint,
     /// How mirrors and glass are drawn, where there are impostors.
     pub reflect: Settings,
     /// What all light is multiplied by before it is shown.
@@ -67,6 +69,7 @@ impl Default for Options {
             mark_uncovered: false,
             coverage_in_alpha: false,
             smoothing: Smoothing::default(),
+            tint: Tint::default(),
             reflect: Settings::default(),
             exposure: 1.0,
             strengths: Strengths::default(),

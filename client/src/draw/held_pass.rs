@@ -5,7 +5,7 @@ use glam::DAffine3;
 use gpu::Gpu;
 use protocol::held::HeldInstance;
 use protocol::{Held, PatchId};
-use surface::{GBuffer, SETBACK_FOOTPRINTS, Slices, Smoothing, SurfaceError, SurfacePass};
+use surface::{GBuffer, SETBACK_FOOTPRINTS, Slices, Smoothing, SurfaceError, SurfacePass, Tint};
 
 use crate::draw::bodies::{self, Bodies, BodyInputs, BodyPass};
 use crate::draw::fullscreen::EMBEDDED;
@@ -18,6 +18,8 @@ use crate::draw::shown::Shown;
 pub(crate) struct HeldPass {
     gpu: Gpu,
     surface: SurfacePass,
+    /// Made when what samples are is first shown, in place of what they saw.
+    tinted: Option<SurfacePass>,
     /// Made when a relief first shows something.
     relief: Option<ReliefPass>,
     /// Made when a body first shows something.
@@ -27,13 +29,17 @@ pub(crate) struct HeldPass {
 
 impl HeldPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::new(gpu)?, relief: None, body: None, casts: false })
+        HeldPass::of(gpu, SurfacePass::new(gpu)?, false)
     }
 
     /// Draws what casts shadows, as seen from a light: see [`SurfacePass::casting`]. Bodies lie back by as much, of the map's
     /// own texels: adapters interpolate depth as they like, and a floor that is nearer by a millionth would be in its own shadow. Reliefs as views see them.
     pub(crate) fn casting(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        Ok(HeldPass { gpu: gpu.clone(), surface: SurfacePass::casting(gpu)?, relief: None, body: None, casts: true })
+        HeldPass::of(gpu, SurfacePass::casting(gpu)?, true)
+    }
+
+    fn of(gpu: &Gpu, surface: SurfacePass, casts: bool) -> Result<HeldPass, SurfaceError> {
+        Ok(HeldPass { gpu: gpu.clone(), surface, tinted: None, relief: None, body: None, casts })
     }
 
     /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.
@@ -58,7 +64,12 @@ impl HeldPass {
         target: &GBuffer,
     ) {
         let Shown { surfaces, held, impostors, bodies, .. } = shown;
-        self.surface.encode_slice(encoder, (surfaces, slices, most_quads), camera, smoothing, target);
+        let surface = if self.casts || surfaces.tint() == Tint::Own {
+            &self.surface
+        } else {
+            self.tinted.get_or_insert_with(|| SurfacePass::tinted(&self.gpu).expect(EMBEDDED))
+        };
+        surface.encode_slice(encoder, (surfaces, slices, most_quads), camera, smoothing, target);
         if !slices.are_all() {
             return;
         }

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use gpu::Gpu;
 use protocol::message::{self, Draws, Welcome};
 use protocol::{Held, Update};
-use surface::{Build, BuiltSurfaces, CornerRules, Corners, HeldSurfaces, SurfaceError};
+use surface::{Build, BuiltSurfaces, CornerRules, Corners, HeldSurfaces, SurfaceError, Tint};
 use thiserror::Error;
 use web_time::Instant;
 
@@ -113,6 +113,8 @@ pub struct Picture {
     steady: Option<Steady>,
     /// When an object last moved.
     moved: Option<Instant>,
+    /// Scene time that is shown, in seconds.
+    scene_time_s: f64,
     pick: Pick,
     feel: Feel,
     build_ms: f64,
@@ -147,6 +149,7 @@ impl Picture {
             drawn: InTime::default(),
             steady: (options.frame_rate == FrameRate::Held).then(|| Steady::new(gpu, format)),
             moved: None,
+            scene_time_s: 0.0,
             pick: Pick::default(),
             feel: Feel::default(),
             options,
@@ -166,6 +169,7 @@ impl Picture {
         if !self.is_ready() {
             return self.surfaces.poses_now() != world_from_objects || self.bodies.is_other_at(*scene_time_s);
         }
+        self.scene_time_s = *scene_time_s;
         let before = self.surfaces.revision();
         self.surfaces.set_poses(world_from_objects);
         self.lights.iter_mut().for_each(|lights| lights.move_objects(world_from_objects));
@@ -186,8 +190,12 @@ impl Picture {
             return self.draw_camera_image(held, (camera.width_px, camera.height_px), output);
         }
         self.follow_effects(held);
+        let tint = self.options.frame.tint;
+        self.surfaces.set_tint(tint, self.scene_time_s);
         let (impostors, bodies, lights) = (Some(&self.impostors), Some(&self.bodies), self.lights.as_ref());
-        let (occluders, layers, rest) = (self.occluders.as_ref(), Some(&self.layers), Some(&self.rest));
+        // A view at rest is shown in place of what is held.
+        let rest = Some(&self.rest).filter(|_| tint == Tint::Own);
+        let (occluders, layers) = (self.occluders.as_ref(), Some(&self.layers));
         let shown = Shown { surfaces: &self.surfaces, held, impostors, bodies, lights, occluders, layers, rest };
         let options = frame::Options { strengths: self.effects.strengths(), ..self.options.frame };
         if let Some(steady) = &mut self.steady {
@@ -370,6 +378,7 @@ impl Picture {
     /// Whether the next picture may show more than the last one, though nothing moves.
     pub fn goes_on(&self) -> bool {
         self.soft_progress().is_some_and(SoftProgress::goes_on)
+            || self.options.frame.tint == Tint::Age
             || self.effects.go_on()
             || self.steady.as_ref().is_some_and(Steady::goes_on)
     }

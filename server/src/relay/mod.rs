@@ -58,8 +58,13 @@ pub async fn serve(config: Config, broker: Broker) -> Result<Running, ServeError
         over: watch::Sender::default(),
     });
     let Answering { addr, url, stop, task } = app::listen_for(&config, relay.clone()).await?;
-    let hears = tokio::spawn(hear::run(relay.clone()));
+    let hears = hears(&relay);
     Ok(Running { addr, relay, url, stop, tasks: [task, hears] })
+}
+
+/// No part of an asynchronous function, as `app::answers`.
+fn hears(relay: &Arc<Relay>) -> JoinHandle<()> {
+    tokio::spawn(hear::run(relay.clone()))
 }
 
 impl Running {

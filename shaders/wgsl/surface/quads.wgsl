@@ -17,7 +17,7 @@ struct View {
     clip_scale: vec2f,
     clip_shift: vec2f,
     near_m: f32,
-    // See SMOOTHING_*.
+    // See SMOOTHING_*; for `tinted`, what `surface::Tint` says of the patch from bit 8 on.
     smoothing: u32,
     // Its id.
     patch_id: u32,
@@ -205,6 +205,26 @@ fn fragment(in: Corner) -> Surface {
     out.normal_ids = vec2u(octahedral_code_fine(shown.normal), (in.quad_object_level & 0xffffu) | (material << 16u) | end);
     out.w = w_of(in);
     return out;
+}
+
+// From the newest or finest to the oldest or coarsest: yellow, red, violet, dark blue.
+fn tint(level: f32) -> vec3f {
+    let newer = mix(vec3f(1.0, 0.9, 0.35), vec3f(0.9, 0.3, 0.2), clamp(3.0 * level, 0.0, 1.0));
+    let older = mix(newer, vec3f(0.5, 0.15, 0.55), clamp(3.0 * level - 1.0, 0.0, 1.0));
+    return mix(older, vec3f(0.08, 0.08, 0.35), clamp(3.0 * level - 2.0, 0.0, 1.0));
+}
+
+// What a sample is, in place of what it saw: how old, or how many of them there are to a pixel along a side, from eight to an eighth.
+@fragment
+fn tinted(in: Corner) -> Surface {
+    let samples_a_pixel = max(length(dpdx(in.image.xy)), length(dpdy(in.image.xy))) / quad_px(in);
+    let coarse = clamp(0.5 - log2(max(samples_a_pixel, 1e-3)) / 6.0, 0.0, 1.0);
+    let old = f32(view.smoothing >> 16u) / 65535.0;
+    let level = select(old, coarse, ((view.smoothing >> 8u) & 1u) == 1u);
+    let material = in.quad_colour_material >> 24u;
+    let end = select(0u, 1u << 31u, in.colour_end.a > 0.0);
+    let ids = vec2u(octahedral_code_fine(in.quad_normal), (in.quad_object_level & 0xffffu) | (material << 16u) | end);
+    return Surface(vec4f(tint(level), 1.0), ids, w_of(in));
 }
 
 // What casts shadows: its distance, with half of its footprint added. The footprint is a share of the distance from where it was captured,

@@ -154,6 +154,13 @@ impl Stage {
         Stage { gpu, pass }
     }
 
+    /// The same that draws what samples are.
+    pub fn tinted() -> Stage {
+        let Stage { gpu, .. } = Stage::new();
+        let pass = SurfacePass::tinted(&gpu).expect("the shaders compile");
+        Stage { gpu, pass }
+    }
+
     pub fn draw_patch(&self, patch: &HeldPatch, camera: &Pinhole) -> Drawn {
         let mut surfaces = HeldSurfaces::new(&self.gpu);
         surfaces.insert(patch);

@@ -152,6 +152,17 @@ pub fn mark_holes(are_marked: bool) {
     }
 }
 
+/// See [`crate::set_tint`].
+pub fn set_tint(name: &str) -> Result<(), String> {
+    let tint = name.parse()?;
+    let app = app().ok_or(EARLY)?;
+    let mut app = app.borrow_mut();
+    app.picture.frame.tint = tint;
+    app.screen.iter_mut().for_each(|screen| screen.picture.options_mut().tint = tint);
+    app.drawn.stale = true;
+    Ok(())
+}
+
 /// See [`crate::staged`].
 pub fn staged() -> String {
     let Some(app) = app() else { return "{}".to_owned() };

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Color32, ProgressBar, RichText};
 use gpu::Gpu;
+use surface::Tint;
 use wgpu::TextureFormat;
 use winit::event::WindowEvent;
 use winit::window::Window;
@@ -203,6 +204,12 @@ fn figures(context: &egui::Context, panel: &Panel<'_>, options: &mut frame::Opti
             ui.horizontal(|ui| {
                 ui.checkbox(&mut options.fill, "Fill");
                 ui.checkbox(&mut options.mark_uncovered, "Mark uncovered");
+            });
+            ui.horizontal(|ui| {
+                ui.label("Colours");
+                for (tint, name) in [(Tint::Own, "picture"), (Tint::Age, "age"), (Tint::Density, "density")] {
+                    ui.selectable_value(&mut options.tint, tint, name);
+                }
             });
             if let Some(mut mode) = panel.mode {
                 ui.horizontal(|ui| {
