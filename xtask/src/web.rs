@@ -28,7 +28,7 @@ impl Profile {
     fn name(self) -> &'static str {
         match self {
             Profile::Release => "web",
-            Profile::Serve => "serve",
+            Profile::Serve => "serve-web",
             Profile::Fast => "web-dev",
         }
     }
