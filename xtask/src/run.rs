@@ -100,20 +100,6 @@ impl Tool {
         self
     }
 
-    /// The same, after whatever else this machine has to do.
-    pub fn gently(self) -> Tool {
-        let mut command = Command::new("nice");
-        command.args(["-n", "10"]).arg(self.command.get_program()).args(self.command.get_args());
-        for (key, value) in self.command.get_envs() {
-            match value {
-                Some(value) => command.env(key, value),
-                None => command.env_remove(key),
-            };
-        }
-        self.command.get_current_dir().map(|dir| command.current_dir(dir));
-        Tool { command, name: self.name }
-    }
-
     /// Runs it with its output on the terminal; an exit code but 0 is an error.
     pub fn check(mut self) -> anyhow::Result<()> {
         let status = self.command.status().with_context(|| format!("starting {}", self.name))?;

@@ -46,8 +46,8 @@ pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
 pub fn build_with_server() -> anyhow::Result<(PathBuf, PathBuf)> {
     let profile = Profile::Serve.unless_dev();
     println!("the web client is built beside it (profile {})", profile.name());
-    // The server takes longer, and two bars would write over each other.
-    let compiling = std::thread::spawn(move || compile(profile).args(["--quiet"]).gently().check());
+    // Two bars would write over each other.
+    let compiling = std::thread::spawn(move || compile(profile).args(["--quiet"]).check());
     let built = run::built_to_serve();
     let compiled = compiling.join().map_err(|_| anyhow::anyhow!("building the web client was given up"))?;
     let [server, bindgen] = built?;
