@@ -137,7 +137,7 @@ pub struct Options {
 
 const EXAMPLES: &str = "Examples:\n  \
     vantage-server pillars                              a built-in scene, at http://127.0.0.1:8080 where its page is built in\n  \
-    vantage-server engine.glb --web target/web/serve-web    a file, with the page of a folder\n  \
+    vantage-server engine.glb --web target/web/serve    a file, with the page of a folder\n  \
     vantage-server --scenes models --allow-uploads      every scene of a folder, and those that people bring\n  \
     vantage-server --config /etc/vantage/vantage-server.toml --print-config\n\n\
     Exit codes: 0 ended as asked, 1 failed, 2 wrong usage, 69 no graphics adapter.\n\

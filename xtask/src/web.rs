@@ -28,7 +28,7 @@ impl Profile {
     fn name(self) -> &'static str {
         match self {
             Profile::Release => "web",
-            Profile::Serve => "serve-web",
+            Profile::Serve => "serve",
             Profile::Fast => "web-dev",
         }
     }
@@ -42,16 +42,12 @@ pub fn build(profile: Profile) -> anyhow::Result<PathBuf> {
     bind(profile, &run::built(run::Profile::Dev, "vantage-bindgen", "vantage-bindgen")?)
 }
 
-/// Builds a server and its web client beside each other, as neither has work for all cores to its end; where they are.
+/// Builds a server and its web client; where they are. One after the other: on two cores both at once take longer, and what runs in both compilers is built twice.
 pub fn build_with_server() -> anyhow::Result<(PathBuf, PathBuf)> {
     let profile = Profile::Serve.unless_dev();
-    println!("the web client is built beside it (profile {})", profile.name());
-    // Two bars would write over each other.
-    let compiling = std::thread::spawn(move || compile(profile).args(["--quiet"]).check());
-    let built = run::built_to_serve();
-    let compiled = compiling.join().map_err(|_| anyhow::anyhow!("building the web client was given up"))?;
-    let [server, bindgen] = built?;
-    compiled?;
+    let [server, bindgen] = run::built_to_serve()?;
+    step(&format!("Building the web client (profile {})", profile.name()));
+    compile(profile).check()?;
     Ok((server, bind(profile, &bindgen)?))
 }
 
