@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use camera::{Camera, Rigid};
+use camera::{Camera, Pinhole, Rigid};
 use common::{Shape, Stage, ball, capture, held, truth, view};
 use glam::{DAffine3, DQuat, DVec3};
 use protocol::held::HeldPatch;
@@ -140,7 +140,7 @@ fn samples_show_how_old_they_are_or_how_dense() {
     let mut patch = capture(&[WALL], &camera);
     patch.patch.capture_time_s = 50.0;
     surfaces.insert(&patch);
-    let shown = |surfaces: &HeldSurfaces, camera| stage.draw(surfaces, camera, Smoothing::Blended).colour;
+    let shown = |surfaces: &HeldSurfaces, camera: &Pinhole| stage.draw(surfaces, camera, Smoothing::Blended).colour;
     // Now, a second, ten and a hundred later: yellow, red, violet, dark blue.
     let wanted = [[255, 230, 89], [230, 77, 51], [128, 38, 140], [20, 20, 89]];
     for (age_s, wanted) in [0.0, 1.0, 10.0, 100.0].into_iter().zip(wanted) {

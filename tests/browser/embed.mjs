@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { join } from 'node:path';
-import { openPage } from './lib/browser.mjs';
+import { openCoarsePage } from './lib/browser.mjs';
 import { once } from './lib/once.mjs';
 import { contrast, decoded } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
@@ -74,7 +74,7 @@ export function embedTests({ bin, web, shots, renderer, at }) {
   const opened = async (use, log = at.log) => {
     const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log });
     const foreigner = await startForeigner(server.origin);
-    const { page, close } = await openPage(renderer, log, { width: 640, height: 900 });
+    const { page, close } = await openCoarsePage(renderer, log, { width: 640, height: 900 });
     try {
       await page.goto(foreigner.origin, { waitUntil: 'load', timeout: PATIENCE_MS });
       await page.waitForFunction(() => customElements.get('vantage-view'));

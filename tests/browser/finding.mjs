@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
-import { openPage } from './lib/browser.mjs';
+import { openCoarsePage } from './lib/browser.mjs';
 import { once } from './lib/once.mjs';
 import { canvasPixels, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
@@ -22,7 +22,7 @@ export function findingTests({ bin, web, shots, renderer, at }) {
 
   const opened = async (query, use, prepare = undefined, more = undefined) => {
     const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log, more });
-    const { page, close } = await openPage(renderer, at.log);
+    const { page, close } = await openCoarsePage(renderer, at.log);
     try {
       if (prepare) await page.addInitScript(prepare);
       await page.goto(`${server.origin}/?renderer=${renderer}&shadows=none&occlusion=none${query}`, { waitUntil: 'load', timeout: PATIENCE_MS });

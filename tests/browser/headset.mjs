@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
-import { openPage } from './lib/browser.mjs';
+import { openCoarsePage, openPage } from './lib/browser.mjs';
 import { once } from './lib/once.mjs';
 import { decoded, difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
@@ -38,7 +38,7 @@ export function headsetTests({ bin, web, shots, renderer, at }) {
   return [
     ['shows each eye of a headset what it sees, and goes where its wearer goes', async () => {
       const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log, more: ['--image-size', '256', '--images', '2', '--rest', 'off'] });
-      const { page, close } = await openPage(renderer, at.log, VIEWPORT, 1);
+      const { page, close } = await openPage(renderer, at.log, VIEWPORT);
       await page.addInitScript({ path: EMULATOR });
       await page.addInitScript(wears, [FOV_DEG, APART_M]);
       await page.goto(`${server.origin}/?${plain}&eye=0,1.6,3&target=0,1.6,-3`, { waitUntil: 'load', timeout: PATIENCE_MS });
@@ -104,7 +104,7 @@ export function headsetTests({ bin, web, shots, renderer, at }) {
     }],
     [once('offers no headset where there is none'), async () => {
       const server = await startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log, more: ['--image-size', '256', '--images', '2'] });
-      const { page, close } = await openPage(renderer, at.log);
+      const { page, close } = await openCoarsePage(renderer, at.log);
       await page.goto(`${server.origin}/?${plain}`, { waitUntil: 'load', timeout: PATIENCE_MS });
       await until(page, 'a picture', (now) => now.picture);
       assert.ok(await page.locator('#headset').isHidden());

@@ -5,7 +5,7 @@ import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { openPage } from './lib/browser.mjs';
+import { openCoarsePage, openPage } from './lib/browser.mjs';
 import { document as gltf } from './lib/models.mjs';
 import { once } from './lib/once.mjs';
 import { canvasPixels, colours, decoded, difference } from './lib/pixels.mjs';
@@ -108,7 +108,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
   const shot = (name) => join(shots, `${renderer}-new-${name}.png`);
   const served = async (more) => startServer({ bin, web, port: await freePort(), scene: 'pillars', log: at.log, more: ['--image-size', '256', '--images', '2', ...more] });
   const opened = async (url) => {
-    const browser = await openPage(renderer, at.log);
+    const browser = await openCoarsePage(renderer, at.log);
     await browser.page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
     await browser.page.goto(url, { waitUntil: 'load', timeout: PATIENCE_MS });
     return browser;

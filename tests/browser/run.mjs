@@ -11,7 +11,7 @@ import { mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
 import { networkInterfaces, tmpdir } from 'node:os';
 import { basename, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
-import { openPage } from './lib/browser.mjs';
+import { openCoarsePage } from './lib/browser.mjs';
 import { withLitSquare, withMaterials } from './lib/models.mjs';
 import { once, testsOf } from './lib/once.mjs';
 import { brightness, canvasPixels, colours, contrast, difference } from './lib/pixels.mjs';
@@ -103,7 +103,7 @@ function tests(renderer) {
     ['shows the first picture', async () => {
       at.port = await freePort();
       at.server = await startServer({ bin, web, port: at.port, scene: SCENE, log: at.log });
-      Object.assign(at, await openPage(renderer, at.log));
+      Object.assign(at, await openCoarsePage(renderer, at.log));
       await at.page.goto(`${at.server.origin}/?renderer=${renderer}`, { waitUntil: 'load', timeout: PATIENCE_MS });
       const state = await settled(at.page);
       assert.equal(state.renderer, renderer);

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
-import { openPage } from './lib/browser.mjs';
+import { openCoarsePage } from './lib/browser.mjs';
 import { once } from './lib/once.mjs';
 import { difference } from './lib/pixels.mjs';
 import { freePort, startServer } from './lib/server.mjs';
@@ -14,7 +14,7 @@ export function stagingTests({ bin, web, shots, renderer, at }) {
 
   const opened = async (scene, query, use) => {
     const server = await startServer({ bin, web, port: await freePort(), scene, log: at.log });
-    const { page, close } = await openPage(renderer, at.log);
+    const { page, close } = await openCoarsePage(renderer, at.log);
     const open = async (address) => {
       await page.goto(address, { waitUntil: 'load', timeout: PATIENCE_MS });
       await until(page, 'a picture', (now) => now.picture);

@@ -16,11 +16,11 @@ const RENDERER = {
   webgl2: ['--enable-unsafe-swiftshader', '--use-angle=swiftshader'],
 };
 const VIEWPORT = { width: 640, height: 400 };
-/** Device pixels of one of the page: most of what these tests take is software drawing 400 x 250 of them. */
-const PIXEL_RATIO = 0.625;
+/** Device pixels of one of the page, in tests: most of what they take is software drawing 400 x 250 of them. */
+const COARSE = 0.625;
 
 /** Opens a page in a browser of its own with a new profile. `close` ends both. */
-export async function openPage(renderer, log, viewport = VIEWPORT, deviceScaleFactor = PIXEL_RATIO) {
+export async function openPage(renderer, log, viewport = VIEWPORT, deviceScaleFactor = 1) {
   const profile = await mkdtemp(join(tmpdir(), 'vantage-browser-'));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
@@ -40,3 +40,6 @@ export async function openPage(renderer, log, viewport = VIEWPORT, deviceScaleFa
   };
   return { page, close };
 }
+
+/** The same with fewer pixels, for what does not depend on how many there are. */
+export const openCoarsePage = (renderer, log, viewport = VIEWPORT) => openPage(renderer, log, viewport, COARSE);
