@@ -20,6 +20,7 @@ use vantage_server::options::{Command, Options};
 use vantage_server::port_options::PortOptions;
 use vantage_server::prepare::{Prepared, Preparer};
 use vantage_server::relay::options::RelayOptions;
+use vantage_server::serving::within::{SceneFile, Within};
 use vantage_server::serving::{Folder, Stock};
 use vantage_server::settings::{self, SettingsError};
 use vantage_server::signals::Signals;
@@ -165,6 +166,7 @@ async fn serve(mut options: Options, config: Config, gpu: Gpu) -> anyhow::Result
     tend_for_agones(&options, listening.attendance());
     let progress = listening.progress();
     let first_file = options.scene.as_ref().map(PathBuf::from).filter(|path| is_scene_file(path) && path.is_file());
+    let within = Within { scene: options.file_scene.clone(), variant: options.variant.clone() };
     let preparer = Arc::new(Preparer::new(options, config, gpu));
     let loads = preparer.clone();
     let prepare: Prepare = Arc::new(move || loads.first(&progress));
@@ -176,7 +178,8 @@ async fn serve(mut options: Options, config: Config, gpu: Gpu) -> anyhow::Result
         loaded = loading => loaded??,
     };
     if let Some(path) = first_file.filter(|_| scene.offer.scenes.len() + scene.offer.variants.len() > 0) {
-        stock = stock.with_first(first_name.clone().unwrap_or_else(|| scene.name.clone()), path);
+        let name = first_name.clone().unwrap_or_else(|| scene.name.clone());
+        stock = stock.with_first(name, SceneFile { path, within });
     }
     if !stock.is_none() {
         listening.offer(stock, first_name, Arc::new(move |file, says| preparer.file(file, says)));

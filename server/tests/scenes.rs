@@ -149,7 +149,9 @@ async fn what_is_chosen_within_a_file_is_a_scene_of_its_own() {
     let [plain, red] = [plain.expect("the file as it is"), red.expect("its variant")];
     assert_eq!([scene_of(&plain), scene_of(&red)], ["a", "red a"]);
     // What it has not is refused at once where that is known, and after a look at it where not.
-    for (query, is_told) in [("?scene=a&variant=green", "red, blue"), ("?scene=a&file-scene=1", "there are: none")] {
+    for (query, is_told) in
+        [("?scene=a&variant=green", "\"red\", \"blue\""), ("?scene=a&file-scene=1", "there are: none")]
+    {
         let (why, again) = served.goodbye(query).await;
         assert!(why.contains(is_told) && !again, "{why}");
     }
@@ -161,7 +163,16 @@ async fn what_is_chosen_within_a_file_is_a_scene_of_its_own() {
     assert!(list.contains("\"sessions\":2"), "{list}");
     let offer = request(&served.running, "/offer?scene=a", "").await;
     assert!(offer.contains("\"variants\":[\"red\",\"blue\"]") && offer.contains("\"cameras\":[]"), "{offer}");
-    assert!(request(&served.running, "/offer?scene=c", "").await.ends_with("{}"), "there is none");
+    // Asking loads nothing.
+    for closed in ["c", "b"] {
+        assert!(request(&served.running, &format!("/offer?scene={closed}"), "").await.ends_with("{}"), "{closed}");
+    }
+    let opened = || served.running.stats.scenes.opened.load(Ordering::Relaxed);
+    assert_eq!(opened(), 2);
+    // Who asks for a choice of a file that nobody has looked at is shown it, once it is known what there is; the same by a number is the same scene.
+    let (blue, again) = (served.visited("?scene=b&variant=blue").await, served.visited("?scene=b&variant=01").await);
+    assert_eq!([scene_of(&blue.expect("blue")), scene_of(&again.expect("the same"))], ["blue b", "blue b"]);
+    assert_eq!(opened(), 4);
 }
 
 #[tokio::test(flavor = "multi_thread")]

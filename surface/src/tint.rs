@@ -1,4 +1,4 @@
-//! False colours: what samples are, in place of what they saw.
+//! False colours: what samples are, in place of what they saw. They are lit as the surfaces are, so that one sees their shapes.
 
 use std::str::FromStr;
 

@@ -46,6 +46,8 @@ const BUDGET_BYTES: u64 = AUDIENCE_BUDGET_BYTES;
 const FOVS_DEG: [f64; 2] = [10.0, 120.0];
 /// Milliseconds between two turns of the network while the page is hidden and draws nothing.
 const HIDDEN_INTERVAL_MS: i32 = 1000;
+/// After so many seconds without a frame a headset has none.
+const FRAMELESS_S: f64 = 0.5;
 /// Devices lost in a row after which another interface is tried, and after which nothing more is.
 const LOSSES_BEFORE_CHANGE: u32 = 3;
 const LOSSES_BEFORE_GIVING_UP: u32 = 6;
@@ -203,8 +205,11 @@ fn request_frame(callback: Option<&FrameCallback>) -> Result<(), String> {
 fn keep_turning(app: &Rc<RefCell<App>>) -> Result<(), String> {
     let app = Rc::clone(app);
     let turn = Closure::<dyn FnMut()>::new(move || {
-        if page::document().hidden() {
-            app.borrow_mut().turn(now_s(), f64::INFINITY);
+        let (mut app, now_s) = (app.borrow_mut(), now_s());
+        // A headset that nobody looks into, or that does not know where it is, has no frames.
+        let is_still = app.worn.is_some() && now_s - app.advanced_at_s > FRAMELESS_S;
+        if page::document().hidden() || is_still {
+            app.turn(now_s, f64::INFINITY);
         }
     });
     let window = web_sys::window().ok_or("the viewer runs in a page")?;
@@ -284,7 +289,7 @@ impl App {
                     }
                     controls.handle(input);
                 }
-                (Action::SwitchMode, Some(controls)) => {
+                (Action::SwitchMode, Some(controls)) if self.worn.is_none() => {
                     controls.set_mode(if controls.mode() == Mode::Walk { Mode::Orbit } else { Mode::Walk });
                 }
                 (Action::Visit(at_px), _) if !self.places.has_tool() => self.places.visit(at_px),
@@ -300,7 +305,7 @@ impl App {
                 (Action::GoTo(side), Some(controls)) => controls.go_to(side),
                 (Action::ChangeSpeed(factor), Some(controls)) => controls.change_speed(factor),
                 (Action::Follow, _) => self.follow(),
-                (Action::Restart, _) => self.controls = self.start_controls(),
+                (Action::Restart, _) => self.begin_anew(),
                 (Action::Shown, _) => {
                     self.drawn.stale = true;
                     self.viewer.rests();
@@ -379,7 +384,7 @@ impl App {
         {
             // A restarted server with the same scene leaves the eye where it is.
             self.scene.clone_from(&welcome.scene_name);
-            self.controls = self.start_controls();
+            self.begin_anew();
             self.follow();
         }
         if let (Some(controls), Some(there)) = (&mut self.controls, self.viewer.presenter()) {
@@ -399,6 +404,12 @@ impl App {
             Ok(socket) => self.socket = Some(socket),
             Err(why) => self.viewer.handle(client::receive::viewer::SocketEvent::Closed(why), now_s),
         }
+    }
+
+    /// The eye is where one begins, and so is who wears a headset.
+    fn begin_anew(&mut self) {
+        self.controls = self.start_controls();
+        self.worn.iter_mut().for_each(Worn::begin_anew);
     }
 
     fn start_controls(&self) -> Option<Controls> {
@@ -482,7 +493,7 @@ impl App {
         self.replay = None;
         self.drawn.stale = true;
         let options = self.picture();
-        // One that is being made is to be so, too.
+        // One that is being made is made so, too.
         let redrawn = self.screen.as_mut().map(|screen| screen.redraw(self.viewer.held(), options));
         match (redrawn, &self.screen) {
             (Some(Err(why)), _) => self.lose(app, &why),
@@ -506,7 +517,10 @@ impl App {
         if let Err(why) = self.prepare(now_s) {
             self.lose(app, &why);
         }
-        self.viewer.drawn(now_s, None, None);
+        if let Some(screen) = &self.screen {
+            self.viewer.set_draws(screen.picture.draws(), now_s);
+            self.viewer.drawn(now_s, None, None);
+        }
         self.refresh_panel(now_s);
     }
 
@@ -559,13 +573,21 @@ impl App {
         let mut this = app.borrow_mut();
         match opened {
             Ok(mut screen) => {
-                screen.picture.rebuild(this.viewer.held());
+                // What was asked for meanwhile counts.
+                let options = this.picture();
+                if options == picture {
+                    screen.picture.rebuild(this.viewer.held());
+                } else if let Err(why) = screen.redraw(this.viewer.held(), options) {
+                    this.trouble = Some(why);
+                    return;
+                }
                 this.viewer.set_build(screen.picture.build());
                 this.screen = Some(screen);
                 this.places.forget_asked();
                 this.listen_to_canvas();
                 this.drawn.stale = true;
                 this.trouble = None;
+                this.tell_view();
             }
             Err(why) => this.trouble = Some(format!("the graphics device was lost, and {why}; reload the page")),
         }

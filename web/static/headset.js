@@ -54,10 +54,9 @@ function sticks({ inputSources }) {
   return [right, -down, -back, turn];
 }
 
-function run(gl, space) {
+function run(gl, space, its) {
   const copy = copier(gl);
   const frame = (_, seen) => {
-    const its = seen.session;
     its.requestAnimationFrame(frame);
     const head = seen.getViewerPose(space);
     if (!head) return; // Nobody knows where it is: the picture before stays.
@@ -71,44 +70,53 @@ function run(gl, space) {
     if (!look(pose(head.transform), numbers, sticks(its), rows)) return;
     eyes.forEach(({ viewport }, index) => showEye(index) && copy(byId('view'), viewport));
   };
-  session.requestAnimationFrame(frame);
+  its.requestAnimationFrame(frame);
 }
 
+/** What it does when it is pressed is what it says. */
 function showWorn(isWorn) {
-  byId('headset').setAttribute('aria-pressed', String(isWorn));
   byId('headset').textContent = say(isWorn ? 'Leave headset' : 'Headset');
+  byId('headset').title = say('Look around in a headset');
 }
 
 async function enter() {
-  session = await navigator.xr.requestSession(KIND);
-  session.addEventListener('end', () => {
+  const its = await navigator.xr.requestSession(KIND);
+  session = its;
+  const gl = document.createElement('canvas').getContext('webgl2', { xrCompatible: true, alpha: false, depth: false, antialias: false });
+  its.addEventListener('end', () => {
     session = undefined;
     takeOff();
     showWorn(false);
+    // Browsers have few contexts for a page.
+    gl?.getExtension('WEBGL_lose_context')?.loseContext();
   });
-  const gl = document.createElement('canvas').getContext('webgl2', { xrCompatible: true, alpha: false, depth: false, antialias: false });
   if (!gl) throw new Error('this browser draws nothing for headsets');
-  await session.updateRenderState({ baseLayer: new XRWebGLLayer(session, gl, { antialias: false, depth: false, alpha: false }) });
-  const space = await session.requestReferenceSpace('local');
+  await its.updateRenderState({ baseLayer: new XRWebGLLayer(its, gl, { antialias: false, depth: false, alpha: false }) });
+  const space = await its.requestReferenceSpace('local');
+  if (session !== its) return; // It was taken off meanwhile.
   putOn();
-  run(gl, space);
+  run(gl, space, its);
   showWorn(true);
 }
 
 /** Shows the button where there is a headset. */
 export async function offerHeadset() {
-  const offer = async () => { byId('headset').hidden = !await navigator.xr.isSessionSupported(KIND).catch(() => false); };
   if (!navigator.xr) return;
+  const offer = async () => { byId('headset').hidden = !await navigator.xr.isSessionSupported(KIND).catch(() => false); };
+  let isBusy = false;
   navigator.xr.addEventListener?.('devicechange', offer);
   byId('headset').addEventListener('click', async () => {
+    if (isBusy) return;
+    isBusy = true;
     try {
       await (session ? session.end() : enter());
     } catch (error) {
       await session?.end().catch(() => {});
       byId('headset').textContent = say('No headset');
-      byId('headset').title = String(error?.message ?? error);
+      byId('headset').title = say(String(error?.message ?? error));
       setTimeout(() => showWorn(session !== undefined), SAID_MS);
     }
+    isBusy = false;
   });
   await offer();
 }

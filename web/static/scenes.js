@@ -93,8 +93,10 @@ async function offerFile() {
     byId(id).value = value;
     byId(id).closest('label').hidden = names.length === 0;
   };
-  fill('file-scene', null, scenes, wished('file-scene') ?? scenes[shown]);
-  fill('file-variant', 'as the file has it', variants, wished('variant') ?? '');
+  // An address may name them by their numbers.
+  const variant = wished('variant');
+  fill('file-scene', null, scenes, scenes[shown]);
+  fill('file-variant', 'as the server shows it', variants, variants.includes(variant) ? variant : variants[variant] ?? '');
   fill('file-camera', 'choose', cameras.map(({ name }) => name), '');
   byId('file-scene').onchange = ({ target }) => location.assign(addressWithin('file-scene', target.value));
   byId('file-variant').onchange = ({ target }) => location.assign(addressWithin('variant', target.value));
@@ -227,7 +229,7 @@ async function firstOffer() {
 
 /** Once its scene is shown. */
 async function connected() {
-  while (!JSON.parse(snapshot()).connected) await new Promise((resolve) => { setTimeout(resolve, 250); });
+  while (!JSON.parse(snapshot()).connected) await new Promise((resolve) => { setTimeout(resolve, 1000); });
 }
 
 /** Shows the button of scenes where there is something to choose, and takes what is dropped where the server does. */

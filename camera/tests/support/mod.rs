@@ -6,8 +6,8 @@ use std::fmt::Debug;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use proptest::prelude::*;
 use vantage_camera::{
-    Camera, CorridorMap, FaceDescription, FrustumDescription, FrustumId, GraphCamera, GraphDescription, HalfSpace,
-    Heading, ImagePoint, Pinhole, Rigid, RootDescription, Spoc,
+    Camera, CorridorMap, FaceDescription, FrustumDescription, FrustumId, GraphCamera, GraphDescription, GraphError,
+    HalfSpace, Heading, ImagePoint, Pinhole, Rigid, RootDescription, Spoc,
 };
 
 /// What the laws ask of a camera.
@@ -281,9 +281,13 @@ pub fn graph_description() -> impl Strategy<Value = GraphDescription> {
 }
 
 pub fn graph() -> impl Strategy<Value = GraphCamera> {
-    graph_description().prop_map(|description| match GraphCamera::from_description(&description) {
-        Ok(camera) => camera,
-        Err(error) => panic!("{error}"),
+    // Of some ten thousand there is one whose thinnest siblings, on both sides of a wall, overlap by the rounding of its place.
+    graph_description().prop_filter_map("siblings are apart", |description| {
+        match GraphCamera::from_description(&description) {
+            Ok(camera) => Some(camera),
+            Err(GraphError::Overlap { .. }) => None,
+            Err(error) => panic!("{error}"),
+        }
     })
 }
 

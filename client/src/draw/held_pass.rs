@@ -29,17 +29,17 @@ pub(crate) struct HeldPass {
 
 impl HeldPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        HeldPass::of(gpu, SurfacePass::new(gpu)?, false)
+        Ok(HeldPass::of(gpu, SurfacePass::new(gpu)?, false))
     }
 
     /// Draws what casts shadows, as seen from a light: see [`SurfacePass::casting`]. Bodies lie back by as much, of the map's
     /// own texels: adapters interpolate depth as they like, and a floor that is nearer by a millionth would be in its own shadow. Reliefs as views see them.
     pub(crate) fn casting(gpu: &Gpu) -> Result<HeldPass, SurfaceError> {
-        HeldPass::of(gpu, SurfacePass::casting(gpu)?, true)
+        Ok(HeldPass::of(gpu, SurfacePass::casting(gpu)?, true))
     }
 
-    fn of(gpu: &Gpu, surface: SurfacePass, casts: bool) -> Result<HeldPass, SurfaceError> {
-        Ok(HeldPass { gpu: gpu.clone(), surface, tinted: None, relief: None, body: None, casts })
+    fn of(gpu: &Gpu, surface: SurfacePass, casts: bool) -> HeldPass {
+        HeldPass { gpu: gpu.clone(), surface, tinted: None, relief: None, body: None, casts }
     }
 
     /// Clears the targets and draws everything held as seen by `camera`, whose size is the targets'.

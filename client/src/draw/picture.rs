@@ -9,6 +9,7 @@ use surface::{Build, BuiltSurfaces, CornerRules, Corners, HeldSurfaces, SurfaceE
 use thiserror::Error;
 use web_time::Instant;
 
+use crate::draw::antialiasing::Antialias;
 use crate::draw::bodies::Bodies;
 use crate::draw::camera_image::{CameraImage, CameraImagePass, Showing};
 use crate::draw::effects::{Drawn, Effects, InTime};
@@ -197,7 +198,9 @@ impl Picture {
         let rest = Some(&self.rest).filter(|_| tint == Tint::Own);
         let (occluders, layers) = (self.occluders.as_ref(), Some(&self.layers));
         let shown = Shown { surfaces: &self.surfaces, held, impostors, bodies, lights, occluders, layers, rest };
-        let options = frame::Options { strengths: self.effects.strengths(), ..self.options.frame };
+        // Pixels are to be those of the picture where they are counted.
+        let antialias = if tint == Tint::Own { self.options.frame.antialias } else { Antialias::Off };
+        let options = frame::Options { antialias, strengths: self.effects.strengths(), ..self.options.frame };
         if let Some(steady) = &mut self.steady {
             let has_effects = self.drawn != InTime::default();
             let frame = steady::Frame { shown, camera, options, has_effects, moved: self.moved };

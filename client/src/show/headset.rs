@@ -33,6 +33,9 @@ impl Frustum {
     /// Of a projection of WebXR: a matrix of OpenGL by columns, whose clip space is -1 to 1. `None` where it is no perspective.
     pub fn of_projection(matrix: &[f64; 16]) -> Option<Frustum> {
         let [x, y, shift_x, shift_y] = [matrix[0], matrix[5], matrix[8], matrix[9]];
+        if matrix[11] != -1.0 || matrix[15] != 0.0 {
+            return None;
+        }
         let frustum = Frustum {
             left: (shift_x - 1.0) / x,
             right: (shift_x + 1.0) / x,
@@ -48,9 +51,9 @@ impl Frustum {
     /// A camera of so many rows. Its pixels are square, as a viewport's are not always: its picture is stretched over that. Rounding the width to pixels moves what lies at
     /// a side by half a pixel at most.
     pub fn camera(&self, world_from_eye: Rigid, rows_px: u32, near_m: f64) -> Pinhole {
-        let height_px = f64::from(rows_px.max(1)).min(LARGEST_PX);
-        let focal_px = height_px / (self.up - self.down);
-        let width_px = (focal_px * (self.right - self.left)).round().clamp(1.0, LARGEST_PX);
+        let (width, height) = (self.right - self.left, self.up - self.down);
+        let focal_px = (f64::from(rows_px.max(1)) / height).min(LARGEST_PX / width.max(height));
+        let [width_px, height_px] = [width, height].map(|side| (focal_px * side).round().max(1.0));
         Pinhole {
             world_from_eye,
             width_px: width_px as u32,
@@ -69,8 +72,8 @@ pub fn view_of(eyes: &[Frustum], rows_px: u32) -> Option<ViewSize> {
     let widest = |of: fn(&Frustum) -> f64| eyes.iter().map(of).fold(0.0, f64::max);
     let across = widest(|eye| eye.left.abs().max(eye.right.abs()));
     let along = widest(|eye| eye.down.abs().max(eye.up.abs()));
-    let focal_px = f64::from(rows_px) / (first.up - first.down);
-    let side_px = |slope: f64| (2.0 * focal_px * slope).round().clamp(1.0, LARGEST_PX) as u32;
+    let focal_px = (f64::from(rows_px) / (first.up - first.down)).min(LARGEST_PX / (2.0 * across.max(along)));
+    let side_px = |slope: f64| (2.0 * focal_px * slope).round().max(1.0) as u32;
     Some(ViewSize { width_px: side_px(across), height_px: side_px(along), fov_y_rad: 2.0 * along.atan() })
 }
 
@@ -186,6 +189,10 @@ mod tests {
         assert!(corner.u.abs() < 1e-9 && (corner.v - 1760.0).abs() < 1e-9, "{corner:?}");
         assert!(camera.is_valid());
         assert_eq!(Frustum::of_projection(&[0.0; 16]), None);
+        (matrix[11], matrix[15]) = (0.0, 1.0);
+        assert_eq!(Frustum::of_projection(&matrix), None, "parallel rays");
+        let large = frustum.camera(Rigid::IDENTITY, 100_000, near);
+        assert!(large.width_px.max(large.height_px) <= 4096 && (large.fov_y_rad() - camera.fov_y_rad()).abs() < 1e-3);
         assert_eq!(Frustum::of_projection(&[f64::NAN; 16]), None);
     }
 

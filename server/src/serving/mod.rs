@@ -82,21 +82,33 @@ impl Serving {
         if self.drains.load(Ordering::SeqCst) {
             return Err(NotOpen::for_now(DRAINING.to_owned()));
         }
-        let name = match name.filter(|name| !self.is_first(name)) {
-            Some(name) => name.to_owned(),
+        let (name, within) = match name.filter(|name| !self.is_first(name)) {
+            Some(name) => (name.to_owned(), within.clone()),
             None => {
                 let first = self.shared().map_err(NotOpen::for_now)?;
+                let within = self.within_first(&first, within).map_err(NotOpen::for_ever)?;
                 if within.is_nothing() {
                     return Ok(first);
                 }
-                within.check(&first.scene.offer).map_err(NotOpen::for_ever)?;
-                self.name_of_first(&first)
+                (self.name_of_first(&first), within)
             }
         };
         match self.shelf.get() {
-            Some(shelf) => shelf.open(&name, within),
+            Some(shelf) => shelf.open(&name, &within),
+            None if !within.is_nothing() => {
+                Err(NotOpen::for_ever("nothing can be chosen within the scene here".to_owned()))
+            }
             None => Err(NotOpen::for_ever(format!("there is one scene here, and it is not called {name:?}"))),
         }
+    }
+
+    /// What is chosen within the first scene's file; nothing where that is what is shown anyway.
+    fn within_first(&self, first: &Shared, within: &Within) -> Result<Within, String> {
+        let within = within.resolved(&first.scene.offer)?;
+        let own = self.shelf.get().map(|shelf| shelf.stock().first_within()).unwrap_or_default();
+        let own = own.resolved(&first.scene.offer).unwrap_or_default();
+        let chosen = within.or(&own);
+        Ok(if chosen == own { Within::default() } else { chosen })
     }
 
     fn is_first(&self, name: &str) -> bool {
@@ -108,7 +120,7 @@ impl Serving {
 
     /// Whether there may be scenes beside the first.
     pub fn has_others(&self) -> bool {
-        self.shelf.get().is_some()
+        self.shelf.get().is_some_and(|shelf| shelf.stock().has_others())
     }
 
     /// Every scene that is open, the first one first, by the name that it is asked for by.
@@ -145,7 +157,7 @@ impl Serving {
 
     /// What may be chosen within the file of a scene that is open, and what its cameras see, as JSON; `None` where it is not.
     pub fn offered(&self, name: Option<&str>, within: &Within) -> Option<serde_json::Value> {
-        let shared = self.open(name, within).ok()?;
+        let shared = self.shown(name, within)?;
         let scene = &shared.scene;
         let camera = |(name, camera): (&String, &SceneCamera)| {
             let target = camera.eye_world + camera.forward_world * scene.bounds.radius_m();
@@ -157,13 +169,24 @@ impl Serving {
             })
         };
         // Only where another one can be loaded.
-        let others = |names: &[String]| if self.has_others() { names.to_vec() } else { Vec::new() };
+        let others = |names: &[String]| if self.shelf.get().is_some() { names.to_vec() } else { Vec::new() };
         Some(serde_json::json!({
             "scenes": others(&scene.offer.scenes),
             "shown_scene": scene.offer.shown_scene,
             "variants": others(&scene.offer.variants),
             "cameras": scene.offer.cameras.iter().zip(&scene.cameras).map(camera).collect::<Vec<_>>(),
         }))
+    }
+
+    /// A scene that is shown now.
+    fn shown(&self, name: Option<&str>, within: &Within) -> Option<Arc<Shared>> {
+        let Some(name) = name.filter(|name| !self.is_first(name)) else {
+            let first = self.shared().ok()?;
+            let within = self.within_first(&first, within).ok()?;
+            let is_first = within.is_nothing();
+            return if is_first { Some(first) } else { self.shelf.get()?.peek(&self.name_of_first(&first), &within) };
+        };
+        self.shelf.get()?.peek(name, within)
     }
 
     /// A small picture of a scene that is or was open, a JPEG.

@@ -69,20 +69,36 @@ impl Shelf {
         Shelf { stock, limits, house, books: Mutex::default(), thumbnails: Mutex::default(), asked: Notify::new() }
     }
 
-    /// A scene by its file's name and what is chosen within that, or what to tell who comes too early. Reads the folder.
+    /// A scene by its file's name and what is chosen within that, or what to tell who comes too early. Reads the folder. Where it is not known what the file has, it is loaded as it is
+    /// first: nothing is loaded of which nobody knows that it is there.
     pub fn open(&self, file: &str, within: &Within) -> Result<Arc<Shared>, NotOpen> {
+        if within.is_nothing() {
+            return self.open_known(file, within);
+        }
+        let shared = self.open_of(file).map_or_else(|| self.open_known(file, &Within::default()), Ok)?;
+        let within = within.resolved(&shared.scene.offer).map_err(NotOpen::for_ever)?;
+        self.open_known(file, &within)
+    }
+
+    /// The same of one that is open now; it stays open no longer for that.
+    pub fn peek(&self, file: &str, within: &Within) -> Option<Arc<Shared>> {
+        let within = within.resolved(&self.open_of(file)?.scene.offer).ok()?;
+        match self.books().get(&within.name(file))? {
+            Book::Open(open) => Some(open.shared.clone()),
+            _ => None,
+        }
+    }
+
+    fn open_known(&self, file: &str, within: &Within) -> Result<Arc<Shared>, NotOpen> {
         let name = within.name(file);
         if let Some(known) = known(&mut self.books(), &name) {
             return known;
         }
         let path = self.stock.file(file).map_err(NotOpen::for_ever)?;
-        if let Some(shared) = self.open_of(file) {
-            within.check(&shared.scene.offer).map_err(NotOpen::for_ever)?;
-        }
         // Somebody else may have asked meanwhile: looking and writing are one.
         let mut books = self.books();
         known(&mut books, &name).unwrap_or_else(|| {
-            // Of a file there may be as many choices as somebody thinks of names.
+            // Of a file that somebody brought there may be as many choices as he likes.
             if books.values().filter(|book| matches!(book, Book::Asked(_))).count() >= MOST_ASKED {
                 return Err(NotOpen::for_now(format!("{MOST_ASKED} scenes are to be loaded before it")));
             }
@@ -106,7 +122,9 @@ impl Shelf {
         };
         let books = self.books();
         let all = books.iter().filter_map(|(name, book)| asked(book).map(|(is_old, file)| (is_old, name, file)));
-        all.min_by_key(|(is_old, ..)| *is_old).map(|(_, name, file)| (name.clone(), file))
+        // Files before what is chosen within them.
+        all.min_by_key(|(is_old, name, _)| (*is_old, file_of(name) != name.as_str()))
+            .map(|(_, name, file)| (name.clone(), file))
     }
 
     /// Loading has begun, or is so far. One that is loaded anew is open meanwhile.

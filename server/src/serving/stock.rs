@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::folder::Folder;
+use super::within::{SceneFile, Within};
 use crate::uploads::{self, Uploads};
 
 /// Names that a refusal lists.
@@ -16,7 +17,7 @@ pub struct Stock {
     folder: Option<Folder>,
     uploads: Option<Arc<Uploads>>,
     /// What the first scene is called, and its file, where something may be chosen within that.
-    first: Option<(String, PathBuf)>,
+    first: Option<(String, SceneFile)>,
 }
 
 impl From<Folder> for Stock {
@@ -32,8 +33,18 @@ impl Stock {
     }
 
     /// And the first scene's file, for what may be chosen within it.
-    pub fn with_first(self, name: String, path: PathBuf) -> Stock {
-        Stock { first: Some((name, path)), ..self }
+    pub fn with_first(self, name: String, file: SceneFile) -> Stock {
+        Stock { first: Some((name, file)), ..self }
+    }
+
+    /// What is chosen of the first scene's file where nobody chooses.
+    pub fn first_within(&self) -> Within {
+        self.first.as_ref().map(|(_, file)| file.within.clone()).unwrap_or_default()
+    }
+
+    /// Whether there may be scenes of other files.
+    pub fn has_others(&self) -> bool {
+        self.folder.is_some() || self.uploads.is_some()
     }
 
     /// Whether there can be no scenes.
@@ -52,8 +63,8 @@ impl Stock {
             let gone = || "what was brought is here no more: it is removed when nobody has looked at it for a while";
             return uploads.file(name).ok_or_else(|| gone().to_owned());
         }
-        if let Some((_, path)) = self.first.as_ref().filter(|(first, _)| first == name) {
-            return Ok(path.clone());
+        if let Some((_, file)) = self.first.as_ref().filter(|(first, _)| first == name) {
+            return Ok(file.path.clone());
         }
         let Some(folder) = &self.folder else { return Err(format!("there is no scene {name:?} here")) };
         let mut files = folder.files();

@@ -6,6 +6,9 @@ use scene::load::Offer;
 
 /// Between a scene's name and what is chosen within its file: names of a folder's files have no two slashes in a row.
 const MARK: &str = "//";
+/// Names that a refusal lists, and their characters.
+const MOST_TOLD: usize = 12;
+const LONGEST_TOLD: usize = 60;
 
 /// By names, or by numbers where there are none. `None`: as the file has it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -40,19 +43,42 @@ impl Within {
         format!("{name}{}{}", of("scene", &self.scene), of("variant", &self.variant))
     }
 
-    /// Why a file has none such, where it is known what it has.
-    pub fn check(&self, offer: &Offer) -> Result<(), String> {
-        let of = |what: &str, chosen: &Option<String>, there: &[String]| {
-            let is_there = |chosen: &String| {
-                there.contains(chosen) || chosen.parse().is_ok_and(|number: usize| number < there.len())
-            };
-            let Some(chosen) = chosen.as_ref().filter(|chosen| !is_there(chosen)) else { return Ok(()) };
-            let listed = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
-            Err(format!("there is no {what} {chosen:?} in this file; there are: {listed}"))
-        };
-        of("scene", &self.scene, &offer.scenes)?;
-        of("variant", &self.variant, &offer.variants)
+    /// The same, where it says nothing, as another has it.
+    pub fn or(self, other: &Within) -> Within {
+        Within {
+            scene: self.scene.or_else(|| other.scene.clone()),
+            variant: self.variant.or_else(|| other.variant.clone()),
+        }
     }
+
+    /// By the names that the file has, or why it has none such.
+    pub fn resolved(&self, offer: &Offer) -> Result<Within, String> {
+        let of = |what: &str, chosen: &Option<String>, there: &[String]| match chosen {
+            None => Ok(None),
+            Some(chosen) => find(chosen, there).map(Some).ok_or_else(|| refusal(what, chosen, there)),
+        };
+        Ok(Within {
+            scene: of("scene", &self.scene, &offer.scenes)?,
+            variant: of("variant", &self.variant, &offer.variants)?,
+        })
+    }
+}
+
+/// By its name, or by its number.
+fn find(chosen: &str, there: &[String]) -> Option<String> {
+    let by_number = || chosen.parse::<usize>().ok().and_then(|number| there.get(number));
+    there.iter().find(|name| *name == chosen).or_else(by_number).cloned()
+}
+
+/// Names are of files that anybody may have made.
+fn refusal(what: &str, chosen: &str, there: &[String]) -> String {
+    let short = |name: &str| format!("{:?}", name.chars().take(LONGEST_TOLD).collect::<String>());
+    let mut listed: Vec<String> = there.iter().take(MOST_TOLD).map(|name| short(name)).collect();
+    if there.len() > MOST_TOLD {
+        listed.push(format!("{} more", there.len() - MOST_TOLD));
+    }
+    let listed = if listed.is_empty() { "none".to_owned() } else { listed.join(", ") };
+    format!("there is no {what} {} in this file; there are: {listed}", short(chosen))
 }
 
 /// The name of the scene as its file has it, of the name of any choice within that.
@@ -89,10 +115,14 @@ mod tests {
     fn what_is_not_there_is_refused_by_its_name() {
         let offer = Offer { variants: vec!["red".to_owned(), "1".to_owned()], ..Offer::default() };
         let within = |variant: &str| Within { scene: None, variant: Some(variant.to_owned()) };
-        assert_eq!(within("red").check(&offer), Ok(()));
-        assert_eq!(within("0").check(&offer), Ok(()), "by its number");
-        assert!(within("2").check(&offer).is_err());
-        assert!(within("blue").check(&offer).unwrap_err().contains("\"blue\" in this file; there are: red, 1"));
-        assert!(Within { scene: Some("0".to_owned()), variant: None }.check(&offer).is_err());
+        for chosen in ["red", "0", "00", "+0"] {
+            assert_eq!(within(chosen).resolved(&offer), Ok(within("red")), "one choice has one name");
+        }
+        assert_eq!(within("1").resolved(&offer), Ok(within("1")), "a name before a number");
+        let why = within("blue").resolved(&offer).unwrap_err();
+        assert!(why.contains("\"blue\" in this file; there are: \"red\", \"1\""), "{why}");
+        assert!(Within { scene: Some("0".to_owned()), variant: None }.resolved(&offer).unwrap_err().ends_with("none"));
+        let many = Offer { variants: vec!["x".repeat(10_000); 1000], ..Offer::default() };
+        assert!(within(&"y".repeat(10_000)).resolved(&many).unwrap_err().len() < 2000);
     }
 }

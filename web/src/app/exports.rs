@@ -119,11 +119,11 @@ pub fn go(eye: &[f64], target: &[f64], fov_deg: Option<f64>) -> Result<(), Strin
     let start = begin::view(point("eye", eye)?, point("target", target)?)?;
     let app = app().ok_or(EARLY)?;
     let mut app = app.borrow_mut();
+    app.controls.as_mut().ok_or(EARLY)?.go_to_view(start.world_from_eye, start.distance_m);
     app.replay = None;
     if let Some(degrees) = fov_deg.filter(|degrees| degrees.is_finite()) {
         app.set_fov(degrees);
     }
-    app.controls.as_mut().ok_or(EARLY)?.go_to_view(start.world_from_eye, start.distance_m);
     Ok(())
 }
 

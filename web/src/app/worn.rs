@@ -73,6 +73,11 @@ impl Worn {
         head
     }
 
+    /// The next frame begins where the controls are then.
+    pub fn begin_anew(&mut self) {
+        self.headset = None;
+    }
+
     /// Draws what an eye sees; `false` where there is none, or the canvas takes nothing now.
     pub fn show_eye(&self, index: usize, screen: &mut Screen, viewer: &Viewer, near_m: f64) -> Result<bool, String> {
         let (Some(headset), Some(poses)) = (&self.headset, &self.poses) else { return Ok(false) };
