@@ -285,7 +285,7 @@ export function newcomerTests({ bin, web, shots, renderer, at }) {
       assert.equal(await colour('other'), 'green');
       assert.equal(new URL(page.url()).searchParams.get('variant'), null);
       await page.goto(`${server.origin}/?renderer=${renderer}&variant=Noon`, { waitUntil: 'load', timeout: PATIENCE_MS });
-      await page.locator('#status', { hasText: 'there is no variant "Noon" in this file; there are: Evening & night' }).waitFor();
+      await page.locator('#status', { hasText: 'there is no variant "Noon" in this file; there are: "Evening & night"' }).waitFor();
       await close();
       await server.stop();
     })],

@@ -281,7 +281,7 @@ pub fn graph_description() -> impl Strategy<Value = GraphDescription> {
 }
 
 pub fn graph() -> impl Strategy<Value = GraphCamera> {
-    // Of some ten thousand there is one whose thinnest siblings, on both sides of a wall, overlap by the rounding of its place.
+    // Seldom the thinnest siblings, on both sides of a wall, overlap by the rounding of its place.
     graph_description().prop_filter_map("siblings are apart", |description| {
         match GraphCamera::from_description(&description) {
             Ok(camera) => Some(camera),
