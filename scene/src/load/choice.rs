@@ -1,5 +1,7 @@
 //! Which of several things of a file is shown, and which way up.
 
+use std::collections::HashSet;
+
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::LoadError;
@@ -54,12 +56,13 @@ pub struct Offer {
 
 /// What each of some things is chosen by, of the names that it goes by: the first that no thing before it has, or its number.
 pub(super) fn chosen_by(names: &[Vec<&str>]) -> Vec<String> {
-    let is_own = |index: usize, name: &str| !names[..index].iter().flatten().any(|before| *before == name);
-    let by = |(index, own): (usize, &Vec<&str>)| {
-        let name = own.iter().find(|name| is_own(index, name));
+    let mut taken: HashSet<&str> = HashSet::new();
+    let by = names.iter().enumerate().map(|(index, own)| {
+        let name = own.iter().find(|name| !taken.contains(*name));
+        taken.extend(own);
         name.map_or_else(|| index.to_string(), |name| (*name).to_owned())
-    };
-    names.iter().enumerate().map(by).collect()
+    });
+    by.collect()
 }
 
 impl Choice {
@@ -92,3 +95,16 @@ pub(super) fn find(what: &'static str, chosen: &str, names: &[Vec<&str>]) -> Res
 
 /// So many names are told to who chose none of them.
 const MOST_TOLD: usize = 12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_is_chosen_by_a_name_of_its_own_however_many_there_are() {
+        let names = [vec!["a", "b"], vec!["a"], vec![], vec!["a", "c"]];
+        assert_eq!(chosen_by(&names), ["a", "1", "2", "c"]);
+        // A file may have as many as its bytes allow; that this ends soon is the test.
+        assert_eq!(chosen_by(&vec![vec!["same"]; 1 << 20]).len(), 1 << 20);
+    }
+}
