@@ -60,7 +60,9 @@ pub fn command() -> clap::Command {
     let render = RenderArgs::augment_args(clap::Command::new("render"));
     let studio = StudioArgs::augment_args(clap::Command::new("studio"));
     let topic = |topic: &&dyn Topic| {
-        topic.arguments(TopicArgs::augment_args(clap::Command::new(topic.name())).about(topic.about()))
+        let command = topic.arguments(TopicArgs::augment_args(clap::Command::new(topic.name())));
+        // What arguments say of themselves is not what the topic is about.
+        command.about(topic.about()).long_about(None)
     };
     clap::Command::new("vantage-report")
         .about("Reports with figures, the truth of a scene, and scores of frames.")
@@ -74,4 +76,20 @@ pub fn command() -> clap::Command {
         .subcommand(compare)
         .subcommand(beside)
         .subcommand(studio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::command;
+    use crate::topics;
+
+    #[test]
+    fn help_says_what_each_topic_is_about() {
+        let command = command();
+        for topic in topics::ALL {
+            let shown = command.find_subcommand(topic.name()).expect("a subcommand a topic");
+            assert_eq!(shown.get_about().map(ToString::to_string).as_deref(), Some(topic.about()));
+            assert!(shown.get_long_about().is_none());
+        }
+    }
 }

@@ -1,10 +1,11 @@
 //! The viewer's life on the page: start, frames, a lost device, and what tests look at.
 
+mod devices;
 pub mod exports;
 mod places;
 mod worn;
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
@@ -18,18 +19,18 @@ use client::show::tape::Tape;
 use glam::{DVec2, DVec3};
 use protocol::message::{Clock, Role, ViewSize};
 use protocol::session::AUDIENCE_BUDGET_BYTES;
-use wasm_bindgen::JsCast;
-use wasm_bindgen::prelude::*;
 
 use crate::gamepad;
 use crate::input::{self, Action};
+use crate::moments::{each_frame, each_interval, now_s};
 use crate::page::{self, Dialog, Page};
 use crate::record::{Recording, Replay};
-use crate::screen::{self, Renderer, Screen};
+use crate::screen::{Renderer, Screen};
 use crate::server::{self, Address};
 use crate::socket::Socket;
 use crate::wishes::wishes;
 use crate::worker;
+use devices::Devices;
 use places::{Eye, Places, Tool};
 use worn::{Poses, Worn};
 
@@ -48,10 +49,6 @@ const FOVS_DEG: [f64; 2] = [10.0, 120.0];
 const HIDDEN_INTERVAL_MS: i32 = 1000;
 /// After so many seconds without a frame a headset has none.
 const FRAMELESS_S: f64 = 0.5;
-/// Devices lost in a row after which another interface is tried, and after which nothing more is.
-const LOSSES_BEFORE_CHANGE: u32 = 3;
-const LOSSES_BEFORE_GIVING_UP: u32 = 6;
-
 thread_local! {
     static APP: RefCell<Option<Rc<RefCell<App>>>> = const { RefCell::new(None) };
 }
@@ -66,14 +63,13 @@ struct App {
     actions: Rc<RefCell<VecDeque<Action>>>,
     /// `None` while a lost device is being replaced.
     screen: Option<Screen>,
-    wished: Option<Renderer>,
+    devices: Devices,
     /// As the address asks for it.
     picture: PictureOptions,
     quality: Quality,
     start: Option<Start>,
     mode: Option<Mode>,
     fov_y_rad: f64,
-    losses: u32,
     loss_asked: bool,
     drawn: Drawn,
     /// The path that is written down.
@@ -106,7 +102,8 @@ pub async fn start() -> Result<(), String> {
     let wishes = wishes()?;
     // It starts while the graphics do.
     let decoder = worker::decoder();
-    let screen = open_screen(wishes.renderer, wishes.picture, true).await?;
+    let devices = Devices::new(wishes.renderer);
+    let screen = devices.open(wishes.picture).await?;
     let (width_px, height_px) = screen.size_px();
     let view = ViewSize { width_px, height_px, fov_y_rad: wishes.fov_y_rad };
     let mut viewer = Viewer::new(&wishes.server.shown(), Clock::Wall, view, decoder, now_s())
@@ -127,13 +124,12 @@ pub async fn start() -> Result<(), String> {
         controls: None,
         actions: Rc::default(),
         screen: Some(screen),
-        wished: wishes.renderer,
+        devices,
         picture: wishes.picture,
         quality: Quality::default(),
         start: wishes.start,
         mode: wishes.mode,
         fov_y_rad: wishes.fov_y_rad,
-        losses: 0,
         loss_asked: false,
         drawn: Drawn { stale: true, ..Drawn::default() },
         recording: None,
@@ -151,81 +147,21 @@ pub async fn start() -> Result<(), String> {
     app.listen_to_canvas();
     let app = Rc::new(RefCell::new(app));
     APP.set(Some(Rc::clone(&app)));
-    keep_turning(&app)?;
-    run_frames(app)
+    keep_turning(app)
 }
 
-/// Opens the wished interface, or the best that there is. `first`: nothing has used the canvas yet.
-async fn open_screen(wished: Option<Renderer>, picture: PictureOptions, first: bool) -> Result<Screen, String> {
-    let candidates: &[Renderer] = match wished {
-        Some(Renderer::WebGpu) => &[Renderer::WebGpu],
-        Some(Renderer::WebGl2) => &[Renderer::WebGl2],
-        None => match screen::webgpu_is_software().await {
-            Some(false) => &[Renderer::WebGpu, Renderer::WebGl2],
-            // To show a picture of 960 x 600 takes 65 ms of processor time by WebGPU there, and 12 by WebGL2, whatever it shows.
-            Some(true) => &[Renderer::WebGl2, Renderer::WebGpu],
-            None => &[Renderer::WebGl2],
-        },
-    };
-    let mut fresh = first;
-    let mut refused = Vec::new();
-    for &renderer in candidates {
-        let canvas = if fresh { page::canvas()? } else { page::fresh_canvas()? };
-        fresh = false;
-        match Screen::open(canvas, renderer, picture).await {
-            Ok(screen) => return Ok(screen),
-            Err(why) => refused.push(format!("{}: {why}", renderer.name())),
-        }
-    }
-    Err(format!("this browser gives no graphics device ({})", refused.join("; ")))
-}
-
-type FrameCallback = Closure<dyn FnMut()>;
-
-/// Calls itself with every picture that the browser shows.
-fn run_frames(app: Rc<RefCell<App>>) -> Result<(), String> {
-    let next: Rc<RefCell<Option<FrameCallback>>> = Rc::default();
-    let again = Rc::clone(&next);
-    *next.borrow_mut() = Some(Closure::new(move || {
-        App::frame(&app);
-        // The window outlives its callbacks.
-        let _ = request_frame(again.borrow().as_ref());
-    }));
-    let first = next.borrow();
-    request_frame(first.as_ref())
-}
-
-fn request_frame(callback: Option<&FrameCallback>) -> Result<(), String> {
-    let (Some(window), Some(callback)) = (web_sys::window(), callback) else { return Ok(()) };
-    let requested = window.request_animation_frame(callback.as_ref().unchecked_ref());
-    requested.map(|_| ()).map_err(|_| "the browser shows no frames".to_owned())
-}
-
-/// Keeps the session alive while the page is hidden.
-fn keep_turning(app: &Rc<RefCell<App>>) -> Result<(), String> {
-    let app = Rc::clone(app);
-    let turn = Closure::<dyn FnMut()>::new(move || {
-        let (mut app, now_s) = (app.borrow_mut(), now_s());
+/// Draws while the page is seen, and keeps the session alive while it is hidden.
+fn keep_turning(app: Rc<RefCell<App>>) -> Result<(), String> {
+    let hidden = Rc::clone(&app);
+    each_interval(HIDDEN_INTERVAL_MS, move || {
+        let (mut app, now_s) = (hidden.borrow_mut(), now_s());
         // A headset that nobody looks into, or that does not know where it is, has no frames.
         let is_still = app.worn.is_some() && now_s - app.advanced_at_s > FRAMELESS_S;
         if page::document().hidden() || is_still {
             app.turn(now_s, f64::INFINITY);
         }
-    });
-    let window = web_sys::window().ok_or("the viewer runs in a page")?;
-    window
-        .set_interval_with_callback_and_timeout_and_arguments_0(turn.as_ref().unchecked_ref(), HIDDEN_INTERVAL_MS)
-        .map_err(|_| "the browser has no timer".to_owned())?;
-    turn.forget();
-    Ok(())
-}
-
-fn now_s() -> f64 {
-    thread_local!(static BEGIN: Cell<Option<web_time::Instant>> = const { Cell::new(None) });
-    let now = web_time::Instant::now();
-    let begin = BEGIN.get().unwrap_or(now);
-    BEGIN.set(Some(begin));
-    (now - begin).as_secs_f64()
+    })?;
+    each_frame(move || App::frame(&app))
 }
 
 impl App {
@@ -265,7 +201,7 @@ impl App {
     /// The graphics device is gone.
     fn lose(&mut self, app: &Rc<RefCell<App>>, why: &str) {
         self.screen = None;
-        self.losses += 1;
+        self.devices.losses += 1;
         self.trouble = Some(format!("the graphics device was lost ({why}); making a new one"));
         wasm_bindgen_futures::spawn_local(App::recover(Rc::clone(app)));
     }
@@ -560,16 +496,11 @@ impl App {
 
     /// Makes a new device after one was lost.
     async fn recover(app: Rc<RefCell<App>>) {
-        let (losses, wished, picture) = {
+        let (devices, picture) = {
             let this = app.borrow();
-            (this.losses, this.wished, this.picture())
+            (this.devices, this.picture())
         };
-        if losses > LOSSES_BEFORE_GIVING_UP {
-            app.borrow_mut().trouble = Some("the graphics device is lost again and again; reload the page".to_owned());
-            return;
-        }
-        let wished = if losses > LOSSES_BEFORE_CHANGE { Some(Renderer::WebGl2) } else { wished };
-        let opened = open_screen(wished, picture, false).await;
+        let opened = devices.open(picture).await;
         let mut this = app.borrow_mut();
         match opened {
             Ok(mut screen) => {

@@ -9,6 +9,7 @@
 mod app;
 mod gamepad;
 mod input;
+mod moments;
 mod page;
 mod photo;
 mod record;

@@ -39,6 +39,13 @@ pub(crate) struct Serving {
     drains: AtomicBool,
 }
 
+/// The scene that a name and a choice within its file mean.
+enum Meant {
+    First(Arc<Shared>),
+    /// One of the shelf, by the name of its file there.
+    Other(String, Within),
+}
+
 impl Serving {
     /// Says how far loading the first scene is.
     pub fn says(&self, said: String) {
@@ -82,16 +89,9 @@ impl Serving {
         if self.drains.load(Ordering::SeqCst) {
             return Err(NotOpen::for_now(DRAINING.to_owned()));
         }
-        let (name, within) = match name.filter(|name| !self.is_first(name)) {
-            Some(name) => (name.to_owned(), within.clone()),
-            None => {
-                let first = self.shared().map_err(NotOpen::for_now)?;
-                let within = self.within_first(&first, within).map_err(NotOpen::for_ever)?;
-                if within.is_nothing() {
-                    return Ok(first);
-                }
-                (self.name_of_first(&first), within)
-            }
+        let (name, within) = match self.meant(name, within)? {
+            Meant::First(first) => return Ok(first),
+            Meant::Other(name, within) => (name, within),
         };
         match self.shelf.get() {
             Some(shelf) => shelf.open(&name, &within),
@@ -100,6 +100,15 @@ impl Serving {
             }
             None => Err(NotOpen::for_ever(format!("there is one scene here, and it is not called {name:?}"))),
         }
+    }
+
+    fn meant(&self, name: Option<&str>, within: &Within) -> Result<Meant, NotOpen> {
+        if let Some(name) = name.filter(|name| !self.is_first(name)) {
+            return Ok(Meant::Other(name.to_owned(), within.clone()));
+        }
+        let first = self.shared().map_err(NotOpen::for_now)?;
+        let within = self.within_first(&first, within).map_err(NotOpen::for_ever)?;
+        Ok(if within.is_nothing() { Meant::First(first) } else { Meant::Other(self.name_of_first(&first), within) })
     }
 
     /// What is chosen within the first scene's file; nothing where that is what is shown anyway.
@@ -180,13 +189,10 @@ impl Serving {
 
     /// A scene that is shown now.
     fn shown(&self, name: Option<&str>, within: &Within) -> Option<Arc<Shared>> {
-        let Some(name) = name.filter(|name| !self.is_first(name)) else {
-            let first = self.shared().ok()?;
-            let within = self.within_first(&first, within).ok()?;
-            let is_first = within.is_nothing();
-            return if is_first { Some(first) } else { self.shelf.get()?.peek(&self.name_of_first(&first), &within) };
-        };
-        self.shelf.get()?.peek(name, within)
+        match self.meant(name, within).ok()? {
+            Meant::First(first) => Some(first),
+            Meant::Other(name, within) => self.shelf.get()?.peek(&name, &within),
+        }
     }
 
     /// A small picture of a scene that is or was open, a JPEG.

@@ -16,7 +16,8 @@ use protocol::staging::{Parts, Playback, SceneMotion};
 use protocol::{Held, Purpose};
 
 use super::worn::{Poses, Worn};
-use super::{APP, App, near_m, now_s};
+use super::{APP, App, near_m};
+use crate::moments::now_s;
 use crate::photo::{self, Photo};
 use crate::record::{Recording, Replay};
 use crate::screen::{Renderer, Screen};
@@ -70,7 +71,7 @@ pub fn snapshot() -> String {
         "led": app.controls.as_ref().is_some_and(Controls::is_led),
         "decoder": if app.viewer.decodes_beside() { "worker" } else { "page" },
         "stats": stats,
-        "device_losses": app.losses,
+        "device_losses": app.devices.losses,
     });
     snapshot.to_string()
 }

@@ -48,6 +48,9 @@ pub(super) struct Arguments {
     /// Whether what is less as its triangles than as samples is sent so, once.
     #[arg(long, value_enum, default_value_t)]
     pub(super) bodies: BodiesName,
+    /// Also an animated picture of each motion: what was shown, video of the same bytes, and the truth. Takes ffmpeg.
+    #[arg(long, requires = "motion", conflicts_with = "no_video")]
+    pub(super) film: bool,
     /// No video beside it.
     #[arg(long)]
     pub(super) no_video: bool,

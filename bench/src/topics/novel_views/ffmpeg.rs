@@ -54,6 +54,17 @@ pub fn decode(tool: &Path, stream: &[u8], like: &Picture) -> anyhow::Result<Vec<
     Ok(rgb.chunks_exact(like.rgb.len()).map(picture).collect())
 }
 
+/// Writes pictures of one size as an animated WebP without an end.
+pub fn animate(tool: &Path, pictures: &[Picture], hz: f64, path: &Path) -> anyhow::Result<()> {
+    let first = pictures.first().context("no picture")?;
+    let (size, rate) = (format!("{}x{}", first.width_px, first.height_px), format!("{hz}"));
+    let mut command = Command::new(tool);
+    command.args("-v error -y -f rawvideo -pix_fmt rgb24".split(' '));
+    command.args(["-s", &size, "-r", &rate, "-i", "pipe:0"]);
+    command.args("-c:v libwebp_anim -quality 70 -compression_level 6 -loop 0".split(' ')).arg(path);
+    through(command, pictures.iter().map(|picture| picture.rgb.as_slice())).map(drop)
+}
+
 /// Feeds a process and gives what it says; an error holds its own words.
 fn through<'a>(mut command: Command, input: impl Iterator<Item = &'a [u8]> + Send) -> anyhow::Result<Vec<u8>> {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;

@@ -12,6 +12,7 @@ mod bench;
 mod curves;
 mod expected;
 mod ffmpeg;
+mod film;
 pub(crate) mod live;
 mod moving;
 mod moving_table;

@@ -3,12 +3,13 @@
 use network::Link;
 
 use super::bench::Bench;
+use super::film::Film;
 use super::live::{self, Drawn, Lived};
 use super::moving_table::{self, PartRow};
 use super::outcome::{Who, row, times};
 use super::setup::{self, CLIENT_HZ, Network, Replay};
 use super::truths::{Pair, Truths, paired, scored};
-use super::{expected, sheets, video};
+use super::{expected, film, sheets, video};
 use crate::compare::folder::FrameRow;
 use crate::motion::{self, Motion, Part, RESTS_AFTER_S};
 use crate::report::plot::{Axes, Scatter, Series, draw_curves};
@@ -61,14 +62,17 @@ fn measured(bench: &Bench<'_>, scene: &Replay, motion: Motion, report: &mut Repo
         replay: &replay,
         motion,
         parts: &way.parts,
+        film: None,
         rows: Vec::new(),
         curves: Vec::new(),
     };
     for network in &replay.networks {
+        moved.film = bench.arguments.film.then(Film::default);
         let mbit_s = moved.ours(network, report)?;
         if bench.has_ffmpeg && !bench.arguments.no_video {
             moved.video(network, mbit_s, report)?;
         }
+        moved.finish_film(network, report)?;
     }
     let rests_amid_motion = motion == Motion::Rest && replay.scene.is_animated();
     let without_delay = Network::of_link(Link::default());
@@ -95,6 +99,8 @@ struct Moved<'a> {
     replay: &'a Replay,
     motion: Motion,
     parts: &'a [Part],
+    /// The one that is being taken.
+    film: Option<Film>,
     rows: Vec<PartRow>,
     curves: Vec<Series>,
 }
@@ -113,7 +119,7 @@ impl Moved<'_> {
     fn ours(&mut self, network: &Network, report: &mut Report) -> anyhow::Result<f64> {
         let (bench, replay) = (self.bench, self.replay);
         bench.progress.say(format!("{}: {}, {}", replay.label, self.motion.name(), network.name));
-        let scored_frames = scored_frames(self.motion, bench.run.quick);
+        let scored_frames = self.scored_frames();
         let drawn = if bench.arguments.antialias { refining(self.motion, scored_frames) } else { scored_frames };
         let operation = bench.operation(network, drawn, scored_frames);
         let Lived { shown, summary, socket_bytes, .. } = live::run(bench.gpu, replay, &operation)?;
@@ -147,7 +153,7 @@ impl Moved<'_> {
         let (bench, replay) = (self.bench, self.replay);
         bench.progress.say(format!("{}: {}, video, {}", replay.label, self.motion.name(), network.name));
         let film = video::film(&mut self.truths, replay, network.link)?;
-        let how = (bench.arguments.ffmpeg.as_path(), scored_frames(self.motion, bench.run.quick));
+        let how = (bench.arguments.ffmpeg.as_path(), self.scored_frames());
         let watched = video::watch(&mut self.truths, replay, network.link, &film, mbit_s, how)?;
         let scores = scored(&watched.pairs, bench.arguments.antialias)?;
         let method = "H.264 of the same bytes".to_owned();
@@ -193,8 +199,22 @@ impl Moved<'_> {
         let point =
             |(pair, score): (&Pair, &FrameRow)| Some((pair.frame as f64 / CLIENT_HZ, score.scores.flip_covered?));
         let points = pairs.iter().zip(&scores).filter_map(point).collect();
+        self.film.iter_mut().for_each(|film| film.add(&pairs, antialias));
         self.curves.push(Series { name: format!("{}, {}", who.name(), network.name), points });
         Ok(())
+    }
+
+    fn finish_film(&mut self, network: &Network, report: &mut Report) -> anyhow::Result<()> {
+        let Some(film) = self.film.take() else { return Ok(()) };
+        let (label, motion) = (&self.replay.label, self.motion.name());
+        let caption =
+            format!("{label}, {motion}, {}: what was shown, video of the same bytes, and the truth.", network.name);
+        let file = format!("{}.webp", file_name(&format!("{label}-{motion}-{}", network.name)));
+        film.write(&self.bench.arguments.ffmpeg, &self.bench.run.figure(report, file, caption))
+    }
+
+    fn scored_frames(&self) -> Drawn {
+        if self.film.is_some() { film::scored_frames } else { scored_frames(self.motion, self.bench.run.quick) }
     }
 
     fn seconds(&self) -> f64 {

@@ -4,10 +4,10 @@
 //! Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.2. The papers choose what
 //! becomes relief by hand, and look at it from above. Here the server decides for each object and viewer:
 //!
-//! - **which shapes**: a mesh that eight objects and more have, rigid, neither mirror nor glass, and of which one image
-//!   holds nearly all that viewers see, by rays against it (`judge.rs`);
+//! - **which shapes**: a mesh that eight objects and more have, rigid, neither mirror nor glass, that is not less as its triangles,
+//!   and of which images hold nearly all that any viewer sees, by rays against them (`judge.rs`);
 //! - **which side**: images are taken from both ends of an axis of the mesh. Where one holds all that viewers on its half of space see,
-//!   as of a box, they get that alone; otherwise both, as of a barrel or a ball, of which the nearer surface shows;
+//!   as of a pyramid, they get that alone; otherwise both, as of a box or a ball, of which the nearer surface shows;
 //! - **how fine**: as fine as the nearest object that it shows needs for the viewer's output; what is nearer than the finest
 //!   image serves is sampled as everything else.
 //!
@@ -30,6 +30,7 @@ use scene::{Scene, Snapshot};
 
 use super::reflector::{shown_by_mesh, shows};
 use crate::imager::{Imager, ImagerError};
+use crate::portions::BYTES_PER_SAMPLE;
 pub use kept::KeptReliefs;
 pub use key::{End, Key};
 use picture::{DISTANCE_RADII, RING_RADII, SIDE_PX, camera, relief, turned_back};
@@ -39,6 +40,8 @@ pub use serve::serve;
 const LEAST_OBJECTS: usize = 8;
 /// Shapes that are looked at: those of the most objects.
 const MOST_SHAPES: usize = 32;
+/// About what an image of the finest takes on the wire, of which an object fills a fifth. What its triangles take no more for is no relief: they are exact, and serve from all sides.
+pub const USUAL_BYTES: f64 = 0.2 * SIDE_PX[1] as f64 * SIDE_PX[1] as f64 * BYTES_PER_SAMPLE;
 /// An object that is shown so stays it until it is nearer by this factor, so that who walks to and fro is not sent it again and again.
 const SLACK: f64 = 1.25;
 /// What a viewer should be shown by one image.
@@ -121,6 +124,12 @@ impl Reliefs {
     /// The same, whose shapes are judged at another time.
     pub fn judged(self, judged: Judged) -> Reliefs {
         Reliefs { judged, ..self }
+    }
+
+    /// The same, without these objects and all others of their shapes.
+    pub fn without(mut self, objects: &BTreeSet<u16>) -> Reliefs {
+        self.shapes.retain(|_, shape| shape.objects.iter().all(|object| !objects.contains(object)));
+        self
     }
 
     /// Whether a look asked for a verdict that is still to be given.
