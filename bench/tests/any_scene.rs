@@ -36,6 +36,7 @@ fn arguments(topic: &str) -> &'static [&'static str] {
         "reconstruction" => &["--eyes", "2", "--only-bars"],
         "materials" => &["--eyes", "2"],
         "novel-views" => &["--frames", "3", "--image-size", "64", "--no-sweeps", "--ffmpeg", "/nowhere/ffmpeg"],
+        "network" => &["--path", "none"],
         "impostors" => &["--poses", "2", "--only-errors"],
         "shadows" => &["--points", "2", "--method", "maps", "--no-growth"],
         _ => &[],

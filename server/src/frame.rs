@@ -33,7 +33,7 @@ use crate::discretize::Discretization;
 use crate::discretize::placement::Placement;
 use crate::imager::{Imager, ImagerError, Occasion};
 use crate::impostors::Needs;
-use crate::impostors::relief::{self, Judged, Reliefs};
+use crate::impostors::relief::{Judged, Reliefs};
 use crate::lattice::Lattice;
 use crate::look_times::{Part, timed};
 use crate::made::Came;
@@ -236,17 +236,13 @@ impl Stage {
     /// The same, which shows many objects of a shape by one image. Not where views are made by rays, which meet everything.
     pub fn with_reliefs(self, judged: Judged) -> Stage {
         let reliefs = if self.method.needs_rays() { Reliefs::default() } else { Reliefs::new(&self.scene) };
-        let reliefs = reliefs.judged(judged).without(&self.bodies.rigid_within(relief::USUAL_BYTES));
-        Stage { reliefs: Arc::new(Mutex::new(reliefs)), ..self }
+        Stage { reliefs: Arc::new(Mutex::new(reliefs.judged(judged))), ..self }
     }
 
     /// The same, which sends what is less as its triangles than as samples as it is, see [`crate::bodies`]. Not where views are made by rays, which meet everything.
     pub fn with_bodies(self) -> Stage {
         let bodies =
             if self.method.needs_rays() { Bodies::default() } else { Bodies::new(&self.scene, &self.material_codes) };
-        if let Some(mut reliefs) = free(&self.reliefs) {
-            *reliefs = std::mem::take(&mut *reliefs).without(&bodies.rigid_within(relief::USUAL_BYTES));
-        }
         Stage { bodies: Arc::new(bodies), ..self }
     }
 

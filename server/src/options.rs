@@ -183,7 +183,7 @@ pub enum BodiesName {
 /// `--relief`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum ReliefName {
-    /// Where one image holds nearly all of a shape, and of viewers that are far enough.
+    /// Where one or two images hold nearly all of a shape, its triangles would not be less, and viewers are far enough.
     #[default]
     Auto,
     /// Every object is sampled by itself.

@@ -157,7 +157,7 @@ async fn a_lost_device_is_replaced_and_sessions_go_on() {
     orders.losses.store(1, Ordering::SeqCst);
     eventually("another device", || orders.devices.load(Ordering::SeqCst) == 1).await;
     for (client, so_far) in [&mut one, &mut other].into_iter().zip(so_far) {
-        // Updates of the first device may still be on their way, as many as they are.
+        // Any number of updates of the first device may still be on their way.
         let clears = |client: &Client| client.updates.iter().skip(so_far).filter(|head| head.clears).count();
         client.run(10.0, |client| clears(client) > 0).await.expect("a session that goes on");
         goes_on(client).await;

@@ -49,6 +49,7 @@ const FOVS_DEG: [f64; 2] = [10.0, 120.0];
 const HIDDEN_INTERVAL_MS: i32 = 1000;
 /// After so many seconds without a frame a headset has none.
 const FRAMELESS_S: f64 = 0.5;
+
 thread_local! {
     static APP: RefCell<Option<Rc<RefCell<App>>>> = const { RefCell::new(None) };
 }

@@ -50,7 +50,7 @@ pub fn serve(
     probe: impl FnOnce() -> Result<Option<Capture>, StageError>,
 ) -> Result<Sent, StageError> {
     kept.0.retain(|_, id| account.held().bodies.contains_key(id));
-    // Many of one shape are shown by one relief for all.
+    // Many of one shape may be shown by one relief for all.
     let shown: BTreeSet<u16> = account.shown_otherwise().union(hidden).copied().collect();
     let question = Question { scene, snapshot, codes, eye, shown: &shown, held: &kept.0.clone() };
     let probed = if question.needs_probe(bodies) { probe()? } else { None };

@@ -12,8 +12,6 @@ use super::made::{Made, Unfit};
 const LEAST_BYTES_PER_TRIANGLE: f64 = 2.0;
 /// No body takes less than about that.
 const LEAST_BYTES: f64 = 200.0;
-/// About what a triangle takes at most: of a city's bodies of 58 to 1,885 triangles 9 to 20 bytes each.
-const MOST_BYTES_PER_TRIANGLE: f64 = 20.0;
 
 /// What of a scene may be sent as bodies, for all stages of a server.
 #[derive(Debug, Default)]
@@ -28,7 +26,6 @@ pub(super) struct Shape {
     pub objects: Vec<u16>,
     /// Whether bones bend or move it.
     pub is_rigged: bool,
-    triangles: usize,
     /// Its body takes more than about that.
     pub least_bytes: f64,
     made: OnceLock<Result<Made, Unfit>>,
@@ -63,10 +60,10 @@ impl Bodies {
         self.shapes.is_empty()
     }
 
-    /// Objects that are rigid, and whose body takes no more than about so many bytes.
-    pub fn rigid_within(&self, bytes: f64) -> BTreeSet<u16> {
-        let within = |shape: &&Shape| !shape.is_rigged && shape.triangles as f64 * MOST_BYTES_PER_TRIANGLE <= bytes;
-        self.shapes.iter().filter(within).flat_map(|shape| &shape.objects).copied().collect()
+    /// What the body of a rigid object takes, in bytes; `None` where there is none. Makes it, where that was not done before.
+    pub fn rigid_bytes(&self, object: u16, scene: &Scene, codes: &[Option<u8>]) -> Option<f64> {
+        let is_of = |shape: &&Shape| !shape.is_rigged && shape.objects.binary_search(&object).is_ok();
+        Some(self.shapes.iter().find(is_of)?.made(scene, codes)?.bytes as f64)
     }
 }
 
@@ -74,7 +71,7 @@ impl Shape {
     fn new(scene: &Scene, objects: Vec<u16>, is_rigged: bool) -> Shape {
         let triangles = scene.meshes[scene.instances[usize::from(objects[0])].mesh as usize].indices.len() / 3;
         let least_bytes = LEAST_BYTES.max(LEAST_BYTES_PER_TRIANGLE * triangles as f64);
-        Shape { objects, is_rigged, triangles, least_bytes, made: OnceLock::new() }
+        Shape { objects, is_rigged, least_bytes, made: OnceLock::new() }
     }
 
     /// Its body, made when it is first asked for.

@@ -16,7 +16,7 @@ use crate::account::Surroundings;
 use crate::bodies;
 use crate::discretize::{Discretization, placement};
 use crate::impostors::Shot;
-use crate::impostors::relief::{self, Eye};
+use crate::impostors::relief::{self, Eye, Otherwise};
 use crate::lights::{self, Serving};
 use crate::occluders;
 use crate::plan::{Plan, output_focal_px};
@@ -80,12 +80,15 @@ impl Stage {
         // One coarse image is there sooner than reliefs, and none is cut open.
         let shows = !client.begins_coarsely && client.excerpt.section.is_none();
         let eye = shows.then_some(Eye { eye_world, focal_px });
-        let mut otherwise = client.bodies.objects(&self.bodies);
-        otherwise.extend(self.hidden(client));
+        let mut objects = client.bodies.objects(&self.bodies);
+        objects.extend(self.hidden(client));
+        let (bodies, scene, codes) = (&self.bodies, &self.scene, &self.material_codes);
+        let triangle_bytes = |object| bodies.rigid_bytes(object, scene, codes);
+        let otherwise = Otherwise { objects: &objects, triangle_bytes: &triangle_bytes };
         // Their images are all clients'.
         self.imager.show(&Excerpt::default());
         let held = (&mut client.account, &mut client.reliefs);
-        relief::serve(&mut reliefs, (&self.scene, snapshot), (eye, &otherwise), now, held, &mut *self.imager)?;
+        relief::serve(&mut reliefs, (&self.scene, snapshot), (eye, otherwise), now, held, &mut *self.imager)?;
         self.imager.show(&client.excerpt);
         self.judged_shapes.store(reliefs.judged_shapes(), Ordering::Relaxed);
         Ok(())

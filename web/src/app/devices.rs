@@ -5,7 +5,7 @@ use client::draw::picture::PictureOptions;
 use crate::page;
 use crate::screen::{self, Renderer, Screen};
 
-/// Devices lost in a row after which another interface is tried, and after which nothing more is.
+/// Devices lost after which another interface is tried, and after which nothing more is.
 const LOSSES_BEFORE_CHANGE: u32 = 3;
 const LOSSES_BEFORE_GIVING_UP: u32 = 6;
 
@@ -17,7 +17,7 @@ pub struct Devices {
 }
 
 impl Devices {
-    /// None was opened yet; `wished` is to be, if any is.
+    /// Before one was opened. `wished`: by which interface, if that matters.
     pub fn new(wished: Option<Renderer>) -> Devices {
         Devices { wished, losses: 0 }
     }

@@ -118,7 +118,7 @@ fn measure(run: &Run, eyes: usize, report: &mut Report) -> anyhow::Result<()> {
         "Truth: the full scene with materials that vary, in the look of the way, one sample at each pixel's centre, by a renderer that shares nothing with the \
          reconstruction. Eyes as in `reconstruction`. Mirrors and glass show no impostors here.",
         "Bytes: the coded set; of the plane of materials, what the set costs less where all samples have one; of the sky, once a session.",
-        "Beside rays: the same eyes, 256x256, where the materials of glTF are summed over 512 directions of each lobe, in f64, under the same studio, with nine rays a pixel, by code of its \
+        "Beside rays: the same eyes, 256x256 or the output where that is smaller, where the materials of glTF are summed over 512 directions of each lobe, in f64, under the same studio, with nine rays a pixel, by code of its \
          own; once the plain renderer's picture of 16 samples a pixel, whose light is filtered beforehand as clients have it, once a client's frame.",
         "Times are wall times of this machine: server = an image with its readback, frame = drawing, lighting and filling, the median of three.",
     ]
@@ -145,6 +145,7 @@ fn scene(
     let progress = Progress::new(label.clone(), (Way::ALL.len() * eyes) as u64);
     let mut rows = Vec::new();
     let mut beside_rays = Vec::new();
+    let rays_px = (size_px.0.min(rays::SIZE_PX.0), size_px.1.min(rays::SIZE_PX.1));
     for way in Way::ALL {
         progress.say(format!("{label}: {}", way.name()));
         let mut stage = Stage::new(gpu, loaded.clone(), way.look()).with_context(|| name.to_owned())?;
@@ -162,7 +163,7 @@ fn scene(
         rows.push(row(&label, way, &stage, &found));
         if way == Way::Full {
             progress.say(format!("{label}: rays"));
-            beside_rays = rays::rows(gpu, (&mut stage, &mut discretizer), &eyes, &run.out, report)?;
+            beside_rays = rays::rows(gpu, (&mut stage, &mut discretizer), (&eyes, rays_px), &run.out, report)?;
         }
     }
     bars(&label, &rows, report);

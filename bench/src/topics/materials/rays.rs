@@ -17,9 +17,9 @@ use crate::spread::{Better, Spread};
 use crate::stage::{Stage, picture};
 use crate::topics::reconstruction::eyes::{Eye, FOV_Y_RAD};
 
-/// Eyes that rays are sent from, and their pictures.
+/// Eyes that rays are sent from, and their largest pictures.
 const EYES: usize = 2;
-const SIZE_PX: (u32, u32) = (256, 256);
+pub(super) const SIZE_PX: (u32, u32) = (256, 256);
 /// Rays along a pixel's side.
 const RAYS: u32 = 3;
 const GAP_PX: u32 = 4;
@@ -28,16 +28,16 @@ const GAP_PX: u32 = 4;
 pub(super) fn rows(
     gpu: &Gpu,
     (stage, discretizer): (&mut Stage, &mut Discretizer),
-    eyes: &[Eye],
+    (eyes, size_px): (&[Eye], (u32, u32)),
     out: &Path,
     report: &mut Report,
 ) -> anyhow::Result<Vec<Row>> {
     let label = stage.scene.name.clone();
     let rays = RayTruth::under(&stage.scene, &stage.scene.at(0.0), &stage.lighting, &Environment::studio());
-    let mut view = ClientView::new(gpu, SIZE_PX)?;
+    let mut view = ClientView::new(gpu, size_px)?;
     let mut found: [Vec<f64>; 2] = Default::default();
     for (index, eye) in eyes.iter().take(EYES).enumerate() {
-        let camera = Pinhole::symmetric(eye.output.world_from_eye, SIZE_PX, FOV_Y_RAD, eye.output.near_m);
+        let camera = Pinhole::symmetric(eye.output.world_from_eye, size_px, FOV_Y_RAD, eye.output.near_m);
         let truth = rays.picture(&camera, &Effects::PLAIN, RAYS).picture();
         let (_, held) = held_at(gpu, stage, discretizer, eye)?;
         let pictures =
@@ -47,7 +47,7 @@ pub(super) fn rows(
         }
         if index == 0 {
             let [drawn, client] = &pictures;
-            let error = error_picture(&flip_map(drawn, &truth)?, SIZE_PX.0, SIZE_PX.1);
+            let error = error_picture(&flip_map(drawn, &truth)?, size_px.0, size_px.1);
             let file = format!("{label}-rays.png");
             Picture::beside(&[&truth, drawn, client, &error], GAP_PX).write(&out.join(&file))?;
             let caption = format!("{label}: rays, the plain renderer, a client, FLIP of the plain renderer.");

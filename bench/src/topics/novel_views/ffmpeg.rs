@@ -55,24 +55,30 @@ pub fn decode(tool: &Path, stream: &[u8], like: &Picture) -> anyhow::Result<Vec<
 }
 
 /// Writes pictures of one size as an animated WebP without an end.
-pub fn animate(tool: &Path, pictures: &[Picture], hz: f64, path: &Path) -> anyhow::Result<()> {
-    let first = pictures.first().context("no picture")?;
+pub fn animate(
+    tool: &Path,
+    pictures: impl Iterator<Item = Picture> + Send,
+    hz: f64,
+    path: &Path,
+) -> anyhow::Result<()> {
+    let mut pictures = pictures.peekable();
+    let first = pictures.peek().context("no picture")?;
     let (size, rate) = (format!("{}x{}", first.width_px, first.height_px), format!("{hz}"));
     let mut command = Command::new(tool);
     command.args("-v error -y -f rawvideo -pix_fmt rgb24".split(' '));
     command.args(["-s", &size, "-r", &rate, "-i", "pipe:0"]);
     command.args("-c:v libwebp_anim -quality 70 -compression_level 6 -loop 0".split(' ')).arg(path);
-    through(command, pictures.iter().map(|picture| picture.rgb.as_slice())).map(drop)
+    through(command, pictures.map(|picture| picture.rgb)).map(drop)
 }
 
 /// Feeds a process and gives what it says; an error holds its own words.
-fn through<'a>(mut command: Command, input: impl Iterator<Item = &'a [u8]> + Send) -> anyhow::Result<Vec<u8>> {
+fn through(mut command: Command, input: impl Iterator<Item: AsRef<[u8]>> + Send) -> anyhow::Result<Vec<u8>> {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let mut stdin = child.stdin.take().context("stdin is piped")?;
     let output = std::thread::scope(|scope| {
         scope.spawn(move || {
             for bytes in input {
-                match stdin.write_all(bytes) {
+                match stdin.write_all(bytes.as_ref()) {
                     // It ended early and says why on its own.
                     Err(error) if error.kind() == ErrorKind::BrokenPipe => return,
                     result => result.expect("a pipe takes bytes or is broken"),

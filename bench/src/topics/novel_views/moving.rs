@@ -72,7 +72,7 @@ fn measured(bench: &Bench<'_>, scene: &Replay, motion: Motion, report: &mut Repo
         if bench.has_ffmpeg && !bench.arguments.no_video {
             moved.video(network, mbit_s, report)?;
         }
-        moved.finish_film(network, report)?;
+        moved.finish_film(network, report);
     }
     let rests_amid_motion = motion == Motion::Rest && replay.scene.is_animated();
     let without_delay = Network::of_link(Link::default());
@@ -119,7 +119,7 @@ impl Moved<'_> {
     fn ours(&mut self, network: &Network, report: &mut Report) -> anyhow::Result<f64> {
         let (bench, replay) = (self.bench, self.replay);
         bench.progress.say(format!("{}: {}, {}", replay.label, self.motion.name(), network.name));
-        let scored_frames = self.scored_frames();
+        let scored_frames = scored_frames(self.motion, bench.run.quick, self.film.is_some());
         let drawn = if bench.arguments.antialias { refining(self.motion, scored_frames) } else { scored_frames };
         let operation = bench.operation(network, drawn, scored_frames);
         let Lived { shown, summary, socket_bytes, .. } = live::run(bench.gpu, replay, &operation)?;
@@ -153,7 +153,7 @@ impl Moved<'_> {
         let (bench, replay) = (self.bench, self.replay);
         bench.progress.say(format!("{}: {}, video, {}", replay.label, self.motion.name(), network.name));
         let film = video::film(&mut self.truths, replay, network.link)?;
-        let how = (bench.arguments.ffmpeg.as_path(), self.scored_frames());
+        let how = (bench.arguments.ffmpeg.as_path(), scored_frames(self.motion, bench.run.quick, self.film.is_some()));
         let watched = video::watch(&mut self.truths, replay, network.link, &film, mbit_s, how)?;
         let scores = scored(&watched.pairs, bench.arguments.antialias)?;
         let method = "H.264 of the same bytes".to_owned();
@@ -204,17 +204,18 @@ impl Moved<'_> {
         Ok(())
     }
 
-    fn finish_film(&mut self, network: &Network, report: &mut Report) -> anyhow::Result<()> {
-        let Some(film) = self.film.take() else { return Ok(()) };
+    /// A film that cannot be written becomes a row; the figures stay.
+    fn finish_film(&mut self, network: &Network, report: &mut Report) {
+        let Some(film) = self.film.take() else { return };
         let (label, motion) = (&self.replay.label, self.motion.name());
-        let caption =
-            format!("{label}, {motion}, {}: what was shown, video of the same bytes, and the truth.", network.name);
         let file = format!("{}.webp", file_name(&format!("{label}-{motion}-{}", network.name)));
-        film.write(&self.bench.arguments.ffmpeg, &self.bench.run.figure(report, file, caption))
-    }
-
-    fn scored_frames(&self) -> Drawn {
-        if self.film.is_some() { film::scored_frames } else { scored_frames(self.motion, self.bench.run.quick) }
+        match film.write(&self.bench.arguments.ffmpeg, &self.bench.run.out.join(&file)) {
+            Ok(()) => {
+                let shown = "what was shown, video of the same bytes, and the truth";
+                self.bench.run.figure(report, file, format!("{label}, {motion}, {}: {shown}.", network.name));
+            }
+            Err(error) => report.rows.push(Row::failed(label, &file, &error)),
+        }
     }
 
     fn seconds(&self) -> f64 {
@@ -236,26 +237,36 @@ fn file_name(name: &str) -> String {
     words.collect::<Vec<_>>().join("-").to_lowercase()
 }
 
-/// Which pictures of a motion are scored: neighbours, so that flicker is known, more of them where it is short.
-fn scored_frames(motion: Motion, quick: bool) -> Drawn {
-    match (motion, quick) {
-        (Motion::Rest, _) => {
-            |frame| matches!(frame, 126 | 127 | 156 | 157 | 185 | 186) || (frame < 96 && frame % 16 < 2)
-        }
-        (Motion::Flick, _) => |frame| match frame {
-            // The flick is in frames 390 to 426; what comes into view by it is late until after that.
-            390..450 => frame % 4 < 2,
-            _ => frame % 30 < 2,
-        },
-        (_, false) => live::two_of_ten,
-        (_, true) => |frame| frame % 40 < 2,
+/// Which pictures of a motion are scored: neighbours, so that flicker is known, more of them where it is short; and all of a film.
+fn scored_frames(motion: Motion, quick: bool, films: bool) -> Drawn {
+    match (motion, quick, films) {
+        (Motion::Rest, _, false) => of_rest,
+        (Motion::Rest, _, true) => |frame| of_rest(frame) || film::holds(frame),
+        (Motion::Flick, _, false) => of_flick,
+        (Motion::Flick, _, true) => |frame| of_flick(frame) || film::holds(frame),
+        (_, false, false) => live::two_of_ten,
+        (_, false, true) => |frame| live::two_of_ten(frame) || film::holds(frame),
+        (_, true, false) => |frame| frame % 40 < 2,
+        (_, true, true) => |frame| frame % 40 < 2 || film::holds(frame),
+    }
+}
+
+fn of_rest(frame: usize) -> bool {
+    matches!(frame, 126 | 127 | 156 | 157 | 185 | 186) || (frame < 96 && frame % 16 < 2)
+}
+
+fn of_flick(frame: usize) -> bool {
+    match frame {
+        // The flick is in frames 390 to 426; what comes into view by it is late until after that.
+        390..450 => frame % 4 < 2,
+        _ => frame % 30 < 2,
     }
 }
 
 /// The same and, for viewers whose pictures get better over frames, every one at rest.
 fn refining(motion: Motion, scored: Drawn) -> Drawn {
     match motion {
-        Motion::Rest => |frame| frame >= 96 || scored_frames(Motion::Rest, false)(frame),
+        Motion::Rest => |frame| frame >= 96 || of_rest(frame) || film::holds(frame),
         _ => scored,
     }
 }
@@ -274,7 +285,7 @@ mod tests {
             for motion in Motion::ALL {
                 let way = motion::way(motion, &scene, ORBIT_S, CLIENT_HZ);
                 for (part, quick) in way.parts.iter().flat_map(|part| [(part, false), (part, true)]) {
-                    let drawn = scored_frames(motion, quick);
+                    let drawn = scored_frames(motion, quick, false);
                     let frames: Vec<usize> = part
                         .frames(CLIENT_HZ)
                         .take_while(|&frame| frame < way.trace.poses.len())
@@ -283,6 +294,8 @@ mod tests {
                     assert!(frames.windows(2).any(|pair| pair[0] + 1 == pair[1]), "{}: {frames:?}", part.name);
                     if part.name == "rest, after 1 s" {
                         assert_eq!(frames, [156, 157], "1.6 s and one more");
+                        let filmed = scored_frames(motion, quick, true);
+                        assert!(frames.iter().all(|&frame| filmed(frame)) && filmed(160));
                     }
                 }
             }

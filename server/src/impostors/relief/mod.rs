@@ -4,7 +4,7 @@
 //! Rosen, Popescu, Hayward, Wyman, *Non-pinhole approximations for interactive rendering*, section 6.2. The papers choose what
 //! becomes relief by hand, and look at it from above. Here the server decides for each object and viewer:
 //!
-//! - **which shapes**: a mesh that eight objects and more have, rigid, neither mirror nor glass, that is not less as its triangles,
+//! - **which shapes**: a mesh that eight objects and more have, rigid, neither mirror nor glass, whose triangles would not take less,
 //!   and of which images hold nearly all that any viewer sees, by rays against them (`judge.rs`);
 //! - **which side**: images are taken from both ends of an axis of the mesh. Where one holds all that viewers on its half of space see,
 //!   as of a pyramid, they get that alone; otherwise both, as of a box or a ball, of which the nearer surface shows;
@@ -40,8 +40,8 @@ pub use serve::serve;
 const LEAST_OBJECTS: usize = 8;
 /// Shapes that are looked at: those of the most objects.
 const MOST_SHAPES: usize = 32;
-/// About what an image of the finest takes on the wire, of which an object fills a fifth. What its triangles take no more for is no relief: they are exact, and serve from all sides.
-pub const USUAL_BYTES: f64 = 0.2 * SIDE_PX[1] as f64 * SIDE_PX[1] as f64 * BYTES_PER_SAMPLE;
+/// About what an image of the finest takes on the wire, of which an object fills a fifth. A shape whose triangles take less is no relief: they are exact, and serve from everywhere.
+const FINEST_BYTES: f64 = 0.2 * SIDE_PX[1] as f64 * SIDE_PX[1] as f64 * BYTES_PER_SAMPLE;
 /// An object that is shown so stays it until it is nearer by this factor, so that who walks to and fro is not sent it again and again.
 const SLACK: f64 = 1.25;
 /// What a viewer should be shown by one image.
@@ -92,6 +92,15 @@ struct Shape {
     images: BTreeMap<(End, u32), Relief>,
 }
 
+/// What objects may be shown by otherwise.
+#[derive(Clone, Copy)]
+pub struct Otherwise<'a> {
+    /// Objects that are shown so, or not at all.
+    pub objects: &'a BTreeSet<u16>,
+    /// What the triangles of an object would take, in bytes; `None` where they cannot be sent.
+    pub triangle_bytes: &'a dyn Fn(u16) -> Option<f64>,
+}
+
 /// Who looks, from where.
 #[derive(Debug, Clone, Copy)]
 pub struct Eye {
@@ -124,12 +133,6 @@ impl Reliefs {
     /// The same, whose shapes are judged at another time.
     pub fn judged(self, judged: Judged) -> Reliefs {
         Reliefs { judged, ..self }
-    }
-
-    /// The same, without these objects and all others of their shapes.
-    pub fn without(mut self, objects: &BTreeSet<u16>) -> Reliefs {
-        self.shapes.retain(|_, shape| shape.objects.iter().all(|object| !objects.contains(object)));
-        self
     }
 
     /// Whether a look asked for a verdict that is still to be given.
@@ -166,24 +169,27 @@ impl Reliefs {
         self.shapes.values().filter(|shape| shape.verdict.is_some()).count()
     }
 
-    /// What a viewer should be shown by which images; `shown` says what it is shown by now, and of what triangles are held by `bodies`. A shape that comes into reach for the first
+    /// What a viewer should be shown by which images; `shown` says what it is shown by now. A shape that comes into reach for the first
     /// time is judged, or asked for, and what was found is said in the log; one a call, for it takes a software renderer a second.
     pub fn wanted(
         &mut self,
         (scene, snapshot): (&Scene, &Snapshot),
         eye: Eye,
-        (shown, bodies): (&BTreeMap<u16, Vec<End>>, &BTreeSet<u16>),
+        (shown, otherwise): (&BTreeMap<u16, Vec<End>>, Otherwise<'_>),
         imager: &mut dyn Imager,
     ) -> Result<BTreeMap<Key, Wanted>, ImagerError> {
         let mut wanted: BTreeMap<Key, Wanted> = BTreeMap::new();
         let mut has_judged = false;
         for (&mesh, shape) in &mut self.shapes {
-            for &object in shape.objects.iter().filter(|object| !bodies.contains(object)) {
+            for &object in shape.objects.iter().filter(|object| !otherwise.objects.contains(object)) {
                 let now = shown.get(&object);
                 let Some(bounds) = scene.bounds_of(snapshot, object) else { continue };
                 let Some(side_px) = side_px(&bounds, eye, if now.is_some() { SLACK } else { 1.0 }) else { continue };
                 let verdict = match &shape.verdict {
                     Some(verdict) => verdict,
+                    None if (otherwise.triangle_bytes)(object).is_some_and(|bytes| bytes <= FINEST_BYTES) => {
+                        shape.verdict.insert(judge::Verdict::NONE)
+                    }
                     None if has_judged => continue,
                     None if self.judged == Judged::Aside => {
                         shape.asked_for.get_or_insert(object);

@@ -3,22 +3,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use protocol::{Instance, ObjectPose, PatchId};
 use scene::{Scene, Snapshot};
 
-use super::{Eye, KeptReliefs, Reliefs, Wanted};
+use super::{Eye, KeptReliefs, Otherwise, Reliefs, Wanted};
 use crate::account::{Account, Surroundings};
 use crate::imager::Imager;
 use crate::stage_error::StageError;
 
-/// Sends a client the reliefs that it should be shown objects by, places and withdraws objects. Without an eye it is shown nothing so, nor are objects whose triangles are held.
+/// Sends a client the reliefs that it should be shown objects by, places and withdraws objects. Without an eye it is shown nothing so.
 pub fn serve(
     reliefs: &mut Reliefs,
     at: (&Scene, &Snapshot),
-    (eye, bodies): (Option<Eye>, &BTreeSet<u16>),
+    (eye, otherwise): (Option<Eye>, Otherwise<'_>),
     now: &Surroundings<'_>,
     (account, kept): (&mut Account, &mut KeptReliefs),
     imager: &mut dyn Imager,
 ) -> Result<(), StageError> {
     let wanted = match eye {
-        Some(eye) => reliefs.wanted(at, eye, (&kept.shown(account.held()), bodies), imager)?,
+        Some(eye) => reliefs.wanted(at, eye, (&kept.shown(account.held()), otherwise), imager)?,
         None => BTreeMap::new(),
     };
     let mut shown_by: BTreeMap<PatchId, Wanted> = BTreeMap::new();
