@@ -78,9 +78,7 @@ impl Stage {
         let nothing = self.reliefs.try_lock().is_ok_and(|reliefs| reliefs.is_nothing());
         match (reliefs.len(), nothing) {
             (0, true) => parts.leaves_out("reliefs", "no shape is that of many objects, or they are off"),
-            (0, false) => {
-                parts.leaves_out("reliefs", "no image holds nearly all of a shape, or its triangles are less")
-            }
+            (0, false) => parts.leaves_out("reliefs", "no image holds nearly all of a shape, or triangles are less"),
             (objects, _) => parts.makes("reliefs", format!("{objects} objects"), "many are of one shape"),
         }
     }
