@@ -196,7 +196,7 @@ export function embedTests({ bin, web, shots, renderer, at }) {
       const [first, last] = [seen[1], seen.at(-1)];
       console.log(`        after 20 and after ${ROUNDS}: ${[first, last].map(({ heap, resident }) => `${(heap / 1e6).toFixed(2)} MB of scripts, ${(resident / 1e6).toFixed(0)} MB in all`).join('; ')}`);
       for (const name of ['documents', 'nodes', 'jsEventListeners']) assert.ok(last[name] <= first[name], `${name}: ${seen.map((one) => one[name])}`);
-            // What stays is there at the end and ten rounds before it; what is not yet collected is not.
+      // What stays is there at the end and ten rounds before it; what is not yet collected is not.
       for (const name of ['heap', 'resident']) {
         const stays = Math.min(...seen.slice(-2).map((one) => one[name]));
         assert.ok(stays <= GROWTH * first[name], `${name}: ${seen.map((one) => one[name])}`);

@@ -140,7 +140,10 @@ impl Judging {
     ) -> Result<Option<Verdict>, ImagerError> {
         if let Some(axis) = self.axes.pop() {
             let verdict = self.try_axis(axis, (scene, snapshot), imager)?;
-            let is_better = |verdict: &Verdict| verdict.wrong_by_both.share < self.best.wrong_by_both.share;
+            // One that serves is the last.
+            let is_better = |Verdict { wrong_by_both: both, .. }: &Verdict| {
+                both.serves() || both.share < self.best.wrong_by_both.share
+            };
             self.best = verdict.filter(is_better).unwrap_or(self.best);
         }
         let serves = self.best.wrong_by_both.serves();
@@ -148,7 +151,6 @@ impl Judging {
             return Ok(None);
         }
         let Verdict { wrong: [upper, lower], wrong_by_both: both, .. } = self.best;
-
         tracing::info!(
             "{:?} is {}: images from one end of it, the other and both get wrong {upper}, {lower} and {both} of its pixels",
             scene.instances[usize::from(self.object)].name,
